@@ -1,0 +1,1 @@
+//! Names, types, units, checks and lowering of Hierarq specs to programs

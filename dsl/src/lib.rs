@@ -1,0 +1,1 @@
+//! The Hierarq language: grammar, YAML reader, spanned tree and printers

@@ -1,0 +1,1 @@
+//! URDF to model, forward kinematics, Jacobians, shapes and distances

@@ -1,0 +1,1 @@
+//! Compiled programs, the controller that runs them and the simulated robot

@@ -1,0 +1,1 @@
+//! The hierarchical quadratic program: problem, solution, cascade

@@ -1,0 +1,2 @@
+//! The `hierarq` command.
+fn main() {}

@@ -1,0 +1,1 @@
+//! The task library of Hierarq: one file per task type
