@@ -1,1 +1,17 @@
-//! The task library of Hierarq: one file per task type
+//! The task library of Hierarq: one file per task type, holding its parameters, equations, rows and tests.
+//!
+//! A task type is an entry of [`kinds::KINDS`]. The compiler binds what a spec says into [`bound::BoundParams`]; the
+//! type's `build` turns them into a [`task::Task`]; the controller asks the task for its rows at every tick.
+//! This crate knows robots, and nothing of the language, solvers or state machines.
+
+pub mod bound;
+pub mod clearance;
+pub mod dimension;
+pub mod kinds;
+pub mod params;
+pub mod so3;
+pub mod task;
+pub mod tracking;
+
+pub use kinds::{KINDS, find};
+pub use task::{Task, TaskKind};

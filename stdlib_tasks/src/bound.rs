@@ -1,0 +1,89 @@
+//! Parameters after binding: numbers have become places in a table of values, names have become indices.
+//!
+//! The compiler writes these, a program stores them, and a task type reads its `Params` from them. Numbers may move
+//! with time, so they are never stored here: a [`Slot`] says where this tick's value and its time derivative stand.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use robot::{LinkId, Shape};
+use serde::{Deserialize, Serialize};
+
+/// A run of numbers in the table of values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Slot {
+    /// Index of the first number.
+    pub at: usize,
+    /// How many numbers: 1 for a scalar, 3 for a vector, 4 for a rotation as a unit quaternion `w x y z`.
+    pub len: usize,
+}
+
+/// A shape fixed to a link: a point is a sphere of radius zero, a segment a capsule of radius zero.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Geometry {
+    /// The name under which the spec knows it.
+    pub name: String,
+    /// The link that carries it.
+    pub link: LinkId,
+    /// Placement of the shape in the link's frame.
+    pub origin: Isometry3<f64>,
+    /// The shape.
+    pub shape: Shape,
+}
+
+impl Geometry {
+    /// A point of a link.
+    pub fn point(name: impl Into<String>, link: LinkId, offset: Vector3<f64>) -> Self {
+        let origin = Isometry3::translation(offset.x, offset.y, offset.z);
+        Geometry { name: name.into(), link, origin, shape: Shape::Sphere { radius: 0.0 } }
+    }
+
+    /// The point's place in the link's frame, in m (the centre, for other shapes).
+    pub fn center(&self) -> Point3<f64> {
+        Point3::from(self.origin.translation.vector)
+    }
+}
+
+/// The frames of an arm that task types speak of.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Arm {
+    /// Its name in the spec.
+    pub name: String,
+    /// Where the shoulder axes meet; needed by `swivel_angle`.
+    pub shoulder: Option<LinkId>,
+    /// The elbow; needed by `swivel_angle`.
+    pub elbow: Option<LinkId>,
+    /// The wrist; needed by `swivel_angle`.
+    pub wrist: Option<LinkId>,
+    /// The end-effector frame.
+    pub tip: LinkId,
+}
+
+/// A bound parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Bound {
+    /// Numbers.
+    Value(Slot),
+    /// A link, as a frame, with its name.
+    Frame(String, LinkId),
+    /// Several frames.
+    Frames(Vec<(String, LinkId)>),
+    /// An arm.
+    Arm(Arm),
+    /// Points, segments and shapes.
+    Geometries(Vec<Geometry>),
+    /// Degrees of freedom, by index.
+    Joints(Vec<usize>),
+    /// A number for each of some degrees of freedom.
+    PerJoint(Vec<(usize, Slot)>),
+    /// A number for each of some arms.
+    PerArm(Vec<(Arm, Slot)>),
+    /// One of the words that the parameter allows.
+    Choice(String),
+    /// Parameters inside a parameter.
+    Group(BTreeMap<String, Bound>),
+}
+
+/// The bound parameters of a task, by name. Optional ones that were left out are absent.
+pub type BoundParams = BTreeMap<String, Bound>;

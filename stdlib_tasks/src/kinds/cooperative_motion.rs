@@ -1,0 +1,253 @@
+//! Moves two arms together: the pose of a frame between them and the pose of one relative to the other.
+//!
+//! ```text
+//! p_a = α p_l + (1 - α) p_r                    absolute position      thesis (3.27)
+//! R_a = R_l exp((1 - α) log(R_l^T R_r))        absolute orientation   thesis (3.28)
+//! p_rel = p_r - β p_l        in the world      thesis (3.29), (3.31)
+//!       = R_l^T (p_r - p_l)  in the left tool  where β = 1 and `relative_to left`
+//! R_rel = R_l^T R_r  where β = 1,  R_r  where β = 0
+//! ```
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use robot::LinkId;
+
+use crate::bound::{Arm, BoundParams};
+use crate::dimension::{LENGTH, NONE};
+use crate::kinds::frame_pose::{pose_measures, pose_rows};
+use crate::kinds::uncooperative_motion::Pose;
+use crate::params::{Input, ParamType, Presence, Quantity};
+use crate::so3;
+use crate::task::{Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::tracking::{self, axes};
+
+crate::params! {
+    /// Parameters of `cooperative_motion`.
+    pub struct Params {
+        /// The left arm.
+        left_arm: Arm = ParamType::Arm, Presence::Default("left");
+        /// The right arm.
+        right_arm: Arm = ParamType::Arm, Presence::Default("right");
+        /// α: where the absolute frame lies. 1 is the left tip, 0 the right one. It may move with time.
+        alpha: Input<1> = ParamType::Scalar(Quantity::between(NONE, 0.0, 1.0)), Presence::Default("0.5");
+        /// β: 1 couples the arms, 0 makes the relative pose that of the right tip in the world.
+        beta: Input<1> = ParamType::Scalar(Quantity::between(NONE, 0.0, 1.0).constant()), Presence::Default("1");
+        /// The frame of the relative position where β = 1: the left tip's, or the world's axes as in the thesis,
+        /// where a turn of torso or base reads as relative motion.
+        relative_to: String = ParamType::Choice(&["left", "world"]), Presence::Default("left");
+        /// Target pose of the absolute frame in the world.
+        absolute: BoundParams = ParamType::Group(Pose::INFO), Presence::Required;
+        /// Target pose of the right tip relative to the left one.
+        relative: BoundParams = ParamType::Group(Pose::INFO), Presence::Required;
+        /// K: how fast the errors decay.
+        gain: Input<2> = ParamType::Gains(&["linear", "angular"]), Presence::Default("2 /s");
+    }
+}
+
+/// The catalogue entry.
+pub static KIND: TaskKind = TaskKind {
+    name: "cooperative_motion",
+    summary: "moves two arms together: an absolute frame between them and a relative one",
+    docs: "Twelve equality rows `J v = x_d' + K e`: absolute position and orientation, relative position and orientation.\n\n\
+```text\n\
+p_a = α p_l + (1 - α) p_r\n\
+R_a = R_l exp((1 - α) log(R_l^T R_r))\n\
+p_rel = R_l^T (p_r - p_l)   relative_to left,  β = 1\n\
+p_rel = p_r - β p_l         relative_to world, or β = 0\n\
+R_rel = R_l^T R_r  for β = 1,   R_r  for β = 0\n\
+```\n\n\
+`alpha 1` is the left tip and `alpha 0` the right one (the sentence after thesis (3.28) has them exchanged). \
+With `beta 0`, `alpha 1` the two arms are independent.\n\n\
+The angular velocity of the absolute frame is `ω_l + R_l M R_l^T (ω_r - ω_l) - α' R_l log(R_l^T R_r)` with \
+`M = s J_l(s φ) J_l(φ)^-1`, `s = 1 - α`; thesis (3.32) has `s I` in place of `M`, which is right only for turns about \
+the axis of `φ = log(R_l^T R_r)`. \
+At a relative turn of exactly pi the shortest way is not unique and the absolute orientation jumps: keep the tools apart from it.\n\n\
+Source: thesis (3.26)-(3.34).",
+    example: "task motion = cooperative_motion {\n  \
+absolute { position initial(absolute.position) + [0.1, 0, 0] m  orientation initial(absolute.orientation) }\n  \
+relative { position initial(relative.position)  orientation initial(relative.orientation) }\n}",
+    nature: Nature::Target,
+    params: Params::INFO,
+    positional: &[],
+    actuals: &[
+        Actual { name: "absolute.position", ty: ActualType::Vector(LENGTH) },
+        Actual { name: "absolute.orientation", ty: ActualType::Rotation },
+        Actual { name: "relative.position", ty: ActualType::Vector(LENGTH) },
+        Actual { name: "relative.orientation", ty: ActualType::Rotation },
+    ],
+    build,
+};
+
+struct CooperativeMotion {
+    left: LinkId,
+    right: LinkId,
+    alpha: Input<1>,
+    coupled: bool,
+    in_left: bool,
+    absolute: Pose,
+    relative: Pose,
+    gain: Input<2>,
+}
+
+fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    let params = Params::from_bound(bound)?;
+    let [beta] = params.beta.of(ctx.values);
+    if beta != 0.0 && beta != 1.0 {
+        return Err(BuildError::new("beta", format!("`beta` is {beta}, and only 0 and 1 have a meaning"))
+            .help("write `beta 1` for arms that move together, `beta 0` for arms that move apart"));
+    }
+    if params.left_arm.tip == params.right_arm.tip {
+        return Err(BuildError::new("right_arm", "both arms end in the same tip"));
+    }
+    Ok(Box::new(CooperativeMotion {
+        left: params.left_arm.tip,
+        right: params.right_arm.tip,
+        alpha: params.alpha,
+        coupled: beta == 1.0,
+        in_left: params.relative_to == "left",
+        absolute: Pose::from_bound(&params.absolute)?,
+        relative: Pose::from_bound(&params.relative)?,
+        gain: params.gain,
+    }))
+}
+
+/// Both tips at a tick.
+struct Tips {
+    p_l: Vector3<f64>,
+    p_r: Vector3<f64>,
+    r_l: UnitQuaternion<f64>,
+    r_r: UnitQuaternion<f64>,
+    /// log(R_l^T R_r), in the left tip's axes.
+    phi: Vector3<f64>,
+}
+
+impl CooperativeMotion {
+    fn tips(&self, state: &State) -> Tips {
+        let (l, r) = (state.data.pose(self.left), state.data.pose(self.right));
+        Tips {
+            p_l: l.translation.vector,
+            p_r: r.translation.vector,
+            r_l: l.rotation,
+            r_r: r.rotation,
+            phi: so3::log(&(l.rotation.inverse() * r.rotation)),
+        }
+    }
+
+    fn absolute(&self, tips: &Tips, alpha: f64) -> (Vector3<f64>, UnitQuaternion<f64>) {
+        let turn = UnitQuaternion::from_scaled_axis(tips.phi * (1.0 - alpha));
+        (tips.p_l * alpha + tips.p_r * (1.0 - alpha), tips.r_l * turn)
+    }
+
+    fn relative(&self, tips: &Tips) -> (Vector3<f64>, UnitQuaternion<f64>) {
+        if !self.coupled {
+            return (tips.p_r, tips.r_r);
+        }
+        let between = tips.p_r - tips.p_l;
+        let p = if self.in_left { tips.r_l.inverse() * between } else { between };
+        (p, tips.r_l.inverse() * tips.r_r)
+    }
+
+    fn absolute_rows(&self, state: &State, rows: &mut Rows, tips: &Tips, gain: [f64; 2]) {
+        let ([alpha], [alpha_dot]) = (self.alpha.of(state.values), self.alpha.of(state.rates));
+        let (p_a, r_a) = self.absolute(tips, alpha);
+        let (p_d, p_d_dot) = tracking::position_target(state, self.absolute.position);
+        let drift = (tips.p_l - tips.p_r) * alpha_dot;
+        let error = p_d - p_a;
+        for (i, axis) in axes().iter().enumerate() {
+            let row = rows.row(i);
+            state.data.add_point(state.model, self.left, &tips.p_l, &(axis * alpha), row);
+            state.data.add_point(state.model, self.right, &tips.p_r, &(axis * (1.0 - alpha)), row);
+            rows.equal(i, p_d_dot[i] - drift[i] + gain[0] * error[i]);
+        }
+        rows.measures[0] = error.norm();
+
+        let (r_d, omega_d) = tracking::orientation_target(state, self.absolute.orientation);
+        let error = so3::log(&(r_d * r_a.inverse()));
+        let r_l = tips.r_l.to_rotation_matrix();
+        let m_w: Matrix3<f64> = r_l * so3::interpolation_rate(&tips.phi, 1.0 - alpha) * r_l.transpose();
+        let drift = tips.r_l * tips.phi * -alpha_dot;
+        for (i, axis) in axes().iter().enumerate() {
+            let from_right = m_w.row(i).transpose();
+            let row = rows.row(3 + i);
+            state.data.add_angular(state.model, self.left, &(axis - from_right), row);
+            state.data.add_angular(state.model, self.right, &from_right, row);
+            rows.equal(3 + i, omega_d[i] - drift[i] + gain[1] * error[i]);
+        }
+        rows.measures[1] = error.norm();
+    }
+
+    fn relative_rows(&self, state: &State, rows: &mut Rows, tips: &Tips, gain: [f64; 2]) {
+        let (p, r) = self.relative(tips);
+        let (p_d, p_d_dot) = tracking::position_target(state, self.relative.position);
+        let error = p_d - p;
+        for (i, axis) in axes().iter().enumerate() {
+            let row = rows.row(6 + i);
+            if !self.coupled {
+                state.data.add_point(state.model, self.right, &tips.p_r, axis, row);
+            } else if self.in_left {
+                // e_i·R_l^T (p_r' - p_l' - ω_l × (p_r - p_l)): the left tip moves as a body that reaches p_r
+                let n = tips.r_l * axis;
+                state.data.add_point(state.model, self.right, &tips.p_r, &n, row);
+                state.data.add_point(state.model, self.left, &tips.p_r, &-n, row);
+            } else {
+                state.data.add_point(state.model, self.right, &tips.p_r, axis, row);
+                state.data.add_point(state.model, self.left, &tips.p_l, &-axis, row);
+            }
+            rows.equal(6 + i, p_d_dot[i] + gain[0] * error[i]);
+        }
+        rows.measures[2] = error.norm();
+
+        let (r_d, omega_d) = tracking::orientation_target(state, self.relative.orientation);
+        let error = so3::log(&(r_d * r.inverse()));
+        for (i, axis) in axes().iter().enumerate() {
+            let row = rows.row(9 + i);
+            if self.coupled {
+                let n = tips.r_l * axis;
+                state.data.add_angular(state.model, self.right, &n, row);
+                state.data.add_angular(state.model, self.left, &-n, row);
+            } else {
+                state.data.add_angular(state.model, self.right, axis, row);
+            }
+            rows.equal(9 + i, omega_d[i] + gain[1] * error[i]);
+        }
+        rows.measures[3] = error.norm();
+    }
+}
+
+impl Task for CooperativeMotion {
+    fn rows(&self) -> Vec<RowInfo> {
+        ["absolute.", "relative."].iter().flat_map(|p| pose_rows(p)).collect()
+    }
+
+    fn measures(&self) -> Vec<Measure> {
+        ["absolute.", "relative."].iter().flat_map(|p| pose_measures(p)).collect()
+    }
+
+    fn gains(&self, values: &[f64]) -> Vec<f64> {
+        self.gain.of(values).to_vec()
+    }
+
+    fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
+        let gain = self.gain.of(state.values);
+        let tips = self.tips(state);
+        self.absolute_rows(state, rows, &tips, gain);
+        self.relative_rows(state, rows, &tips, gain);
+        Ok(())
+    }
+
+    fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
+        let tips = self.tips(state);
+        let [alpha] = self.alpha.of(state.values);
+        let Some((which, part)) = name.split_once('.') else { return false };
+        let (p, r) = match which {
+            "absolute" => self.absolute(&tips, alpha),
+            "relative" => self.relative(&tips),
+            _ => return false,
+        };
+        match part {
+            "position" => out.copy_from_slice(p.as_slice()),
+            "orientation" => tracking::write_rotation(&r, out),
+            _ => return false,
+        }
+        true
+    }
+}

@@ -1,0 +1,68 @@
+//! Pulls a frame to a target orientation; its position stays free.
+
+use robot::LinkId;
+
+use crate::bound::BoundParams;
+use crate::dimension::{ANGLE, RATE};
+use crate::kinds::frame_pose::{actual_pose, pose_rows};
+use crate::params::{Input, ParamType, Presence, Quantity};
+use crate::task::{Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::tracking;
+
+crate::params! {
+    /// Parameters of `frame_orientation`.
+    pub struct Params {
+        /// The frame: a link of the robot.
+        frame: (String, LinkId) = ParamType::Frame, Presence::Required;
+        /// Target orientation of the frame in the world; it may move with time.
+        orientation: Input<4> = ParamType::Rotation, Presence::Required;
+        /// K: how fast the error decays.
+        gain: Input<1> = ParamType::Scalar(Quantity::at_least(RATE, 0.0)), Presence::Default("2 /s");
+    }
+}
+
+/// The catalogue entry.
+pub static KIND: TaskKind = TaskKind {
+    name: "frame_orientation",
+    summary: "pulls a frame to a target orientation",
+    docs: "Three equality rows in the world's axes:\n\n```text\nJ_o v = ω_d + K log(R_d R^T)\n```\n\n\
+`log` is the rotation vector with an angle of at most pi: the shortest way. At exactly pi both ways are equally \
+short and either may be taken.\n\nSource: thesis (2.5), (3.33), (3.34).",
+    example: "task level_tool = frame_orientation(tool) { orientation rpy(0 deg, 90 deg, 0 deg) }",
+    nature: Nature::Target,
+    params: Params::INFO,
+    positional: &["frame"],
+    actuals: &[Actual { name: "orientation", ty: ActualType::Rotation }],
+    build,
+};
+
+struct FrameOrientation(Params);
+
+fn build(bound: &BoundParams, _ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    Ok(Box::new(FrameOrientation(Params::from_bound(bound)?)))
+}
+
+impl Task for FrameOrientation {
+    fn rows(&self) -> Vec<RowInfo> {
+        pose_rows("").into_iter().skip(3).collect()
+    }
+
+    fn measures(&self) -> Vec<Measure> {
+        vec![Measure { name: "orientation".to_string(), dimension: ANGLE }]
+    }
+
+    fn gains(&self, values: &[f64]) -> Vec<f64> {
+        self.0.gain.of(values).to_vec()
+    }
+
+    fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
+        let [gain] = self.0.gain.of(state.values);
+        let target = tracking::orientation_target(state, self.0.orientation);
+        rows.measures[0] = tracking::orientation(state, rows, 0, self.0.frame.1, target, gain);
+        Ok(())
+    }
+
+    fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
+        name == "orientation" && actual_pose(name, self.0.frame.1, state, out)
+    }
+}

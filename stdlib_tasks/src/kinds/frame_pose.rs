@@ -1,0 +1,107 @@
+//! Pulls a frame to a target pose.
+
+use robot::LinkId;
+
+use crate::bound::BoundParams;
+use crate::dimension::{ANGLE, LENGTH};
+use crate::params::{Input, ParamType, Presence};
+use crate::task::{Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::tracking;
+
+crate::params! {
+    /// Parameters of `frame_pose`.
+    pub struct Params {
+        /// The frame: a link of the robot.
+        frame: (String, LinkId) = ParamType::Frame, Presence::Required;
+        /// Target position of the frame's origin in the world; it may move with time.
+        position: Input<3> = ParamType::Vector(LENGTH), Presence::Required;
+        /// Target orientation of the frame in the world; it may move with time.
+        orientation: Input<4> = ParamType::Rotation, Presence::Default("initial(orientation)");
+        /// K: how fast the errors decay.
+        gain: Input<2> = ParamType::Gains(&["linear", "angular"]), Presence::Default("2 /s");
+    }
+}
+
+/// The catalogue entry.
+pub static KIND: TaskKind = TaskKind {
+    name: "frame_pose",
+    summary: "pulls a frame to a target pose",
+    docs: "Six equality rows, three of the position and three of the orientation, in the world's axes:\n\n\
+```text\nJ_p v = p_d' + K_linear  (p_d - p)\nJ_o v = ω_d  + K_angular log(R_d R^T)\n```\n\n\
+`p_d'` and `ω_d` are the exact time derivatives of the target. `initial(position)` and `initial(orientation)` \
+are the frame's own pose at the moment the stack became active.\n\nSource: thesis (2.5), (3.33), (3.34).",
+    example: "task reach = frame_pose(tool) { position initial(position) + [0, 0, 0.1] m  gain { linear 5 /s  angular 2 /s } }",
+    nature: Nature::Target,
+    params: Params::INFO,
+    positional: &["frame"],
+    actuals: &[
+        Actual { name: "position", ty: ActualType::Vector(LENGTH) },
+        Actual { name: "orientation", ty: ActualType::Rotation },
+    ],
+    build,
+};
+
+struct FramePose {
+    link: LinkId,
+    params: Params,
+}
+
+fn build(bound: &BoundParams, _ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    let params = Params::from_bound(bound)?;
+    Ok(Box::new(FramePose { link: params.frame.1, params }))
+}
+
+/// Names and dimensions of the six rows of a pose, with a prefix such as `left.`.
+pub(crate) fn pose_rows(prefix: &str) -> Vec<RowInfo> {
+    ["x", "y", "z", "rx", "ry", "rz"]
+        .iter()
+        .enumerate()
+        .map(|(i, axis)| RowInfo { name: format!("{prefix}{axis}"), dimension: if i < 3 { LENGTH } else { ANGLE } })
+        .collect()
+}
+
+/// The two errors of a pose, with a prefix such as `left.`.
+pub(crate) fn pose_measures(prefix: &str) -> Vec<Measure> {
+    vec![
+        Measure { name: format!("{prefix}position"), dimension: LENGTH },
+        Measure { name: format!("{prefix}orientation"), dimension: ANGLE },
+    ]
+}
+
+/// The pose of a link as `initial(position)` or `initial(orientation)` captures it.
+pub(crate) fn actual_pose(part: &str, link: LinkId, state: &State, out: &mut [f64]) -> bool {
+    let pose = state.data.pose(link);
+    match part {
+        "position" => out.copy_from_slice(pose.translation.vector.as_slice()),
+        "orientation" => tracking::write_rotation(&pose.rotation, out),
+        _ => return false,
+    }
+    true
+}
+
+impl Task for FramePose {
+    fn rows(&self) -> Vec<RowInfo> {
+        pose_rows("")
+    }
+
+    fn measures(&self) -> Vec<Measure> {
+        pose_measures("")
+    }
+
+    fn gains(&self, values: &[f64]) -> Vec<f64> {
+        self.params.gain.of(values).to_vec()
+    }
+
+    fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
+        let [linear, angular] = self.params.gain.of(state.values);
+        let target = tracking::position_target(state, self.params.position);
+        rows.measures[0] = tracking::position(state, rows, 0, self.link, target, linear);
+        let target = tracking::orientation_target(state, self.params.orientation);
+        rows.measures[1] = tracking::orientation(state, rows, 3, self.link, target, angular);
+        Ok(())
+    }
+
+    fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
+        actual_pose(name, self.link, state, out)
+    }
+}

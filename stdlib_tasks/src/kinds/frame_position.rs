@@ -1,0 +1,67 @@
+//! Pulls the origin of a frame to a target position; its orientation stays free.
+
+use robot::LinkId;
+
+use crate::bound::BoundParams;
+use crate::dimension::{LENGTH, RATE};
+use crate::kinds::frame_pose::{actual_pose, pose_rows};
+use crate::params::{Input, ParamType, Presence, Quantity};
+use crate::task::{Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::tracking;
+
+crate::params! {
+    /// Parameters of `frame_position`.
+    pub struct Params {
+        /// The frame: a link of the robot.
+        frame: (String, LinkId) = ParamType::Frame, Presence::Required;
+        /// Target position of the frame's origin in the world; it may move with time.
+        position: Input<3> = ParamType::Vector(LENGTH), Presence::Required;
+        /// K: how fast the error decays.
+        gain: Input<1> = ParamType::Scalar(Quantity::at_least(RATE, 0.0)), Presence::Default("2 /s");
+    }
+}
+
+/// The catalogue entry.
+pub static KIND: TaskKind = TaskKind {
+    name: "frame_position",
+    summary: "pulls the origin of a frame to a target position",
+    docs: "Three equality rows in the world's axes:\n\n```text\nJ_p v = p_d' + K (p_d - p)\n```\n\n\
+Source: thesis (2.5), (3.33), (3.34).",
+    example: "task reach = frame_position(tool) { position initial(position) + [0, 0, 0.1] m }",
+    nature: Nature::Target,
+    params: Params::INFO,
+    positional: &["frame"],
+    actuals: &[Actual { name: "position", ty: ActualType::Vector(LENGTH) }],
+    build,
+};
+
+struct FramePosition(Params);
+
+fn build(bound: &BoundParams, _ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    Ok(Box::new(FramePosition(Params::from_bound(bound)?)))
+}
+
+impl Task for FramePosition {
+    fn rows(&self) -> Vec<RowInfo> {
+        pose_rows("").into_iter().take(3).collect()
+    }
+
+    fn measures(&self) -> Vec<Measure> {
+        vec![Measure { name: "position".to_string(), dimension: LENGTH }]
+    }
+
+    fn gains(&self, values: &[f64]) -> Vec<f64> {
+        self.0.gain.of(values).to_vec()
+    }
+
+    fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
+        let [gain] = self.0.gain.of(state.values);
+        let target = tracking::position_target(state, self.0.position);
+        rows.measures[0] = tracking::position(state, rows, 0, self.0.frame.1, target, gain);
+        Ok(())
+    }
+
+    fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
+        name == "position" && actual_pose(name, self.0.frame.1, state, out)
+    }
+}

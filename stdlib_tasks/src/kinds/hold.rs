@@ -1,0 +1,78 @@
+//! Keeps frames where they were when the stack became active.
+
+use nalgebra::Isometry3;
+use robot::LinkId;
+
+use crate::bound::BoundParams;
+use crate::kinds::frame_pose::{pose_measures, pose_rows};
+use crate::params::{Input, ParamType, Presence};
+use crate::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::tracking;
+use nalgebra::Vector3;
+
+crate::params! {
+    /// Parameters of `hold`.
+    pub struct Params {
+        /// The frames: links, or arms, which stand for their tips.
+        frames: Vec<(String, LinkId)> = ParamType::Frames, Presence::Required;
+        /// K: how fast the errors decay.
+        gain: Input<2> = ParamType::Gains(&["linear", "angular"]), Presence::Default("2 /s");
+    }
+}
+
+/// The catalogue entry.
+pub static KIND: TaskKind = TaskKind {
+    name: "hold",
+    summary: "keeps frames where they were when the stack became active",
+    docs: "Six equality rows a frame, those of `frame_pose` with the pose at entry as a constant target.\n\n\
+Source: thesis (3.33), (3.34) with a constant desired value.",
+    example: "task still = hold(left, right)",
+    nature: Nature::Target,
+    params: Params::INFO,
+    positional: &["frames"],
+    actuals: &[],
+    build,
+};
+
+struct Hold {
+    frames: Vec<(String, LinkId)>,
+    targets: Vec<Isometry3<f64>>,
+    gain: Input<2>,
+}
+
+fn build(bound: &BoundParams, _ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    let params = Params::from_bound(bound)?;
+    let targets = vec![Isometry3::identity(); params.frames.len()];
+    Ok(Box::new(Hold { frames: params.frames, targets, gain: params.gain }))
+}
+
+impl Task for Hold {
+    fn rows(&self) -> Vec<RowInfo> {
+        self.frames.iter().flat_map(|(name, _)| pose_rows(&format!("{name}."))).collect()
+    }
+
+    fn measures(&self) -> Vec<Measure> {
+        self.frames.iter().flat_map(|(name, _)| pose_measures(&format!("{name}."))).collect()
+    }
+
+    fn gains(&self, values: &[f64]) -> Vec<f64> {
+        self.gain.of(values).to_vec()
+    }
+
+    fn enter(&mut self, state: &State) {
+        for (target, (_, link)) in self.targets.iter_mut().zip(&self.frames) {
+            *target = *state.data.pose(*link);
+        }
+    }
+
+    fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
+        let [linear, angular] = self.gain.of(state.values);
+        for (i, (target, (_, link))) in self.targets.iter().zip(&self.frames).enumerate() {
+            let position = (target.translation.vector, Vector3::zeros());
+            rows.measures[2 * i] = tracking::position(state, rows, 6 * i, *link, position, linear);
+            let rotation = (target.rotation, Vector3::zeros());
+            rows.measures[2 * i + 1] = tracking::orientation(state, rows, 6 * i + 3, *link, rotation, angular);
+        }
+        Ok(())
+    }
+}

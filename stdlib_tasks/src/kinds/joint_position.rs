@@ -1,0 +1,91 @@
+//! Pulls joints to target positions.
+
+use crate::bound::{BoundParams, Slot};
+use crate::dimension::{Dimension, RATE};
+use crate::kinds::joint_position_limits::dof_dimension;
+use crate::params::{Input, ParamType, Presence, Quantity};
+use crate::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+
+crate::params! {
+    /// Parameters of `joint_position`.
+    pub struct Params {
+        /// Target of each joint or group, in rad or m; it may move with time.
+        target: Vec<(usize, Slot)> = ParamType::JointPositions, Presence::Required;
+        /// K: how fast the error decays.
+        gain: Input<1> = ParamType::Scalar(Quantity::at_least(RATE, 0.0)), Presence::Default("2 /s");
+    }
+}
+
+/// The catalogue entry.
+pub static KIND: TaskKind = TaskKind {
+    name: "joint_position",
+    summary: "pulls joints to target positions",
+    docs: "One equality row a joint:\n\n```text\nv = q_d' + K (q_d - q)\n```\n\n\
+The feed-forward `q_d'` is the exact time derivative of the target. The error is the Euclidean norm over the joints; \
+where revolute and prismatic joints mix, it mixes rad and m.\n\nSource: thesis (2.5) with `J = I`.",
+    example: "task posture = joint_position { target { torso_lift 0.15 m } gain 2 /s }",
+    nature: Nature::Target,
+    params: Params::INFO,
+    positional: &[],
+    actuals: &[],
+    build,
+};
+
+struct Row {
+    dof: usize,
+    q: usize,
+    target: Slot,
+}
+
+struct JointPosition {
+    rows: Vec<Row>,
+    info: Vec<RowInfo>,
+    gain: Input<1>,
+}
+
+fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    let params = Params::from_bound(bound)?;
+    let (mut rows, mut info) = (Vec::new(), Vec::new());
+    for &(dof, target) in &params.target {
+        let Some(d) = ctx.model.dofs.get(dof) else { continue };
+        let Some(q) = d.q_index else {
+            return Err(BuildError::new("target", format!("`{}` belongs to the base, which has no joint position", d.name))
+                .help("use `frame_position` and `frame_orientation` of the base link"));
+        };
+        rows.push(Row { dof, q, target });
+        info.push(RowInfo { name: d.name.clone(), dimension: dof_dimension(ctx.model, dof) });
+    }
+    Ok(Box::new(JointPosition { rows, info, gain: params.gain }))
+}
+
+/// The dimension that all rows share, or that of the first.
+pub(crate) fn common_dimension(info: &[RowInfo]) -> Dimension {
+    info.first().map_or(crate::dimension::NONE, |r| r.dimension)
+}
+
+impl Task for JointPosition {
+    fn rows(&self) -> Vec<RowInfo> {
+        self.info.clone()
+    }
+
+    fn measures(&self) -> Vec<Measure> {
+        vec![Measure { name: String::new(), dimension: common_dimension(&self.info) }]
+    }
+
+    fn gains(&self, values: &[f64]) -> Vec<f64> {
+        self.gain.of(values).to_vec()
+    }
+
+    fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
+        let [gain] = self.gain.of(state.values);
+        let mut squares = 0.0;
+        for (i, r) in self.rows.iter().enumerate() {
+            let error = state.values[r.target.at] - state.q[r.q];
+            rows.row(i)[r.dof] = 1.0;
+            rows.equal(i, state.rates[r.target.at] + gain * error);
+            squares += error * error;
+        }
+        rows.measures[0] = squares.sqrt();
+        Ok(())
+    }
+}

@@ -1,0 +1,117 @@
+//! Keeps joints inside their position limits by control barrier functions.
+
+use robot::Model;
+
+use crate::bound::{BoundParams, Slot};
+use crate::dimension::{ANGLE, LENGTH, RATE};
+use crate::params::{Input, ParamType, Presence, Quantity};
+use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+
+crate::params! {
+    /// Parameters of `joint_position_limits`.
+    pub struct Params {
+        /// The joints; all that have a limit where left out.
+        joints: Option<Vec<usize>> = ParamType::Joints, Presence::Optional;
+        /// Lower limits that replace the robot's.
+        lower: Option<Vec<(usize, Slot)>> = ParamType::JointPositions, Presence::Optional;
+        /// Upper limits that replace the robot's.
+        upper: Option<Vec<(usize, Slot)>> = ParamType::JointPositions, Presence::Optional;
+        /// φ: how fast the distance to a limit may be used up.
+        gain: Input<1> = ParamType::Scalar(Quantity::above(RATE, 0.0)), Presence::Default("10 /s");
+    }
+}
+
+/// The catalogue entry.
+pub static KIND: TaskKind = TaskKind {
+    name: "joint_position_limits",
+    summary: "keeps joints inside their position limits",
+    docs: "Two barrier functions a joint, `h_low = q - q_min` and `h_up = q_max - q` in rad or m, safe where both are \
+not negative, give one two-sided row:\n\n\
+```text\n-φ (q - q_min)  <=  v  <=  φ (q_max - q)\n```\n\n\
+A joint that already stands outside a limit is driven back at the rate φ.\n\n\
+Limits come from the URDF unless `lower` or `upper` replace them; a joint without any limit gets no row. \
+With a control period T, `φ T <= 1` keeps `h >= 0` exactly, because `h` is linear.\n\n\
+Source: thesis (3.13)-(3.15); the lower bound of (3.15) lacks its minus sign there.",
+    example: "task position_limits = joint_position_limits { gain 10 /s }",
+    nature: Nature::Limit,
+    params: Params::INFO,
+    positional: &["joints"],
+    actuals: &[],
+    build,
+};
+
+struct Row {
+    dof: usize,
+    q: usize,
+    lower: f64,
+    upper: f64,
+}
+
+struct JointPositionLimits {
+    rows: Vec<Row>,
+    info: Vec<RowInfo>,
+    gain: Input<1>,
+}
+
+fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    let params = Params::from_bound(bound)?;
+    let all: Vec<usize> = (0..ctx.model.nv()).collect();
+    let (mut rows, mut info) = (Vec::new(), Vec::new());
+    for &dof in params.joints.as_ref().unwrap_or(&all) {
+        let Some(q) = ctx.model.dofs.get(dof).and_then(|d| d.q_index) else { continue };
+        let d = &ctx.model.dofs[dof];
+        let lower = replaced(&params.lower, dof, ctx.values).unwrap_or(d.lower);
+        let upper = replaced(&params.upper, dof, ctx.values).unwrap_or(d.upper);
+        if lower > upper {
+            return Err(BuildError::new(
+                "lower",
+                format!("joint `{}` would have a lower limit of {lower} above its upper limit of {upper}", d.name),
+            )
+            .help("swap the two, or leave one out to keep the robot's own"));
+        }
+        if lower.is_finite() || upper.is_finite() {
+            rows.push(Row { dof, q, lower, upper });
+            info.push(RowInfo { name: d.name.clone(), dimension: dof_dimension(ctx.model, dof) });
+        }
+    }
+    if rows.is_empty() {
+        return Err(BuildError::new("joints", "none of these joints has a position limit")
+            .help("give `lower` and `upper`, or remove the task"));
+    }
+    Ok(Box::new(JointPositionLimits { rows, info, gain: params.gain }))
+}
+
+/// The value given for a degree of freedom, if any.
+pub(crate) fn replaced(list: &Option<Vec<(usize, Slot)>>, dof: usize, values: &[f64]) -> Option<f64> {
+    list.iter().flatten().find(|(d, _)| *d == dof).and_then(|(_, slot)| values.get(slot.at).copied())
+}
+
+/// rad or m.
+pub(crate) fn dof_dimension(model: &Model, dof: usize) -> crate::dimension::Dimension {
+    match model.dofs.get(dof).map(|d| d.unit) {
+        Some(robot::DofUnit::Metre) => LENGTH,
+        _ => ANGLE,
+    }
+}
+
+impl Task for JointPositionLimits {
+    fn rows(&self) -> Vec<RowInfo> {
+        self.info.clone()
+    }
+
+    fn gains(&self, values: &[f64]) -> Vec<f64> {
+        self.gain.of(values).to_vec()
+    }
+
+    fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
+        let [gain] = self.gain.of(state.values);
+        for (i, r) in self.rows.iter().enumerate() {
+            let q = state.q[r.q];
+            rows.row(i)[r.dof] = 1.0;
+            rows.lower[i] = -gain * (q - r.lower);
+            rows.upper[i] = gain * (r.upper - q);
+            rows.margins[i] = (q - r.lower).min(r.upper - q);
+        }
+        Ok(())
+    }
+}

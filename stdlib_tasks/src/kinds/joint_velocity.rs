@@ -1,0 +1,81 @@
+//! Drives joints at given velocities.
+
+use crate::bound::{BoundParams, Slot};
+use crate::dimension::{ANGULAR_VELOCITY, VELOCITY};
+use crate::kinds::joint_position::common_dimension;
+use crate::params::{ParamType, Presence};
+use crate::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+
+crate::params! {
+    /// Parameters of `joint_velocity`.
+    pub struct Params {
+        /// Velocity of each joint or group, in rad/s or m/s; it may move with time.
+        velocity: Vec<(usize, Slot)> = ParamType::JointVelocities, Presence::Required;
+    }
+}
+
+/// The catalogue entry.
+pub static KIND: TaskKind = TaskKind {
+    name: "joint_velocity",
+    summary: "drives joints at given velocities",
+    docs: "One equality row a joint, `v = v_d`. The error is the Euclidean norm of `v_d - v` for the velocity that was \
+chosen; where revolute and prismatic joints mix, it mixes rad/s and m/s.\n\n\
+Source: thesis 3.5.1.1, (3.43).",
+    example: "task sine = joint_velocity { velocity { arm_left 0.75*sin(2*pi*t/(25 s)) rad/s } }",
+    nature: Nature::Target,
+    params: Params::INFO,
+    positional: &[],
+    actuals: &[],
+    build,
+};
+
+struct JointVelocity {
+    rows: Vec<(usize, Slot)>,
+    wanted: Vec<f64>,
+    info: Vec<RowInfo>,
+}
+
+fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    let params = Params::from_bound(bound)?;
+    let info: Vec<RowInfo> = params
+        .velocity
+        .iter()
+        .filter_map(|&(dof, _)| ctx.model.dofs.get(dof))
+        .map(|d| RowInfo {
+            name: d.name.clone(),
+            dimension: match d.unit {
+                robot::DofUnit::Metre => VELOCITY,
+                robot::DofUnit::Radian => ANGULAR_VELOCITY,
+            },
+        })
+        .collect();
+    Ok(Box::new(JointVelocity { wanted: vec![0.0; info.len()], rows: params.velocity, info }))
+}
+
+impl Task for JointVelocity {
+    fn rows(&self) -> Vec<RowInfo> {
+        self.info.clone()
+    }
+
+    fn measures(&self) -> Vec<Measure> {
+        vec![Measure { name: String::new(), dimension: common_dimension(&self.info) }]
+    }
+
+    fn gains(&self, _values: &[f64]) -> Vec<f64> {
+        Vec::new()
+    }
+
+    fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
+        for (i, &(dof, slot)) in self.rows.iter().enumerate() {
+            self.wanted[i] = state.values[slot.at];
+            rows.row(i)[dof] = 1.0;
+            rows.equal(i, self.wanted[i]);
+        }
+        Ok(())
+    }
+
+    fn observe(&self, _state: &State, v: &[f64], _margins: &mut [f64], measures: &mut [f64]) {
+        let squares: f64 = self.rows.iter().zip(&self.wanted).map(|(&(dof, _), w)| (w - v[dof]).powi(2)).sum();
+        measures[0] = squares.sqrt();
+    }
+}

@@ -1,0 +1,41 @@
+//! The catalogue: every task type, one file each.
+//!
+//! Adding a type means adding its file, its line in `mod` and its line in [`KINDS`]. Tests walk the list.
+
+pub mod cooperative_motion;
+pub mod frame_orientation;
+pub mod frame_pose;
+pub mod frame_position;
+pub mod hold;
+pub mod joint_position;
+pub mod joint_position_limits;
+pub mod joint_velocity;
+pub mod joint_velocity_limits;
+pub mod self_collision;
+pub mod swivel_angle;
+pub mod uncooperative_motion;
+pub mod virtual_wall;
+
+use crate::task::TaskKind;
+
+/// All task types, in the order of the docs: limits, targets, posture.
+pub static KINDS: &[&TaskKind] = &[
+    &joint_position_limits::KIND,
+    &joint_velocity_limits::KIND,
+    &virtual_wall::KIND,
+    &self_collision::KIND,
+    &frame_pose::KIND,
+    &frame_position::KIND,
+    &frame_orientation::KIND,
+    &cooperative_motion::KIND,
+    &uncooperative_motion::KIND,
+    &hold::KIND,
+    &joint_position::KIND,
+    &joint_velocity::KIND,
+    &swivel_angle::KIND,
+];
+
+/// The type of this name.
+pub fn find(name: &str) -> Option<&'static TaskKind> {
+    KINDS.iter().copied().find(|k| k.name == name)
+}

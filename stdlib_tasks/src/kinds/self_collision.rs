@@ -1,0 +1,152 @@
+//! Keeps parts of the robot apart.
+//!
+//! ```text
+//! h(q) = |p_j - p_l| - d_min          [m]    safe where h >= 0            thesis (3.21), (3.22)
+//! n·(J_j - J_l) v >= -φ (h - δ)       [m/s]  n from p_l to p_j            thesis (3.23), (3.24)
+//! ```
+
+use nalgebra::Vector3;
+use robot::geometry;
+
+use crate::bound::{BoundParams, Geometry};
+use crate::clearance;
+use crate::dimension::{LENGTH, RATE};
+use crate::kinds::virtual_wall::reserve;
+use crate::params::{Auto, Input, ParamType, Presence, Quantity};
+use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+
+crate::params! {
+    /// Parameters of `self_collision`.
+    pub struct Params {
+        /// One side: points, segments, links with their collision shapes, groups of them.
+        between: Vec<Geometry> = ParamType::Geometries, Presence::Required;
+        /// The other side, likewise.
+        and: Vec<Geometry> = ParamType::Geometries, Presence::Required;
+        /// d_min: the closest the two sides may come.
+        d_min: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0)), Presence::Required;
+        /// φ: how fast the margin may be used up.
+        gain: Input<1> = ParamType::Scalar(Quantity::above(RATE, 0.0)), Presence::Default("10 /s");
+        /// δ: held in reserve for what sampling in time can lose; `auto` computes it from the speed limits.
+        sampled_margin: Auto = ParamType::AutoScalar(Quantity::at_least(LENGTH, 0.0).constant()), Presence::Default("0 m");
+    }
+}
+
+/// The catalogue entry.
+pub static KIND: TaskKind = TaskKind {
+    name: "self_collision",
+    summary: "keeps parts of the robot apart",
+    docs: "One inequality row for each pair of a part of `between` and a part of `and`, the same part and parts of the same \
+link excepted:\n\n\
+```text\n\
+h = |p_j - p_l| - d_min           [m]     safe where h >= 0\n\
+n·(J_j - J_l) v  >=  -φ (h - δ)   [m/s]   n = (p_j - p_l)/|p_j - p_l|\n\
+```\n\n\
+`p_j`, `p_l` are the closest points: exact closed forms for points, segments, spheres, capsules and boxes in all pairs. \
+A cylinder of the URDF counts as the capsule that contains it, a mesh as its bounding capsule. Where two parts touch so \
+deeply that no direction leads apart (a distance of zero between their cores), the last valid direction is kept; if \
+there was none, that is a fault.\n\n\
+`sampled_margin auto` sets `δ = A T / (2 φ)`, where A bounds the relative acceleration at the speed limits in force: \
+then `h` stays at or above zero at every tick, for a point or sphere against any part. Between two long parts that turn \
+parallel the closest points can jump, and more can be lost.\n\n\
+Source: thesis (3.21)-(3.24); printed there with `h` and `J` both negated, which would bound the distance from above.",
+    example: "task arms_apart = self_collision { between left_elbow  and right_elbow  d_min 0.2 m  gain 10 /s }",
+    nature: Nature::Limit,
+    params: Params::INFO,
+    positional: &[],
+    actuals: &[],
+    build,
+};
+
+struct Pair {
+    a: Geometry,
+    b: Geometry,
+    last_normal: Option<Vector3<f64>>,
+}
+
+struct SelfCollision {
+    pairs: Vec<Pair>,
+    d_min: Input<1>,
+    gain: Input<1>,
+    reserve: Vec<f64>,
+    loss: Vec<f64>,
+}
+
+fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    let params = Params::from_bound(bound)?;
+    let mut pairs: Vec<Pair> = Vec::new();
+    for a in &params.between {
+        for b in &params.and {
+            let seen = pairs.iter().any(|p| p.a == *b && p.b == *a);
+            if a.link != b.link && !seen {
+                pairs.push(Pair { a: a.clone(), b: b.clone(), last_normal: None });
+            }
+        }
+    }
+    if pairs.is_empty() {
+        return Err(BuildError::new("and", "both sides name parts of the same link only, which cannot move apart")
+            .help("name parts of another link on one side"));
+    }
+    let [gain] = params.gain.of(ctx.values);
+    let loss: Vec<f64> = pairs
+        .iter()
+        .map(|p| {
+            let extent = p.a.origin.translation.vector.norm() + p.a.shape.bounding_radius();
+            let a = clearance::acceleration_bound(ctx.model, Some(p.b.link), p.a.link, extent, ctx.speed);
+            clearance::loss(a, ctx.period, gain)
+        })
+        .collect();
+    let moving: Vec<Geometry> = pairs.iter().map(|p| p.a.clone()).collect();
+    let reserve = reserve(params.sampled_margin, &loss, &moving, ctx)?;
+    Ok(Box::new(SelfCollision { pairs, d_min: params.d_min, gain: params.gain, reserve, loss }))
+}
+
+impl Task for SelfCollision {
+    fn rows(&self) -> Vec<RowInfo> {
+        let name = |p: &Pair| format!("{} to {}", p.a.name, p.b.name);
+        self.pairs.iter().map(|p| RowInfo { name: name(p), dimension: LENGTH }).collect()
+    }
+
+    fn gains(&self, values: &[f64]) -> Vec<f64> {
+        self.gain.of(values).to_vec()
+    }
+
+    fn enter(&mut self, _state: &State) {
+        for p in &mut self.pairs {
+            p.last_normal = None;
+        }
+    }
+
+    fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
+        let ([gain], [d_min]) = (self.gain.of(state.values), self.d_min.of(state.values));
+        let [d_min_rate] = self.d_min.of(state.rates);
+        for (i, p) in self.pairs.iter_mut().enumerate() {
+            let pose_a = state.data.pose(p.a.link) * p.a.origin;
+            let pose_b = state.data.pose(p.b.link) * p.b.origin;
+            let (distance, on_a, on_b, n) = match geometry::closest(&p.a.shape, &pose_a, &p.b.shape, &pose_b) {
+                Ok(c) => {
+                    p.last_normal = Some(c.normal);
+                    (c.distance, c.on_a, c.on_b, c.normal)
+                }
+                Err(_) => {
+                    let n = p.last_normal.ok_or(TaskFault::Overlap { row: i })?;
+                    (0.0, pose_a.translation.vector, pose_b.translation.vector, n)
+                }
+            };
+            let h = distance - d_min;
+            let row = rows.row(i);
+            state.data.add_point(state.model, p.a.link, &on_a, &n, row);
+            state.data.add_point(state.model, p.b.link, &on_b, &-n, row);
+            rows.lower[i] = d_min_rate - gain * (h - self.reserve[i]);
+            rows.margins[i] = h;
+        }
+        Ok(())
+    }
+
+    fn sampled_loss(&self) -> Vec<f64> {
+        self.loss.clone()
+    }
+
+    fn reserve(&self) -> Vec<f64> {
+        self.reserve.clone()
+    }
+}

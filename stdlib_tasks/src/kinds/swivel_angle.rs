@@ -1,0 +1,210 @@
+//! Turns the elbow about the line from shoulder to wrist.
+//!
+//! ```text
+//! a = z,  b = s - e,  c = s - w,  d = e - w                              thesis (3.35)-(3.38)
+//! cos φ = (a×c)·(b×d) / (|a×c| |b×d|),   sgn φ = sgn((a×b)·c)            thesis (3.39)
+//! ```
+//!
+//! `A = a×c` and `B = b×d = e×... ` are the normals of the vertical plane through shoulder and wrist and of the plane of
+//! the arm; both are square to `c`, so that φ is the angle from one to the other about `c` and has the smooth form
+//! `atan2((A×B)·c/|c|, A·B)` up to the sign that (3.39) fixes. Its gradient is that of a dihedral angle.
+
+use nalgebra::Vector3;
+use robot::LinkId;
+
+use crate::bound::{Arm, BoundParams, Slot};
+use crate::dimension::{ANGLE, RATE};
+use crate::params::{Input, ParamType, Presence, Quantity};
+use crate::task::{Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+
+crate::params! {
+    /// Parameters of `swivel_angle`.
+    pub struct Params {
+        /// Target angle of each arm; it may move with time.
+        angle: Vec<(Arm, Slot)> = ParamType::PerArm(ANGLE), Presence::Required;
+        /// k: how fast the error decays.
+        gain: Input<1> = ParamType::Scalar(Quantity::at_least(RATE, 0.0)), Presence::Default("1 /s");
+    }
+}
+
+/// The catalogue entry.
+pub static KIND: TaskKind = TaskKind {
+    name: "swivel_angle",
+    summary: "turns the elbow about the line from shoulder to wrist",
+    docs: "One equality row an arm, `J_sw v = φ_d' + k (φ_d - φ)`, with the error taken the short way round.\n\n\
+```text\n\
+a = z,  b = s - e,  c = s - w,  d = e - w\n\
+φ = sgn(a×b · c) arccos( (a×c)·(b×d) / (|a×c| |b×d|) )\n\
+```\n\n\
+`s`, `e`, `w` are the arm's shoulder, elbow and wrist. φ is undefined where the wrist stands straight above or below \
+the shoulder, or the arm is stretched: there the row is left free, and `run` counts those ticks. The sign is that of \
+the thesis; mirrored arms have opposite angles.\n\n\
+Source: thesis (3.35)-(3.42). The gradient is that of the dihedral angle, checked by central differences.",
+    example: "task elbows = swivel_angle { angle { left 45 deg  right 45 deg }  gain 1 /s }",
+    nature: Nature::Target,
+    params: Params::INFO,
+    positional: &[],
+    actuals: &[Actual { name: "*", ty: ActualType::Scalar(ANGLE) }],
+    build,
+};
+
+struct Row {
+    name: String,
+    shoulder: LinkId,
+    elbow: LinkId,
+    wrist: LinkId,
+    target: Slot,
+}
+
+struct SwivelAngle {
+    rows: Vec<Row>,
+    gain: Input<1>,
+}
+
+fn build(bound: &BoundParams, _ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    let params = Params::from_bound(bound)?;
+    let mut rows = Vec::new();
+    for (arm, target) in params.angle {
+        let (Some(shoulder), Some(elbow), Some(wrist)) = (arm.shoulder, arm.elbow, arm.wrist) else {
+            return Err(BuildError::new("angle", format!("arm `{}` has no shoulder, elbow and wrist", arm.name))
+                .help("declare them in the robot: `arms { left { shoulder .. elbow .. wrist .. tip .. } }`"));
+        };
+        rows.push(Row { name: arm.name, shoulder, elbow, wrist, target });
+    }
+    Ok(Box::new(SwivelAngle { rows, gain: params.gain }))
+}
+
+/// A swivel angle and its gradients with respect to shoulder, elbow and wrist, in rad/m.
+pub struct Swivel {
+    /// The angle in (-pi, pi], rad.
+    pub angle: f64,
+    /// Gradient with respect to the shoulder's position.
+    pub by_shoulder: Vector3<f64>,
+    /// Gradient with respect to the elbow's position.
+    pub by_elbow: Vector3<f64>,
+    /// Gradient with respect to the wrist's position.
+    pub by_wrist: Vector3<f64>,
+}
+
+/// The swivel angle of three points; `None` where it is undefined (a normal shorter than 1e-6 m^2, or of the lengths'
+/// product, whichever is larger).
+pub fn swivel(s: &Vector3<f64>, e: &Vector3<f64>, w: &Vector3<f64>) -> Option<Swivel> {
+    let up = Vector3::z();
+    // The dihedral angle of the points (s + up, s, w, e) about the edge g = s - w, in the notation of Blondel & Karplus:
+    // F = up, G = g, H = e - w; A = F×G, B = H×G.
+    let (f, g, h) = (up, s - w, e - w);
+    let (a, b) = (f.cross(&g), h.cross(&g));
+    let gn = g.norm();
+    if gn < 1e-6 || a.norm() < 1e-4 * gn || b.norm() < 1e-4 * gn * gn {
+        return None;
+    }
+    let (a2, b2) = (a.norm_squared(), b.norm_squared());
+    // b×d of the thesis is (s - e)×(e - w) = g×h... = -(h×g) + .. : it equals -(e - w)×(s - w)·(-1) = b, see the test.
+    let angle = b.cross(&a).dot(&g).atan2(gn * a.dot(&b));
+    let by_first = a * (-gn / a2);
+    let by_elbow = b * (gn / b2);
+    let shared = a * (f.dot(&g) / (a2 * gn)) - b * (h.dot(&g) / (b2 * gn));
+    Some(Swivel {
+        angle,
+        // the first point s + up moves with s
+        by_shoulder: by_first + a * (gn / a2) + shared,
+        by_elbow,
+        by_wrist: -shared - b * (gn / b2),
+    })
+}
+
+impl Task for SwivelAngle {
+    fn rows(&self) -> Vec<RowInfo> {
+        self.rows.iter().map(|r| RowInfo { name: r.name.clone(), dimension: ANGLE }).collect()
+    }
+
+    fn measures(&self) -> Vec<Measure> {
+        self.rows.iter().map(|r| Measure { name: r.name.clone(), dimension: ANGLE }).collect()
+    }
+
+    fn gains(&self, values: &[f64]) -> Vec<f64> {
+        self.gain.of(values).to_vec()
+    }
+
+    fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
+        let [gain] = self.gain.of(state.values);
+        for (i, r) in self.rows.iter().enumerate() {
+            let at = |link| state.data.pose(link).translation.vector;
+            let (s, e, w) = (at(r.shoulder), at(r.elbow), at(r.wrist));
+            let Some(swivel) = swivel(&s, &e, &w) else {
+                *rows.undefined = true;
+                rows.measures[i] = f64::NAN;
+                continue;
+            };
+            let difference = state.values[r.target.at] - swivel.angle;
+            let error = difference.sin().atan2(difference.cos());
+            let row = rows.row(i);
+            state.data.add_point(state.model, r.shoulder, &s, &swivel.by_shoulder, row);
+            state.data.add_point(state.model, r.elbow, &e, &swivel.by_elbow, row);
+            state.data.add_point(state.model, r.wrist, &w, &swivel.by_wrist, row);
+            rows.equal(i, state.rates[r.target.at] + gain * error);
+            rows.measures[i] = error.abs();
+        }
+        Ok(())
+    }
+
+    fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
+        let Some(r) = self.rows.iter().find(|r| r.name == name.strip_prefix("angle.").unwrap_or(name)) else {
+            return false;
+        };
+        let at = |link| state.data.pose(link).translation.vector;
+        match swivel(&at(r.shoulder), &at(r.elbow), &at(r.wrist)) {
+            Some(s) => out[0] = s.angle,
+            None => out[0] = f64::NAN,
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// thesis (3.39), to the letter.
+    fn printed(s: Vector3<f64>, e: Vector3<f64>, w: Vector3<f64>) -> f64 {
+        let (a, b, c, d) = (Vector3::z(), s - e, s - w, e - w);
+        let (ac, bd) = (a.cross(&c), b.cross(&d));
+        let cosine = (ac.dot(&bd) / (ac.norm() * bd.norm())).clamp(-1.0, 1.0);
+        a.cross(&b).dot(&c).signum() * cosine.acos()
+    }
+
+    fn point() -> impl Strategy<Value = Vector3<f64>> {
+        prop::array::uniform3(-1.0..1.0f64).prop_map(Vector3::from)
+    }
+
+    proptest! {
+        #[test]
+        fn it_is_the_angle_of_the_thesis(s in point(), e in point(), w in point()) {
+            if let Some(x) = swivel(&s, &e, &w) {
+                let p = printed(s, e, w);
+                prop_assert!((x.angle.cos() - p.cos()).abs() < 1e-6);
+                prop_assume!(p.sin().abs() > 1e-3);
+                prop_assert!((x.angle - p).abs() < 1e-6, "{} and {}", x.angle, p);
+            }
+        }
+
+        #[test]
+        fn its_gradients_are_right(s in point(), e in point(), w in point(), d in point()) {
+            let Some(x) = swivel(&s, &e, &w) else { return Ok(()) };
+            let (ac, bc) = (Vector3::z().cross(&(s - w)).norm(), (e - w).cross(&(s - w)).norm());
+            prop_assume!(ac > 0.05 && bc > 0.05);
+            let step = 1e-6;
+            let slope = |f: &dyn Fn(f64) -> Option<Swivel>| {
+                let d = f(step).unwrap().angle - f(-step).unwrap().angle;
+                d.sin().atan2(d.cos()) / (2.0 * step)
+            };
+            let numeric = slope(&|h| swivel(&(s + d * h), &e, &w));
+            prop_assert!((numeric - x.by_shoulder.dot(&d)).abs() < 1e-4);
+            let numeric = slope(&|h| swivel(&s, &(e + d * h), &w));
+            prop_assert!((numeric - x.by_elbow.dot(&d)).abs() < 1e-4);
+            let numeric = slope(&|h| swivel(&s, &e, &(w + d * h)));
+            prop_assert!((numeric - x.by_wrist.dot(&d)).abs() < 1e-4);
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! Keeps points or shapes of the robot on the free side of a plane.
+//!
+//! ```text
+//! h(q) = n·(p - a) - d_min            [m]    safe where h >= 0            thesis (3.17), (3.18)
+//! n·J_p v >= -φ (h - δ)               [m/s]  δ: the sampled-time reserve  thesis (3.19), (3.20)
+//! ```
+
+use nalgebra::{Point3, Vector3};
+use robot::{LinkId, geometry};
+
+use crate::bound::{BoundParams, Geometry, Slot};
+use crate::clearance;
+use crate::dimension::{LENGTH, RATE};
+use crate::params::{Auto, FromBound, Input, ParamType, Presence, Quantity};
+use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+
+/// Three points, as nine constants.
+#[derive(Clone, Copy, Debug)]
+pub struct ThreePoints(Input<9>);
+
+impl FromBound for ThreePoints {
+    fn from_bound(bound: Option<&crate::bound::Bound>) -> Option<Self> {
+        match bound {
+            Some(crate::bound::Bound::Value(Slot { at, len: 9 })) => Some(ThreePoints(Input { at: *at })),
+            _ => None,
+        }
+    }
+}
+
+crate::params! {
+    /// Parameters of `virtual_wall`.
+    pub struct Params {
+        /// What is kept away: points, segments, links with their collision shapes, groups of them.
+        points: Vec<Geometry> = ParamType::Geometries, Presence::Required;
+        /// Three points of the plane, not on one line. Seen from the free side they go round anticlockwise:
+        /// the normal is `(p2 - p1) x (p3 - p1)`.
+        through: ThreePoints = ParamType::Vectors(3, LENGTH), Presence::Required;
+        /// The link that carries the plane; `through` is then in that link's frame. The world where left out.
+        on: Option<(String, LinkId)> = ParamType::Frame, Presence::Optional;
+        /// d_min: the closest a point may come to the plane.
+        d_min: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0)), Presence::Default("0 m");
+        /// φ: how fast the margin may be used up.
+        gain: Input<1> = ParamType::Scalar(Quantity::above(RATE, 0.0)), Presence::Default("5 /s");
+        /// δ: held in reserve for what sampling in time can lose; `auto` computes it from the speed limits.
+        sampled_margin: Auto = ParamType::AutoScalar(Quantity::at_least(LENGTH, 0.0).constant()), Presence::Default("0 m");
+    }
+}
+
+/// The catalogue entry.
+pub static KIND: TaskKind = TaskKind {
+    name: "virtual_wall",
+    summary: "keeps points or shapes of the robot on the free side of a plane",
+    docs: "One inequality row for each point or shape:\n\n\
+```text\n\
+n = (p2 - p1)×(p3 - p1) / |..|\n\
+h = n·(p - p1) - d_min        [m]     safe where h >= 0\n\
+n·J_p v  >=  -φ (h - δ)       [m/s]\n\
+```\n\n\
+For a shape, `p` is its point nearest to the plane (of equally near ones, the first). With `on LINK` the plane moves \
+with the link and its motion is part of the row.\n\n\
+`sampled_margin auto` sets `δ = A T / (2 φ)`, where A bounds the acceleration of the point at the speed limits in force: \
+then `h` stays at or above zero at every tick, for points and spheres. Flat shapes that turn parallel to the plane can \
+lose more, because the nearest point jumps.\n\n\
+Source: thesis (3.17)-(3.20); the Jacobian has the sign that follows from `h`, not the printed one.",
+    example: "task deck = virtual_wall { points left_elbow  through [[0, 0, 0.4], [1, 0, 0.4], [0, 1, 0.4]] m  d_min 0.3 m }",
+    nature: Nature::Limit,
+    params: Params::INFO,
+    positional: &["points"],
+    actuals: &[],
+    build,
+};
+
+struct VirtualWall {
+    points: Vec<Geometry>,
+    on: Option<LinkId>,
+    a: Point3<f64>,
+    n: Vector3<f64>,
+    d_min: Input<1>,
+    gain: Input<1>,
+    reserve: Vec<f64>,
+    loss: Vec<f64>,
+}
+
+fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    let params = Params::from_bound(bound)?;
+    let t = params.through.0.of(ctx.values);
+    let p = |i: usize| Vector3::new(t[3 * i], t[3 * i + 1], t[3 * i + 2]);
+    let (u, v) = (p(1) - p(0), p(2) - p(0));
+    let normal = u.cross(&v);
+    // sin of the angle at p1: below a thousandth of a degree nobody means a plane
+    if normal.norm() <= 1e-5 * u.norm() * v.norm() || normal.norm() == 0.0 {
+        return Err(BuildError::new("through", "the three points lie on one line, and no plane is given by them")
+            .help("move one of them off the line"));
+    }
+    let on = params.on.map(|f| f.1);
+    let [gain] = params.gain.of(ctx.values);
+    let loss: Vec<f64> = params
+        .points
+        .iter()
+        .map(|g| {
+            let extent = g.origin.translation.vector.norm() + g.shape.bounding_radius();
+            clearance::loss(clearance::acceleration_bound(ctx.model, on, g.link, extent, ctx.speed), ctx.period, gain)
+        })
+        .collect();
+    let reserve = reserve(params.sampled_margin, &loss, &params.points, ctx)?;
+    let (a, n) = (Point3::from(p(0)), normal.normalize());
+    Ok(Box::new(VirtualWall { points: params.points, on, a, n, d_min: params.d_min, gain: params.gain, reserve, loss }))
+}
+
+/// The reserve of each row: what was given, or all of the loss for `auto`.
+pub(crate) fn reserve(
+    auto: Auto,
+    loss: &[f64],
+    points: &[Geometry],
+    ctx: &Context,
+) -> Result<Vec<f64>, BuildError> {
+    match auto {
+        Auto::Given(x) => Ok(vec![x.of(ctx.values)[0]; loss.len()]),
+        Auto::Auto => match loss.iter().position(|l| !l.is_finite()) {
+            None => Ok(loss.to_vec()),
+            Some(i) => Err(BuildError::new(
+                "sampled_margin",
+                format!(
+                    "`auto` needs a speed limit for every joint that moves `{}`",
+                    points.get(i).map_or("it", |g| g.name.as_str())
+                ),
+            )
+            .help("give the limits in the robot, or add `joint_velocity_limits` with `max` to the stack")),
+        },
+    }
+}
+
+impl Task for VirtualWall {
+    fn rows(&self) -> Vec<RowInfo> {
+        self.points.iter().map(|g| RowInfo { name: g.name.clone(), dimension: LENGTH }).collect()
+    }
+
+    fn gains(&self, values: &[f64]) -> Vec<f64> {
+        self.gain.of(values).to_vec()
+    }
+
+    fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
+        let ([gain], [d_min]) = (self.gain.of(state.values), self.d_min.of(state.values));
+        let [d_min_rate] = self.d_min.of(state.rates);
+        let (a, n) = match self.on {
+            Some(link) => {
+                let pose = state.data.pose(link);
+                (pose * self.a, pose.rotation * self.n)
+            }
+            None => (self.a, self.n),
+        };
+        for (i, g) in self.points.iter().enumerate() {
+            let pose = state.data.pose(g.link) * g.origin;
+            let nearest = geometry::closest_plane(&g.shape, &pose, &n, n.dot(&a.coords));
+            let h = nearest.distance - d_min;
+            let row = rows.row(i);
+            state.data.add_point(state.model, g.link, &nearest.on_a, &n, row);
+            if let Some(link) = self.on {
+                state.data.add_point(state.model, link, &nearest.on_a, &-n, row);
+            }
+            rows.lower[i] = d_min_rate - gain * (h - self.reserve[i]);
+            rows.margins[i] = h;
+        }
+        Ok(())
+    }
+
+    fn sampled_loss(&self) -> Vec<f64> {
+        self.loss.clone()
+    }
+
+    fn reserve(&self) -> Vec<f64> {
+        self.reserve.clone()
+    }
+}

@@ -1,0 +1,266 @@
+//! How a task type describes its parameters: name, type, unit, range, default and text, written once.
+//!
+//! The macro [`params!`](crate::params!) turns one listing into a documented struct, the static table from which schema, docs,
+//! completion and checks derive, and the reader that fills the struct from [`BoundParams`].
+
+use crate::bound::{Arm, Bound, BoundParams, Geometry, Slot};
+use crate::dimension::Dimension;
+use robot::LinkId;
+
+/// What a parameter may hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ParamType {
+    /// A number; it may move with time unless `constant`.
+    Scalar(Quantity),
+    /// `auto`, or a number.
+    AutoScalar(Quantity),
+    /// Three numbers; they may move with time.
+    Vector(Dimension),
+    /// Exactly this many vectors of constants.
+    Vectors(usize, Dimension),
+    /// An orientation; it may move with time.
+    Rotation,
+    /// One rate for all, or one for each of these names.
+    Gains(&'static [&'static str]),
+    /// A link of the robot.
+    Frame,
+    /// Links, or arms, which stand for their tips.
+    Frames,
+    /// A declared arm.
+    Arm,
+    /// Points, segments, links (with their collision shapes), and groups of them.
+    Geometries,
+    /// Joints and groups of joints.
+    Joints,
+    /// A position for each joint: rad or m.
+    JointPositions,
+    /// A velocity for each joint: rad/s or m/s.
+    JointVelocities,
+    /// A number for each of some arms.
+    PerArm(Dimension),
+    /// One of these words.
+    Choice(&'static [&'static str]),
+    /// Parameters inside a parameter.
+    Group(&'static [ParamInfo]),
+}
+
+/// Unit and range of a scalar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantity {
+    /// Its dimension.
+    pub dimension: Dimension,
+    /// The smallest value allowed.
+    pub min: f64,
+    /// Whether `min` itself is allowed.
+    pub min_included: bool,
+    /// The largest value allowed.
+    pub max: f64,
+    /// True where the value must not move with time.
+    pub constant: bool,
+}
+
+impl Quantity {
+    /// Any finite value of a dimension.
+    pub const fn any(dimension: Dimension) -> Self {
+        Quantity { dimension, min: f64::NEG_INFINITY, min_included: true, max: f64::INFINITY, constant: false }
+    }
+
+    /// `min` or more.
+    pub const fn at_least(dimension: Dimension, min: f64) -> Self {
+        Quantity { min, ..Quantity::any(dimension) }
+    }
+
+    /// More than `min`.
+    pub const fn above(dimension: Dimension, min: f64) -> Self {
+        Quantity { min, min_included: false, ..Quantity::any(dimension) }
+    }
+
+    /// From `min` to `max`, both included.
+    pub const fn between(dimension: Dimension, min: f64, max: f64) -> Self {
+        Quantity { min, max, ..Quantity::any(dimension) }
+    }
+
+    /// The same, and it must not move with time.
+    pub const fn constant(self) -> Self {
+        Quantity { constant: true, ..self }
+    }
+
+    /// True where the value lies in the range. False for NaN.
+    pub fn contains(&self, x: f64) -> bool {
+        x.is_finite() && (x > self.min || (self.min_included && x == self.min)) && x <= self.max
+    }
+
+    /// The range in words, empty where everything is allowed.
+    pub fn describe(&self) -> String {
+        match (self.min.is_finite(), self.max.is_finite()) {
+            (false, false) => String::new(),
+            (true, false) if self.min_included => format!("at least {}", self.min),
+            (true, false) => format!("more than {}", self.min),
+            (false, true) => format!("at most {}", self.max),
+            (true, true) => format!("from {} to {}", self.min, self.max),
+        }
+    }
+}
+
+/// What happens where a parameter is left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Presence {
+    /// It must be written.
+    Required,
+    /// It may be absent.
+    Optional,
+    /// This text of the language stands in for it.
+    Default(&'static str),
+}
+
+/// One parameter of a task type.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ParamInfo {
+    /// Its name in a spec.
+    pub name: &'static str,
+    /// What it is, in Markdown, one string per line.
+    pub doc: &'static [&'static str],
+    /// What it may hold.
+    pub ty: ParamType,
+    /// Whether it may be left out.
+    pub presence: Presence,
+}
+
+impl ParamInfo {
+    /// The text in one line.
+    pub fn text(&self) -> String {
+        self.doc.iter().map(|l| l.trim()).collect::<Vec<_>>().join(" ")
+    }
+}
+
+/// A bound parameter does not have the form that its task type declares. The compiler never produces one; a
+/// program that was edited by hand may hold one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WrongForm {
+    /// The parameter.
+    pub param: String,
+}
+
+/// A Rust type that a bound parameter can be read into.
+pub trait FromBound: Sized {
+    /// Reads it; `None` for a wrong form.
+    fn from_bound(bound: Option<&Bound>) -> Option<Self>;
+}
+
+impl<T: FromBound> FromBound for Option<T> {
+    fn from_bound(bound: Option<&Bound>) -> Option<Self> {
+        match bound {
+            None => Some(None),
+            some => T::from_bound(some).map(Some),
+        }
+    }
+}
+
+/// `N` numbers that may move with time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Input<const N: usize> {
+    /// Where they stand.
+    pub at: usize,
+}
+
+impl<const N: usize> Input<N> {
+    /// This tick's values (or rates, from the table of rates). Zeros where the table is too short, which
+    /// [`crate::task::Context::slot_count`] excludes when a task is built.
+    pub fn of(&self, table: &[f64]) -> [f64; N] {
+        let mut out = [0.0; N];
+        if let Some(s) = table.get(self.at..self.at + N) {
+            out.copy_from_slice(s);
+        }
+        out
+    }
+}
+
+impl<const N: usize> FromBound for Input<N> {
+    fn from_bound(bound: Option<&Bound>) -> Option<Self> {
+        match bound {
+            Some(Bound::Value(Slot { at, len })) if *len == N => Some(Input { at: *at }),
+            _ => None,
+        }
+    }
+}
+
+/// `auto`, or a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Auto {
+    /// Let the task work it out.
+    Auto,
+    /// This number.
+    Given(Input<1>),
+}
+
+impl FromBound for Auto {
+    fn from_bound(bound: Option<&Bound>) -> Option<Self> {
+        match bound {
+            Some(Bound::Choice(word)) if word == "auto" => Some(Auto::Auto),
+            value => Input::from_bound(value).map(Auto::Given),
+        }
+    }
+}
+
+macro_rules! from_bound {
+    ($variant:ident, $ty:ty) => {
+        impl FromBound for $ty {
+            fn from_bound(bound: Option<&Bound>) -> Option<Self> {
+                match bound {
+                    Some(Bound::$variant(x)) => Some(x.clone()),
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+from_bound!(Frames, Vec<(String, LinkId)>);
+from_bound!(Arm, Arm);
+from_bound!(Geometries, Vec<Geometry>);
+from_bound!(Joints, Vec<usize>);
+from_bound!(PerJoint, Vec<(usize, Slot)>);
+from_bound!(PerArm, Vec<(Arm, Slot)>);
+from_bound!(Choice, String);
+from_bound!(Group, BoundParams);
+
+impl FromBound for (String, LinkId) {
+    fn from_bound(bound: Option<&Bound>) -> Option<Self> {
+        match bound {
+            Some(Bound::Frame(name, link)) => Some((name.clone(), *link)),
+            _ => None,
+        }
+    }
+}
+
+/// Lists the parameters of a task type: `name: RustType = ParamType, presence;` with a doc comment each.
+#[macro_export]
+macro_rules! params {
+    (
+        $(#[doc = $top:literal])*
+        $vis:vis struct $Name:ident {
+            $( $(#[doc = $doc:literal])* $field:ident : $ty:ty = $kind:expr, $presence:expr; )*
+        }
+    ) => {
+        $(#[doc = $top])*
+        #[derive(Clone, Debug)]
+        $vis struct $Name { $( $(#[doc = $doc])* pub $field: $ty, )* }
+
+        impl $Name {
+            /// The table that schema, docs, completion and checks derive from.
+            pub const INFO: &'static [$crate::params::ParamInfo] = &[$(
+                $crate::params::ParamInfo { name: stringify!($field), doc: &[$($doc),*], ty: $kind, presence: $presence },
+            )*];
+
+            /// Reads bound parameters.
+            ///
+            /// # Errors
+            /// A parameter has another form than [`Self::INFO`] declares.
+            pub fn from_bound(bound: &$crate::bound::BoundParams) -> Result<Self, $crate::params::WrongForm> {
+                Ok($Name { $(
+                    $field: $crate::params::FromBound::from_bound(bound.get(stringify!($field)))
+                        .ok_or_else(|| $crate::params::WrongForm { param: stringify!($field).to_string() })?,
+                )* })
+            }
+        }
+    };
+}

@@ -1,0 +1,256 @@
+//! What a task is: "given the kinematics at this tick, write my rows `lower <= J v <= upper`".
+
+use robot::{Data, Model};
+
+use crate::bound::BoundParams;
+use crate::dimension::Dimension;
+use crate::params::{ParamInfo, WrongForm};
+
+/// Whether a task pulls towards a target or keeps out of a region.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Nature {
+    /// Rows are equalities; the task has errors.
+    Target,
+    /// Rows are inequalities; the task has margins.
+    Limit,
+}
+
+/// A value of the task as it is, which `initial(NAME)` captures on entering a stack.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Actual {
+    /// The path under which the spec names it, that of the parameter whose target it is; `*` for any arm.
+    pub name: &'static str,
+    /// Its type.
+    pub ty: ActualType,
+}
+
+/// The type of an [`Actual`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ActualType {
+    /// One number.
+    Scalar(Dimension),
+    /// Three numbers.
+    Vector(Dimension),
+    /// A unit quaternion `w x y z`.
+    Rotation,
+}
+
+impl ActualType {
+    /// How many numbers it takes.
+    pub fn len(self) -> usize {
+        match self {
+            ActualType::Scalar(_) => 1,
+            ActualType::Vector(_) => 3,
+            ActualType::Rotation => 4,
+        }
+    }
+
+    /// Never true; for clippy's peace of mind.
+    pub fn is_empty(self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// A task type: an entry of the catalogue.
+pub struct TaskKind {
+    /// Its name in a spec.
+    pub name: &'static str,
+    /// One line.
+    pub summary: &'static str,
+    /// The page of the catalogue, in Markdown: equations, meaning, source, an example.
+    pub docs: &'static str,
+    /// A spec fragment that uses it, in the native spelling.
+    pub example: &'static str,
+    /// Target or limit.
+    pub nature: Nature,
+    /// Parameters in the order of the docs.
+    pub params: &'static [ParamInfo],
+    /// Parameters that may be given in parentheses, in order.
+    pub positional: &'static [&'static str],
+    /// What `initial(..)` can capture inside its parameters.
+    pub actuals: &'static [Actual],
+    /// Builds a task.
+    pub build: fn(&BoundParams, &Context) -> Result<Box<dyn Task>, BuildError>,
+}
+
+impl std::fmt::Debug for TaskKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "TaskKind({})", self.name)
+    }
+}
+
+/// What a task is built for.
+pub struct Context<'a> {
+    /// The robot.
+    pub model: &'a Model,
+    /// Values at the moment of building: constants hold their value, moving numbers their value at `t = 0`.
+    pub values: &'a [f64],
+    /// Control period T, in s.
+    pub period: f64,
+    /// For each degree of freedom the largest speed that hard limits or the robot allow, in rad/s or m/s;
+    /// infinite where nothing bounds it.
+    pub speed: &'a [f64],
+}
+
+impl Context<'_> {
+    /// Size of the table of values.
+    pub fn slot_count(&self) -> usize {
+        self.values.len()
+    }
+}
+
+/// Why a task cannot be built from well-formed parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BuildError {
+    /// The parameter at fault; empty for the task as a whole.
+    pub param: String,
+    /// What is wrong.
+    pub message: String,
+    /// What to do.
+    pub help: Option<String>,
+}
+
+impl BuildError {
+    /// An error about a parameter.
+    pub fn new(param: &str, message: impl Into<String>) -> Self {
+        BuildError { param: param.to_string(), message: message.into(), help: None }
+    }
+
+    /// Says what to do.
+    pub fn help(mut self, text: impl Into<String>) -> Self {
+        self.help = Some(text.into());
+        self
+    }
+}
+
+impl From<WrongForm> for BuildError {
+    fn from(w: WrongForm) -> Self {
+        let message = format!("`{}` does not have the form that this task type declares", w.param);
+        BuildError { param: w.param, message, help: None }
+    }
+}
+
+/// What a row is called and measured in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RowInfo {
+    /// The point, joint, pair or axis that it speaks of.
+    pub name: String,
+    /// Dimension of the row's value and margin.
+    pub dimension: Dimension,
+}
+
+/// An error that a target task reports every tick.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measure {
+    /// `position`, `left.orientation`; empty where the task has only one.
+    pub name: String,
+    /// Its dimension.
+    pub dimension: Dimension,
+}
+
+/// The robot at a tick.
+pub struct State<'a> {
+    /// The robot.
+    pub model: &'a Model,
+    /// Kinematics at `q`.
+    pub data: &'a Data,
+    /// Configuration, `nq` numbers.
+    pub q: &'a [f64],
+    /// This tick's parameter values.
+    pub values: &'a [f64],
+    /// Their time derivatives.
+    pub rates: &'a [f64],
+}
+
+/// Where a task writes: its rows of `lower <= J v <= upper`, and what monitors and plots read.
+pub struct Rows<'a> {
+    /// Row-major, `stride` numbers a row, zero on entry.
+    pub jacobian: &'a mut [f64],
+    /// Numbers from one row to the next, at least `nv`.
+    pub stride: usize,
+    /// Lower bounds; minus infinity on entry.
+    pub lower: &'a mut [f64],
+    /// Upper bounds; infinity on entry.
+    pub upper: &'a mut [f64],
+    /// Limits only: `h` of each row, safe where not negative. Infinite on entry.
+    pub margins: &'a mut [f64],
+    /// Targets only: one number for each of [`Task::measures`].
+    pub measures: &'a mut [f64],
+    /// Set to true where a row could not be defined at this configuration and was left free.
+    pub undefined: &'a mut bool,
+}
+
+impl Rows<'_> {
+    /// The coefficients of row `i`, `nv` or more numbers.
+    pub fn row(&mut self, i: usize) -> &mut [f64] {
+        &mut self.jacobian[i * self.stride..(i + 1) * self.stride]
+    }
+
+    /// Makes row `i` an equality.
+    pub fn equal(&mut self, i: usize, value: f64) {
+        self.lower[i] = value;
+        self.upper[i] = value;
+    }
+}
+
+/// A task cannot write its rows at this configuration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TaskFault {
+    /// A value is not finite.
+    NotFinite {
+        /// The row.
+        row: usize,
+    },
+    /// Two shapes overlap so deeply that no direction leads apart.
+    Overlap {
+        /// The row.
+        row: usize,
+    },
+}
+
+/// A built task. Everything that it needs at a tick was allocated when it was built.
+pub trait Task: Send {
+    /// Its rows, in order; the number never changes.
+    fn rows(&self) -> Vec<RowInfo>;
+
+    /// Its errors, in order; empty for limits.
+    fn measures(&self) -> Vec<Measure> {
+        Vec::new()
+    }
+
+    /// Called once when a stack that holds the task becomes active.
+    fn enter(&mut self, _state: &State) {}
+
+    /// Writes the rows of this tick. Never allocates.
+    ///
+    /// # Errors
+    /// The rows are not defined here; the controller treats this as a fault.
+    fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault>;
+
+    /// Errors or margins that exist only once the velocity is known. Never allocates.
+    fn observe(&self, _state: &State, _v: &[f64], _margins: &mut [f64], _measures: &mut [f64]) {}
+
+    /// Writes the value that `initial(name)` captures; false for an unknown name.
+    fn actual(&self, _name: &str, _state: &State, _out: &mut [f64]) -> bool {
+        false
+    }
+
+    /// The gains of its rows in 1/s: the compiler checks them against the control period.
+    fn gains(&self, values: &[f64]) -> Vec<f64>;
+
+    /// For limits whose `h` is curved: how far a row may fall below zero between two ticks, in the row's unit, if
+    /// nothing is added (mathematics, sampled time). Empty where it cannot happen.
+    fn sampled_loss(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// The share of [`Task::sampled_loss`] that the rows already keep in reserve.
+    fn reserve(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Speeds that the task allows at most, as `(degree of freedom, rad/s or m/s)`.
+    fn speed_limits(&self, _values: &[f64]) -> Vec<(usize, f64)> {
+        Vec::new()
+    }
+}
