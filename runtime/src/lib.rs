@@ -1,1 +1,19 @@
-//! Compiled programs, the controller that runs them and the simulated robot
+//! Compiled programs, the controller that runs them, and the simulated robot.
+//!
+//! A [`Program`] is plain data. [`Controller::new`] makes it ready, allocating everything that the loop needs;
+//! [`Controller::step`] turns an observation into a command. Nothing here knows source text.
+
+pub mod controller;
+pub mod evaluator;
+pub mod fault;
+pub mod program;
+pub mod record;
+pub mod simulate;
+pub mod simulated_robot;
+
+pub use controller::{Command, Controller, Observation};
+pub use evaluator::{Evaluator, Member, build_tasks};
+pub use fault::Fault;
+pub use program::{Program, ProgramError};
+pub use simulate::{Recorder, RunError, Simulation, Tick};
+pub use simulated_robot::SimulatedRobot;

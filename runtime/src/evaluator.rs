@@ -1,0 +1,285 @@
+//! A stack made ready to run: kinematics, parameter values and tasks, which together fill the hierarchical problem.
+//!
+//! The controller has one for its reference configuration; where the simulated robot is not perfect, the monitors have
+//! another for the true one.
+
+use std::ops::Range;
+
+use robot::{Data, Model};
+use solver::{LevelShape, Problem};
+use stdlib_tasks::dimension::Dimension;
+use stdlib_tasks::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault};
+
+use crate::fault::Fault;
+use crate::program::{CaptureSource, Program, ProgramError, StackProgram, TaskProgram, Times, Values};
+
+/// A task of the stack, and where its numbers stand.
+#[derive(Clone, Debug)]
+pub struct Member {
+    /// The task's name.
+    pub name: String,
+    /// Its type.
+    pub kind: &'static str,
+    /// Target or limit.
+    pub nature: Nature,
+    /// Index of its level.
+    pub level: usize,
+    /// Its rows in that level.
+    pub rows: Range<usize>,
+    /// What the rows are called.
+    pub row_info: Vec<RowInfo>,
+    /// Its place in [`Evaluator::margins`]; empty for targets.
+    pub margins: Range<usize>,
+    /// Its place in [`Evaluator::measures`]; empty for limits.
+    pub measures: Range<usize>,
+    /// What the measures are called.
+    pub measure_info: Vec<Measure>,
+    /// Index of the task in the program.
+    pub program_index: usize,
+}
+
+impl Member {
+    /// The dimension that all rows share, if they do.
+    pub fn dimension(&self) -> Option<Dimension> {
+        let first = self.row_info.first()?.dimension;
+        self.row_info.iter().all(|r| r.dimension == first).then_some(first)
+    }
+}
+
+/// A stack made ready to run.
+pub struct Evaluator {
+    model: Model,
+    data: Data,
+    values: Values,
+    inputs: Vec<f64>,
+    registers: Vec<f64>,
+    current: Vec<f64>,
+    rates: Vec<f64>,
+    tasks: Vec<Box<dyn Task>>,
+    members: Vec<Member>,
+    locked: Vec<usize>,
+    margins: Vec<f64>,
+    measures: Vec<f64>,
+    undefined: Vec<bool>,
+}
+
+/// Builds the tasks of a stack, one for each member in the order of levels. Speed limits that tasks of the stack
+/// impose are known to all of them.
+pub fn build_tasks(
+    model: &Model,
+    period: f64,
+    values: &[f64],
+    tasks: &[TaskProgram],
+    stack: &StackProgram,
+) -> Vec<Result<Box<dyn Task>, BuildError>> {
+    let mut speed: Vec<f64> = model.dofs.iter().map(|d| d.velocity).collect();
+    for &dof in &stack.locked {
+        speed[dof] = 0.0;
+    }
+    let build = |speed: &[f64]| {
+        let context = Context { model, values, period, speed };
+        let one = |task: &TaskProgram| match stdlib_tasks::find(&task.kind) {
+            Some(kind) => (kind.build)(&task.params, &context),
+            None => Err(BuildError::new("", format!("there is no task type `{}`", task.kind))),
+        };
+        let members = stack.levels.iter().flat_map(|l| &l.members);
+        members.map(|m| one(&tasks[m.task])).collect::<Vec<_>>()
+    };
+    let first = build(&speed);
+    for task in first.iter().flatten() {
+        for (dof, limit) in task.speed_limits(values) {
+            speed[dof] = speed[dof].min(limit);
+        }
+    }
+    build(&speed)
+}
+
+impl Evaluator {
+    /// Makes a stack of a checked program ready, together with the problem that it fills.
+    ///
+    /// # Errors
+    /// A task cannot be built, which a compiled program excludes.
+    pub fn new(program: &Program, stack: usize) -> Result<(Evaluator, Problem), ProgramError> {
+        let model = program.robot.model.clone();
+        let stack_program = &program.stacks[stack];
+        let built = build_tasks(&model, program.robot.period, &program.values.initial, &program.tasks, stack_program);
+        let (mut tasks, mut members, mut shapes) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut margins, mut measures) = (0, 0);
+        let mut built = built.into_iter();
+        for (level, l) in stack_program.levels.iter().enumerate() {
+            let mut rows = 0;
+            for m in &l.members {
+                let p = &program.tasks[m.task];
+                let place = format!("tasks[{}]", m.task);
+                let failed = |e: BuildError| crate::program::error(&place, e.message);
+                let Some(task) = built.next() else { continue };
+                let task = task.map_err(failed)?;
+                let Some(kind) = stdlib_tasks::find(&p.kind) else { continue };
+                let (row_info, measure_info) = (task.rows(), task.measures());
+                let limits = if kind.nature == Nature::Limit { row_info.len() } else { 0 };
+                members.push(Member {
+                    name: p.name.clone(),
+                    kind: kind.name,
+                    nature: kind.nature,
+                    level,
+                    rows: rows..rows + row_info.len(),
+                    margins: margins..margins + limits,
+                    measures: measures..measures + measure_info.len(),
+                    row_info,
+                    measure_info,
+                    program_index: m.task,
+                });
+                if let Some(last) = members.last() {
+                    rows = last.rows.end;
+                    margins = last.margins.end;
+                    measures = last.measures.end;
+                }
+                tasks.push(task);
+            }
+            shapes.push(LevelShape { rows, hard: l.hard, damping: l.damping });
+        }
+        let mut problem = Problem::new(model.nv(), &shapes);
+        let weights = stack_program.levels.iter().flat_map(|l| &l.members).map(|m| m.weight);
+        for (member, weight) in members.iter().zip(weights) {
+            problem.levels[member.level].weight[member.rows.clone()].fill(weight);
+        }
+        let evaluator = Evaluator {
+            data: Data::new(&model),
+            inputs: vec![0.0; program.values.tape.inputs],
+            registers: vec![0.0; program.values.tape.ops.len()],
+            current: program.values.initial.clone(),
+            rates: vec![0.0; program.values.initial.len()],
+            values: program.values.clone(),
+            undefined: vec![false; tasks.len()],
+            tasks,
+            members,
+            locked: stack_program.locked.clone(),
+            margins: vec![f64::INFINITY; margins],
+            measures: vec![0.0; measures],
+            model,
+        };
+        Ok((evaluator, problem))
+    }
+
+    /// The robot.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Kinematics at the last configuration.
+    pub fn data(&self) -> &Data {
+        &self.data
+    }
+
+    /// The tasks, in the order of levels.
+    pub fn members(&self) -> &[Member] {
+        &self.members
+    }
+
+    /// `h` of every row of every limit.
+    pub fn margins(&self) -> &[f64] {
+        &self.margins
+    }
+
+    /// Every error of every target; NaN where it is undefined.
+    pub fn measures(&self) -> &[f64] {
+        &self.measures
+    }
+
+    /// For each task, whether a row was undefined at the last tick and left free.
+    pub fn undefined(&self) -> &[bool] {
+        &self.undefined
+    }
+
+    /// Enters the stack at a configuration: captures what `initial(..)` asks for.
+    pub fn enter(&mut self, q: &[f64], times: Times) {
+        self.inputs.fill(0.0);
+        self.kinematics(q, times);
+        let mut inputs = std::mem::take(&mut self.inputs);
+        for capture in &self.values.captures {
+            let out = &mut inputs[capture.at..capture.at + capture.len];
+            self.capture(&capture.source, q, out);
+        }
+        self.inputs = inputs;
+        self.kinematics(q, times);
+        let Evaluator { model, data, current, rates, tasks, .. } = self;
+        let state = State { model, data, q, values: current, rates };
+        for task in tasks {
+            task.enter(&state);
+        }
+    }
+
+    fn capture(&self, source: &CaptureSource, q: &[f64], out: &mut [f64]) {
+        let state = State { model: &self.model, data: &self.data, q, values: &self.current, rates: &self.rates };
+        match source {
+            CaptureSource::Task(index, name) => {
+                // A task that another stack uses leaves its captures at zero: nothing here reads them.
+                if let Some(i) = self.members.iter().position(|m| m.program_index == *index) {
+                    self.tasks[i].actual(name, &state, out);
+                }
+            }
+            CaptureSource::FramePosition(link) => {
+                out.copy_from_slice(self.data.pose(*link).translation.vector.as_slice());
+            }
+            CaptureSource::FrameOrientation(link) => {
+                stdlib_tasks::tracking::write_rotation(&self.data.pose(*link).rotation, out);
+            }
+            CaptureSource::Joint(index) => out[0] = q[*index],
+        }
+    }
+
+    fn kinematics(&mut self, q: &[f64], times: Times) {
+        self.model.forward(q, &mut self.data);
+        let Evaluator { values, inputs, registers, current, rates, .. } = self;
+        values.tape.evaluate(times, inputs, registers, current, rates);
+    }
+
+    /// Fills the problem for this tick. Never allocates.
+    ///
+    /// # Errors
+    /// A task could not write its rows.
+    pub fn update(&mut self, q: &[f64], times: Times, problem: &mut Problem) -> Result<(), Fault> {
+        self.kinematics(q, times);
+        let Evaluator { model, data, current, rates, tasks, members, locked, margins, measures, undefined, .. } = self;
+        margins.fill(f64::INFINITY);
+        let state = State { model, data, q, values: current, rates };
+        for (i, (task, m)) in tasks.iter_mut().zip(members.iter()).enumerate() {
+            let level = &mut problem.levels[m.level];
+            let stride = level.stride();
+            let (jacobian, lower, upper) = level.block_mut(m.rows.clone());
+            jacobian.fill(0.0);
+            lower.fill(f64::NEG_INFINITY);
+            upper.fill(f64::INFINITY);
+            undefined[i] = false;
+            let mut rows = Rows {
+                jacobian,
+                stride,
+                lower,
+                upper,
+                margins: &mut margins[m.margins.clone()],
+                measures: &mut measures[m.measures.clone()],
+                undefined: &mut undefined[i],
+            };
+            match task.update(&state, &mut rows) {
+                Ok(()) => {}
+                Err(TaskFault::NotFinite { row }) => return Err(Fault::NotFinite { member: i, row }),
+                Err(TaskFault::Overlap { row }) => return Err(Fault::Overlap { member: i, row }),
+            }
+            for row in rows.jacobian.chunks_exact_mut(stride) {
+                for &dof in locked.iter() {
+                    row[dof] = 0.0;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Lets the tasks see the velocity that was chosen. Never allocates.
+    pub fn observe(&mut self, q: &[f64], v: &[f64]) {
+        let Evaluator { model, data, current, rates, tasks, members, margins, measures, .. } = self;
+        let state = State { model, data, q, values: current, rates };
+        for (task, m) in tasks.iter().zip(members.iter()) {
+            task.observe(&state, v, &mut margins[m.margins.clone()], &mut measures[m.measures.clone()]);
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Makes sure that a program can be executed: every index points somewhere, every number is usable.
+//!
+//! The compiler's programs always pass. A program that was read from a file may have been edited; after this check the
+//! controller never looks outside a table.
+
+use stdlib_tasks::bound::{Bound, Geometry, Slot};
+
+use super::{CaptureSource, FORMAT, Op, Program};
+
+/// Why a program cannot be executed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ProgramError {
+    /// The part of the program, as a path such as `stacks[0].levels[2]`.
+    pub place: String,
+    /// What is wrong there.
+    pub message: String,
+}
+
+impl std::fmt::Display for ProgramError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.place, self.message)
+    }
+}
+
+impl std::error::Error for ProgramError {}
+
+pub(crate) fn error(place: impl Into<String>, message: impl Into<String>) -> ProgramError {
+    ProgramError { place: place.into(), message: message.into() }
+}
+
+fn ensure(good: bool, place: &str, message: &str) -> Result<(), ProgramError> {
+    if good { Ok(()) } else { Err(error(place, message)) }
+}
+
+impl Program {
+    /// Checks all indices and numbers.
+    ///
+    /// # Errors
+    /// The first part that cannot be executed.
+    pub fn check(&self) -> Result<(), ProgramError> {
+        ensure(self.format == FORMAT, "format", "this program was compiled by another version; compile the spec again")?;
+        self.check_robot()?;
+        self.check_values()?;
+        for (i, task) in self.tasks.iter().enumerate() {
+            let place = format!("tasks[{i}]");
+            ensure(stdlib_tasks::find(&task.kind).is_some(), &place, "no such task type")?;
+            for bound in task.params.values() {
+                self.check_bound(bound, &place)?;
+            }
+        }
+        for (i, stack) in self.stacks.iter().enumerate() {
+            let place = format!("stacks[{i}]");
+            ensure(stack.locked.iter().all(|&d| d < self.robot.model.nv()), &place, "a locked joint does not exist")?;
+            for (k, level) in stack.levels.iter().enumerate() {
+                let place = format!("{place}.levels[{k}]");
+                ensure(level.damping.is_finite() && level.damping >= 0.0, &place, "damping is negative or not finite")?;
+                for m in &level.members {
+                    ensure(m.task < self.tasks.len(), &place, "a task does not exist")?;
+                    ensure(m.weight.is_finite() && m.weight > 0.0, &place, "a weight is not positive")?;
+                }
+            }
+        }
+        let run = &self.run;
+        ensure(run.stack < self.stacks.len(), "run.stack", "no such stack")?;
+        ensure(run.duration.is_finite() && run.duration > 0.0, "run.duration", "not a positive time")?;
+        ensure(run.duration / self.robot.period <= 1e9, "run.duration", "more than a thousand million ticks")?;
+        let s = &run.simulator;
+        ensure(s.lag.is_finite() && s.lag >= 0.0 && s.noise.is_finite() && s.noise >= 0.0, "run.simulator", "negative or not finite")
+    }
+
+    fn check_robot(&self) -> Result<(), ProgramError> {
+        let r = &self.robot;
+        ensure(r.period.is_finite() && r.period > 0.0, "robot.period", "not a positive time")?;
+        ensure(r.home.len() == r.model.nq(), "robot.home", "has another length than the configuration")?;
+        ensure(r.home.iter().all(|x| x.is_finite()), "robot.home", "holds a number that is not finite")?;
+        ensure(r.tracking_gain.is_finite() && r.tracking_gain >= 0.0, "robot.tracking_gain", "negative or not finite")?;
+        for g in &r.geometries {
+            self.check_geometry(g, "robot.geometries")?;
+        }
+        Ok(())
+    }
+
+    fn check_values(&self) -> Result<(), ProgramError> {
+        let v = &self.values;
+        for (i, op) in v.tape.ops.iter().enumerate() {
+            let place = format!("values.tape.ops[{i}]");
+            ensure(op.operands().iter().flatten().all(|&o| o < i), &place, "reads an operation that comes later")?;
+            if let Op::Input(k) = op {
+                ensure(*k < v.tape.inputs, &place, "reads a captured value that does not exist")?;
+            }
+        }
+        for o in &v.tape.outputs {
+            let good = o.at < v.initial.len() && o.value < v.tape.ops.len() && o.rate < v.tape.ops.len();
+            ensure(good, "values.tape.outputs", "an output points nowhere")?;
+        }
+        for (i, c) in v.captures.iter().enumerate() {
+            let place = format!("values.captures[{i}]");
+            let end = c.at.checked_add(c.len).unwrap_or(usize::MAX);
+            ensure(end <= v.tape.inputs && c.len <= 4, &place, "fills inputs that do not exist")?;
+            let (good, len) = match &c.source {
+                CaptureSource::Task(t, _) => (*t < self.tasks.len(), c.len),
+                CaptureSource::FramePosition(l) => (l.0 < self.robot.model.links.len() as u32, 3),
+                CaptureSource::FrameOrientation(l) => (l.0 < self.robot.model.links.len() as u32, 4),
+                CaptureSource::Joint(q) => (*q < self.robot.model.nq(), 1),
+            };
+            ensure(good && len == c.len, &place, "reads something that does not exist")?;
+        }
+        Ok(())
+    }
+
+    fn check_bound(&self, bound: &Bound, place: &str) -> Result<(), ProgramError> {
+        let links = self.robot.model.links.len() as u32;
+        let link = |l: &robot::LinkId| ensure(l.0 < links, place, "a frame does not exist");
+        let slot = |s: &Slot| {
+            let end = s.at.checked_add(s.len).unwrap_or(usize::MAX);
+            ensure(end <= self.values.initial.len(), place, "a parameter has no place in the table of values")
+        };
+        let dof = |d: &usize| ensure(*d < self.robot.model.nv(), place, "a joint does not exist");
+        let arm = |a: &stdlib_tasks::bound::Arm| {
+            [Some(&a.tip), a.shoulder.as_ref(), a.elbow.as_ref(), a.wrist.as_ref()].into_iter().flatten().try_for_each(link)
+        };
+        match bound {
+            Bound::Value(s) => slot(s),
+            Bound::Frame(_, l) => link(l),
+            Bound::Frames(list) => list.iter().try_for_each(|(_, l)| link(l)),
+            Bound::Arm(a) => arm(a),
+            Bound::Geometries(list) => list.iter().try_for_each(|g| self.check_geometry(g, place)),
+            Bound::Joints(list) => list.iter().try_for_each(dof),
+            Bound::PerJoint(list) => list.iter().try_for_each(|(d, s)| dof(d).and_then(|()| slot(s))),
+            Bound::PerArm(list) => list.iter().try_for_each(|(a, s)| arm(a).and_then(|()| slot(s))),
+            Bound::Choice(_) => Ok(()),
+            Bound::Group(map) => map.values().try_for_each(|b| self.check_bound(b, place)),
+        }
+    }
+
+    fn check_geometry(&self, g: &Geometry, place: &str) -> Result<(), ProgramError> {
+        ensure(g.link.0 < self.robot.model.links.len() as u32, place, "a point belongs to no link")?;
+        ensure(g.shape.is_sound(), place, "a shape has a negative or infinite size")
+    }
+}

@@ -1,0 +1,181 @@
+//! The compiled program: everything that can be executed, as plain data.
+//!
+//! Names have become indices, quantities SI numbers, expressions a [`Tape`]. A program can be written out, read back
+//! and run without the spec it came from; [`Program::check`] makes sure that one that was read from a file cannot make
+//! the controller panic.
+
+mod check;
+mod tape;
+
+use robot::{LinkId, Model};
+use serde::{Deserialize, Serialize};
+use stdlib_tasks::bound::{Arm, BoundParams, Geometry};
+
+pub(crate) use check::error;
+pub use check::ProgramError;
+pub use tape::{Op, Output, Tape, Times};
+
+/// The version of the format; a program of another version is refused.
+pub const FORMAT: u32 = 1;
+
+/// A compiled spec.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Program {
+    /// [`FORMAT`].
+    pub format: u32,
+    /// The spec's name: that of its file, without the ending.
+    pub name: String,
+    /// What the spec calls itself, for reports.
+    pub title: String,
+    /// The robot.
+    pub robot: RobotProgram,
+    /// Values of parameters, constant and moving.
+    pub values: Values,
+    /// Tasks that some stack uses, in the order declared.
+    pub tasks: Vec<TaskProgram>,
+    /// Stacks, in the order declared.
+    pub stacks: Vec<StackProgram>,
+    /// What `run` does.
+    pub run: RunProgram,
+}
+
+/// The robot of a program.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobotProgram {
+    /// Its name in the spec.
+    pub name: String,
+    /// The URDF as the spec names it; for people, nothing reads it.
+    pub urdf: String,
+    /// The model, reduced to the joints that move.
+    pub model: Model,
+    /// Control period, in s.
+    pub period: f64,
+    /// Start configuration, `nq` numbers.
+    pub home: Vec<f64>,
+    /// Gain of the low-level layer, thesis (3.9), in 1/s.
+    pub tracking_gain: f64,
+    /// Arms, in the order declared.
+    pub arms: Vec<Arm>,
+    /// Named points and segments, in the order declared; for drawing.
+    pub geometries: Vec<Geometry>,
+}
+
+impl RobotProgram {
+    /// True where the home configuration lies within the joints' mechanical limits.
+    pub fn home_is_legal(&self) -> bool {
+        self.model.dofs.iter().all(|d| d.q_index.is_none_or(|i| self.home[i] >= d.lower && self.home[i] <= d.upper))
+    }
+
+    /// Names of the numbers of a configuration, base first.
+    pub fn q_names(&self) -> Vec<String> {
+        let base: &[&str] = match self.model.base {
+            robot::Base::Fixed => &[],
+            robot::Base::Planar | robot::Base::Unicycle => &["base_x", "base_y", "base_yaw"],
+            robot::Base::Floating => &["base_x", "base_y", "base_z", "base_qw", "base_qx", "base_qy", "base_qz"],
+        };
+        let joints = self.model.dofs.iter().filter(|d| d.q_index.is_some()).map(|d| d.name.clone());
+        base.iter().map(|n| (*n).to_string()).chain(joints).collect()
+    }
+}
+
+/// The table of values that tasks read their parameters from.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Values {
+    /// One number for each place; those of moving outputs hold their value at `t = 0` with captures at zero.
+    pub initial: Vec<f64>,
+    /// How the moving ones are computed.
+    pub tape: Tape,
+    /// What is captured on entering the stack, in the order of the tape's inputs.
+    pub captures: Vec<Capture>,
+}
+
+/// A value that is read once, when the stack becomes active.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Capture {
+    /// First input of the tape that it fills.
+    pub at: usize,
+    /// How many.
+    pub len: usize,
+    /// What is read.
+    pub source: CaptureSource,
+}
+
+/// What a [`Capture`] reads.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CaptureSource {
+    /// A value of a task, by the name that its type gives it.
+    Task(usize, String),
+    /// The position of a frame in the world, in m.
+    FramePosition(LinkId),
+    /// The orientation of a frame in the world, `w x y z`.
+    FrameOrientation(LinkId),
+    /// The position of a joint, by its index in the configuration.
+    Joint(usize),
+}
+
+/// A task.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TaskProgram {
+    /// Its name; an inline task is called after its level and type.
+    pub name: String,
+    /// Its type in the task library.
+    pub kind: String,
+    /// Bound parameters.
+    pub params: BoundParams,
+}
+
+/// A stack.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StackProgram {
+    /// Its name.
+    pub name: String,
+    /// Degrees of freedom that are kept still: their columns are switched off (thesis 3.4).
+    pub locked: Vec<usize>,
+    /// Levels, the most important first.
+    pub levels: Vec<LevelProgram>,
+}
+
+/// A level.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LevelProgram {
+    /// Its name.
+    pub name: String,
+    /// Takes no slack: if it cannot be met, that is a fault.
+    pub hard: bool,
+    /// Weight of `|v|^2` in the level's own cost; 0 leaves the level strict.
+    pub damping: f64,
+    /// Tasks, in the order written.
+    pub members: Vec<MemberProgram>,
+}
+
+/// A task in a level.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MemberProgram {
+    /// Index into [`Program::tasks`].
+    pub task: usize,
+    /// Weight of its squared slack inside the level.
+    pub weight: f64,
+}
+
+/// What `run` does.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunProgram {
+    /// Index into [`Program::stacks`].
+    pub stack: usize,
+    /// How long, in s.
+    pub duration: f64,
+    /// The simulated robot.
+    pub simulator: Simulator,
+}
+
+/// How the simulated robot differs from a perfect one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Simulator {
+    /// Time constant of the actuators' first-order lag, in s; 0 for none.
+    pub lag: f64,
+    /// Standard deviation of the noise on measured positions, in rad or m; 0 for none.
+    pub noise: f64,
+    /// Seed of the noise.
+    pub seed: u64,
+}

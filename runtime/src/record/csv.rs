@@ -1,0 +1,100 @@
+//! `log.csv`: one row a tick.
+//!
+//! | column | is | unit |
+//! |---|---|---|
+//! | `time` | start of the tick | s |
+//! | `q.JOINT` | true position; the base as `base_x`, `base_y`, `base_yaw` | rad or m |
+//! | `v.JOINT` | velocity that the hierarchy chose | rad/s or m/s |
+//! | `cmd.JOINT` | velocity that was commanded, after the low-level layer | rad/s or m/s |
+//! | `margin.TASK` | smallest `h` over the rows of a limit | that of the rows |
+//! | `error.TASK` | norm of a target's whole error | that of the rows; rad and m mixed for a pose |
+//! | `error.TASK.PART` | norm of a part of it, such as `left.position` | m or rad |
+//!
+//! Numbers are written so that reading them gives the same double; an undefined one is an empty cell.
+
+use std::io::Write;
+
+use crate::evaluator::{Evaluator, Member};
+use crate::program::Program;
+use crate::simulate::{Recorder, Tick};
+use stdlib_tasks::task::Nature;
+
+/// Writes ticks to a stream.
+pub struct CsvRecorder<W: Write> {
+    out: W,
+}
+
+impl<W: Write> CsvRecorder<W> {
+    /// Writes the header.
+    ///
+    /// # Errors
+    /// The stream failed.
+    pub fn new(mut out: W, program: &Program, members: &[Member]) -> std::io::Result<Self> {
+        writeln!(out, "{}", header(program, members).join(","))?;
+        Ok(CsvRecorder { out })
+    }
+
+    /// Writes what is buffered.
+    ///
+    /// # Errors
+    /// The stream failed.
+    pub fn finish(mut self) -> std::io::Result<()> {
+        self.out.flush()
+    }
+}
+
+/// The names of the columns.
+pub fn header(program: &Program, members: &[Member]) -> Vec<String> {
+    let mut names = vec!["time".to_string()];
+    names.extend(program.robot.q_names().iter().map(|n| format!("q.{n}")));
+    for prefix in ["v", "cmd"] {
+        names.extend(program.robot.model.dofs.iter().map(|d| format!("{prefix}.{}", d.name)));
+    }
+    for m in members {
+        match m.nature {
+            Nature::Limit => names.push(format!("margin.{}", m.name)),
+            Nature::Target => {
+                names.push(format!("error.{}", m.name));
+                if m.measure_info.len() > 1 {
+                    names.extend(m.measure_info.iter().map(|x| format!("error.{}.{}", m.name, x.name)));
+                }
+            }
+        }
+    }
+    names
+}
+
+/// The smallest margin of a limit at the last tick.
+pub fn margin(e: &Evaluator, m: &Member) -> f64 {
+    e.margins()[m.margins.clone()].iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// The norm of a target's whole error at the last tick.
+pub fn error(e: &Evaluator, m: &Member) -> f64 {
+    e.measures()[m.measures.clone()].iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+impl<W: Write> Recorder for CsvRecorder<W> {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        let out = &mut self.out;
+        write!(out, "{}", tick.time)?;
+        let mut cell = |x: f64| if x.is_finite() { write!(out, ",{x}") } else { write!(out, ",") };
+        for x in tick.q.iter().chain(tick.v).chain(tick.command) {
+            cell(*x)?;
+        }
+        for m in tick.evaluator.members() {
+            match m.nature {
+                Nature::Limit => cell(margin(tick.evaluator, m))?,
+                Nature::Target => {
+                    cell(error(tick.evaluator, m))?;
+                    if m.measure_info.len() > 1 {
+                        for x in &tick.evaluator.measures()[m.measures.clone()] {
+                            cell(*x)?;
+                        }
+                    }
+                }
+            }
+        }
+        writeln!(out)
+    }
+}

@@ -1,0 +1,16 @@
+//! What is kept of a run: every tick as CSV, a summary, and thinned series for plots.
+
+pub mod csv;
+pub mod series;
+pub mod summary;
+
+use crate::simulate::{Recorder, Tick};
+
+/// Several recorders at once.
+pub struct All<'a>(pub Vec<&'a mut dyn Recorder>);
+
+impl Recorder for All<'_> {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        self.0.iter_mut().try_for_each(|r| r.tick(tick))
+    }
+}

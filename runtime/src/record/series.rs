@@ -1,0 +1,94 @@
+//! Series thin enough to plot: at most [`MAX_SAMPLES`] samples of everything, with the worst of each stretch kept.
+
+use robot::LinkId;
+use stdlib_tasks::task::Nature;
+
+use crate::controller::Controller;
+use crate::evaluator::Member;
+use crate::simulate::{Recorder, Tick};
+
+/// The most samples that are kept.
+pub const MAX_SAMPLES: usize = 1000;
+
+/// Series of a run. Every `Vec<Vec<f64>>` holds one inner vector a sample.
+pub struct SeriesRecorder {
+    stride: usize,
+    /// Times, in s.
+    pub times: Vec<f64>,
+    /// True configurations.
+    pub q: Vec<Vec<f64>>,
+    /// Commanded velocities.
+    pub command: Vec<Vec<f64>>,
+    /// Margins: the smallest of the stretch.
+    pub margins: Vec<Vec<f64>>,
+    /// Errors: the largest of the stretch.
+    pub measures: Vec<Vec<f64>>,
+    /// Weighted norm of each level's slack: the largest of the stretch.
+    pub violations: Vec<Vec<f64>>,
+    /// Number of rows at a bound, for each level: the largest of the stretch.
+    pub active: Vec<Vec<f64>>,
+    /// Poses of the links that are drawn, seven numbers each: position, then `w x y z`.
+    pub poses: Vec<Vec<f64>>,
+    /// The links that are drawn.
+    pub links: Vec<LinkId>,
+    /// The tasks.
+    pub members: Vec<Member>,
+}
+
+impl SeriesRecorder {
+    /// For a run of so many ticks, drawing these links.
+    pub fn new(controller: &Controller, ticks: usize, links: Vec<LinkId>) -> Self {
+        SeriesRecorder {
+            stride: ticks.div_ceil(MAX_SAMPLES).max(1),
+            times: Vec::new(),
+            q: Vec::new(),
+            command: Vec::new(),
+            margins: Vec::new(),
+            measures: Vec::new(),
+            violations: Vec::new(),
+            active: Vec::new(),
+            poses: Vec::new(),
+            links,
+            members: controller.evaluator().members().to_vec(),
+        }
+    }
+
+    /// The members of a nature.
+    pub fn members_of(&self, nature: Nature) -> impl Iterator<Item = &Member> {
+        self.members.iter().filter(move |m| m.nature == nature)
+    }
+}
+
+fn worst(into: &mut Vec<Vec<f64>>, new: impl Iterator<Item = f64>, first: bool, pick: fn(f64, f64) -> f64) {
+    match into.last_mut() {
+        Some(last) if !first => last.iter_mut().zip(new).for_each(|(old, x)| *old = pick(*old, x)),
+        _ => into.push(new.collect()),
+    }
+}
+
+impl Recorder for SeriesRecorder {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        let first = tick.index % self.stride == 0;
+        if first {
+            self.times.push(tick.time);
+            self.q.push(tick.q.to_vec());
+            self.command.push(tick.command.to_vec());
+            let mut poses = Vec::with_capacity(7 * self.links.len());
+            for &link in &self.links {
+                let pose = tick.evaluator.data().pose(link);
+                let (p, r) = (pose.translation.vector, pose.rotation);
+                poses.extend([p.x, p.y, p.z, r.w, r.i, r.j, r.k]);
+            }
+            self.poses.push(poses);
+        }
+        worst(&mut self.margins, tick.evaluator.margins().iter().copied(), first, f64::min);
+        worst(&mut self.measures, tick.evaluator.measures().iter().copied(), first, f64::max);
+        worst(&mut self.violations, tick.solution.levels.iter().map(|l| l.violation), first, f64::max);
+        let at_bound = |l: &solver::LevelSolution| {
+            use solver::Active;
+            l.active.iter().filter(|a| matches!(a, Active::Lower | Active::Upper | Active::Violated)).count() as f64
+        };
+        worst(&mut self.active, tick.solution.levels.iter().map(at_bound), first, f64::max);
+        Ok(())
+    }
+}

@@ -1,0 +1,305 @@
+//! `summary.json`: what a run came to, task by task and level by level.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use solver::{Active, LevelStatus};
+use stdlib_tasks::task::Nature;
+
+use crate::controller::Controller;
+use crate::evaluator::Member;
+use crate::program::Program;
+use crate::record::csv;
+use crate::simulate::{Recorder, Tick};
+
+/// A run in numbers. SI units throughout.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Name of the program.
+    pub program: String,
+    /// Ticks that were run.
+    pub ticks: usize,
+    /// Simulated time, in s.
+    pub duration_s: f64,
+    /// True where no fault occurred and no margin fell below zero.
+    pub ok: bool,
+    /// Faults, in order; the first one keeps the robot still, so there is at most one.
+    pub faults: Vec<FaultRecord>,
+    /// Tasks, by name.
+    pub tasks: BTreeMap<String, TaskSummary>,
+    /// Levels, the most important first.
+    pub levels: Vec<LevelSummary>,
+    /// Time of the controller per tick, in microseconds.
+    pub tick_us: Percentiles,
+    /// Files that were written.
+    pub outputs: Vec<String>,
+}
+
+/// A fault and when it came.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FaultRecord {
+    /// Time, in s.
+    pub time: f64,
+    /// A word: `not_finite`, `overlap`, `infeasible`, `solver`, `tracking`.
+    pub kind: String,
+    /// In words.
+    pub text: String,
+}
+
+/// How a task fared.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TaskSummary {
+    /// Its type.
+    pub kind: String,
+    /// Its level.
+    pub level: String,
+    /// SI unit of the figures; empty where rows of several units stand in one task.
+    pub unit: String,
+    /// Limits: the smallest `h`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_margin: Option<f64>,
+    /// Limits: the row that had it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_margin_row: Option<String>,
+    /// Targets: the largest norm of the error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_error: Option<f64>,
+    /// Targets: the norm of the error at the last tick.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub final_error: Option<f64>,
+    /// Targets with several parts: each part's largest and last error.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub errors: BTreeMap<String, PartError>,
+    /// When the smallest margin or the largest error was seen, in s.
+    pub at_s: f64,
+    /// Limits: share of ticks at which some row was at its bound.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub active_share: Option<f64>,
+    /// Limits: rows that were ever at their bound.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub active_rows: Vec<String>,
+    /// Ticks at which a row was undefined and left free.
+    pub undefined_ticks: usize,
+}
+
+/// The error of a part.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PartError {
+    /// SI unit.
+    pub unit: String,
+    /// The largest.
+    pub max: f64,
+    /// At the last tick.
+    #[serde(rename = "final")]
+    pub last: f64,
+}
+
+/// How a level fared.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LevelSummary {
+    /// Its name.
+    pub name: String,
+    /// Takes no slack.
+    pub hard: bool,
+    /// Number of rows.
+    pub rows: usize,
+    /// Share of ticks at which the level could not be met in full.
+    pub relaxed_share: f64,
+    /// Share of ticks at which one of its inequality rows was at its bound.
+    pub saturated_share: f64,
+    /// The largest weighted norm of its slack.
+    pub max_violation: f64,
+    /// The fewest degrees of freedom that it left.
+    pub min_freedom: usize,
+}
+
+/// Percentiles of a sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Percentiles {
+    /// Half of the ticks took longer.
+    pub median: f64,
+    /// One in a hundred took longer.
+    pub p99: f64,
+    /// The longest.
+    pub max: f64,
+}
+
+impl Percentiles {
+    /// Of a sample, which is sorted in place; zeros for an empty one.
+    pub fn of(sample: &mut [f32]) -> Percentiles {
+        if sample.is_empty() {
+            return Percentiles::default();
+        }
+        sample.sort_unstable_by(f32::total_cmp);
+        let at = |share: f64| f64::from(sample[((sample.len() - 1) as f64 * share).round() as usize]);
+        Percentiles { median: at(0.5), p99: at(0.99), max: at(1.0) }
+    }
+}
+
+struct TaskStatistics {
+    worst: f64,
+    worst_row: usize,
+    at: f64,
+    last: f64,
+    parts: Vec<(f64, f64)>,
+    active: usize,
+    rows_active: Vec<bool>,
+    undefined: usize,
+}
+
+struct LevelStatistics {
+    relaxed: usize,
+    saturated: usize,
+    violation: f64,
+    freedom: usize,
+}
+
+/// Gathers a summary while a run goes on.
+pub struct SummaryRecorder {
+    members: Vec<Member>,
+    tasks: Vec<TaskStatistics>,
+    levels: Vec<LevelStatistics>,
+    ticks: usize,
+    fault: Option<(f64, crate::fault::Fault)>,
+    elapsed_us: Vec<f32>,
+}
+
+impl SummaryRecorder {
+    /// For a run of so many ticks.
+    pub fn new(controller: &Controller, ticks: usize) -> Self {
+        let members = controller.evaluator().members().to_vec();
+        let tasks = members
+            .iter()
+            .map(|m| TaskStatistics {
+                worst: if m.nature == Nature::Limit { f64::INFINITY } else { 0.0 },
+                worst_row: 0,
+                at: 0.0,
+                last: f64::NAN,
+                parts: vec![(0.0, f64::NAN); m.measure_info.len()],
+                active: 0,
+                rows_active: vec![false; m.row_info.len()],
+                undefined: 0,
+            })
+            .collect();
+        let nv = controller.evaluator().model().nv();
+        let level = |_: &String| LevelStatistics { relaxed: 0, saturated: 0, violation: 0.0, freedom: nv };
+        let levels = controller.level_names().iter().map(level).collect();
+        SummaryRecorder { members, tasks, levels, ticks: 0, fault: None, elapsed_us: Vec::with_capacity(ticks) }
+    }
+
+    /// The summary so far.
+    pub fn summary(&mut self, program: &Program, controller: &Controller, outputs: Vec<String>) -> Summary {
+        let stack = &program.stacks[program.run.stack];
+        let share = |n: usize| if self.ticks == 0 { 0.0 } else { n as f64 / self.ticks as f64 };
+        let mut tasks = BTreeMap::new();
+        for (m, s) in self.members.iter().zip(&self.tasks) {
+            let limit = m.nature == Nature::Limit;
+            let named = |used: &[bool]| {
+                m.row_info.iter().zip(used).filter(|(_, u)| **u).map(|(r, _)| r.name.clone()).collect::<Vec<_>>()
+            };
+            let errors = if m.measure_info.len() > 1 {
+                let part = |(x, p): (&stdlib_tasks::task::Measure, &(f64, f64))| {
+                    (x.name.clone(), PartError { unit: x.dimension.to_string(), max: p.0, last: p.1 })
+                };
+                m.measure_info.iter().zip(&s.parts).map(part).collect()
+            } else {
+                BTreeMap::new()
+            };
+            let summary = TaskSummary {
+                kind: m.kind.to_string(),
+                level: stack.levels[m.level].name.clone(),
+                unit: m.dimension().map(|d| d.to_string()).unwrap_or_default(),
+                min_margin: limit.then_some(s.worst),
+                min_margin_row: limit.then(|| m.row_info.get(s.worst_row).map(|r| r.name.clone())).flatten(),
+                max_error: (!limit).then_some(s.worst),
+                final_error: (!limit).then_some(s.last),
+                errors,
+                at_s: s.at,
+                active_share: limit.then(|| share(s.active)),
+                active_rows: if limit { named(&s.rows_active) } else { Vec::new() },
+                undefined_ticks: s.undefined,
+            };
+            tasks.insert(m.name.clone(), summary);
+        }
+        let level = |(i, (l, s)): (usize, (&crate::program::LevelProgram, &LevelStatistics))| LevelSummary {
+            name: l.name.clone(),
+            hard: l.hard,
+            rows: controller.problem().levels[i].rows(),
+            relaxed_share: share(s.relaxed),
+            saturated_share: share(s.saturated),
+            max_violation: s.violation,
+            min_freedom: s.freedom,
+        };
+        let faults: Vec<FaultRecord> = self
+            .fault
+            .iter()
+            .map(|(time, f)| FaultRecord { time: *time, kind: f.kind().to_string(), text: controller.describe(f) })
+            .collect();
+        let passed = tasks.values().any(|t| t.min_margin.is_some_and(|m| m < 0.0));
+        Summary {
+            program: program.name.clone(),
+            ticks: self.ticks,
+            duration_s: self.ticks as f64 * program.robot.period,
+            ok: faults.is_empty() && !passed,
+            faults,
+            tasks,
+            levels: stack.levels.iter().zip(&self.levels).enumerate().map(level).collect(),
+            tick_us: Percentiles::of(&mut self.elapsed_us),
+            outputs,
+        }
+    }
+}
+
+impl Recorder for SummaryRecorder {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        self.ticks += 1;
+        self.elapsed_us.push((tick.elapsed * 1e6) as f32);
+        if let (None, Some(fault)) = (&self.fault, tick.fault) {
+            self.fault = Some((tick.time, fault));
+        }
+        let frozen = tick.fault.is_some();
+        for (i, (m, s)) in self.members.iter().zip(&mut self.tasks).enumerate() {
+            let e = tick.evaluator;
+            s.undefined += usize::from(e.undefined()[i] && !frozen);
+            match m.nature {
+                Nature::Limit => {
+                    for (row, &h) in e.margins()[m.margins.clone()].iter().enumerate() {
+                        if h < s.worst {
+                            (s.worst, s.worst_row, s.at) = (h, row, tick.time);
+                        }
+                    }
+                    let active = &tick.solution.levels[m.level].active;
+                    let mut any = false;
+                    for (row, r) in m.rows.clone().enumerate() {
+                        let bound = active.get(r).is_some_and(|a| *a != Active::Free) && !frozen;
+                        any |= bound;
+                        s.rows_active[row] |= bound;
+                    }
+                    s.active += usize::from(any);
+                }
+                Nature::Target => {
+                    let error = csv::error(e, m);
+                    s.last = error;
+                    if error > s.worst {
+                        (s.worst, s.at) = (error, tick.time);
+                    }
+                    for (part, &x) in s.parts.iter_mut().zip(&e.measures()[m.measures.clone()]) {
+                        *part = (part.0.max(x), x);
+                    }
+                }
+            }
+        }
+        if frozen {
+            return Ok(());
+        }
+        for (l, s) in tick.solution.levels.iter().zip(&mut self.levels) {
+            s.relaxed += usize::from(l.status == LevelStatus::Relaxed);
+            s.saturated += usize::from(l.active.iter().any(|a| matches!(a, Active::Lower | Active::Upper)));
+            if l.status != LevelStatus::NotSolved {
+                s.violation = s.violation.max(l.violation);
+                s.freedom = s.freedom.min(l.freedom);
+            }
+        }
+        Ok(())
+    }
+}

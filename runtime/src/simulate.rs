@@ -1,0 +1,148 @@
+//! Runs a program on the simulated robot and shows every tick to a recorder.
+
+use solver::Problem;
+use solver::Solution;
+
+use crate::controller::{Controller, Observation};
+use crate::evaluator::Evaluator;
+use crate::fault::Fault;
+use crate::program::{Program, ProgramError, Times};
+use crate::simulated_robot::SimulatedRobot;
+
+/// One tick, as recorders see it.
+pub struct Tick<'a> {
+    /// Its number, from 0.
+    pub index: usize,
+    /// Time, in s.
+    pub time: f64,
+    /// The robot's true configuration at the start of the tick.
+    pub q: &'a [f64],
+    /// The velocity that the hierarchy chose.
+    pub v: &'a [f64],
+    /// The velocity that was commanded.
+    pub command: &'a [f64],
+    /// Margins and errors at the true configuration.
+    pub evaluator: &'a Evaluator,
+    /// The solver's answer.
+    pub solution: &'a Solution,
+    /// The fault that keeps the robot still, if any.
+    pub fault: Option<Fault>,
+    /// How long the controller took, in s, by the caller's clock.
+    pub elapsed: f64,
+}
+
+/// Sees every tick. An error stops the run.
+pub trait Recorder {
+    /// Called once a tick.
+    ///
+    /// # Errors
+    /// What was recorded could not be kept, for instance because the disk is full.
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()>;
+}
+
+/// Why a run ended before its time.
+#[derive(Debug)]
+pub enum RunError {
+    /// The program cannot be executed.
+    Program(ProgramError),
+    /// A recorder failed.
+    Record(std::io::Error),
+}
+
+impl std::fmt::Display for RunError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            RunError::Program(e) => write!(f, "{e}"),
+            RunError::Record(e) => write!(f, "{e}"),
+        }
+    }
+}
+
+impl std::error::Error for RunError {}
+
+/// A run in progress.
+pub struct Simulation {
+    controller: Controller,
+    robot: SimulatedRobot,
+    truth: Option<(Evaluator, Problem)>,
+    period: f64,
+    ticks: usize,
+}
+
+impl Simulation {
+    /// Makes a program ready to run.
+    ///
+    /// # Errors
+    /// The program cannot be executed.
+    pub fn new(program: &Program) -> Result<Simulation, ProgramError> {
+        let controller = Controller::new(program)?;
+        let robot = SimulatedRobot::new(program);
+        let truth = if robot.is_perfect() && program.robot.home_is_legal() {
+            None
+        } else {
+            let (mut evaluator, problem) = Evaluator::new(program, program.run.stack)?;
+            evaluator.enter(robot.q(), Times::default());
+            Some((evaluator, problem))
+        };
+        let ticks = (program.run.duration / program.robot.period).round() as usize;
+        Ok(Simulation { controller, robot, truth, period: program.robot.period, ticks })
+    }
+
+    /// The controller.
+    pub fn controller(&self) -> &Controller {
+        &self.controller
+    }
+
+    /// How many ticks the run takes.
+    pub fn ticks(&self) -> usize {
+        self.ticks
+    }
+
+    /// Runs to the end, or until `go_on` says no. `clock` gives seconds; the run does not depend on it.
+    ///
+    /// # Errors
+    /// A recorder failed.
+    pub fn run(
+        &mut self,
+        recorder: &mut dyn Recorder,
+        clock: &mut dyn FnMut() -> f64,
+        go_on: &mut dyn FnMut(usize) -> bool,
+    ) -> Result<(), RunError> {
+        for index in 0..self.ticks {
+            if !go_on(index) {
+                break;
+            }
+            let time = index as f64 * self.period;
+            let q = self.robot.measure();
+            let before = clock();
+            let command = self.controller.step(&Observation { time, q });
+            let elapsed = clock() - before;
+            let fault = command.fault;
+            let velocity = command.velocity.to_vec();
+            let evaluator = match &mut self.truth {
+                Some((truth, problem)) => {
+                    let times = Times { t: time, time };
+                    // A fault of the monitors alone is not the controller's: its last good numbers stand.
+                    let _ = truth.update(self.robot.q(), times, problem);
+                    truth.observe(self.robot.q(), &velocity);
+                    &*truth
+                }
+                None => self.controller.evaluator(),
+            };
+            let tick = Tick {
+                index,
+                time,
+                q: self.robot.q(),
+                v: &self.controller.solution().x,
+                command: &velocity,
+                evaluator,
+                solution: self.controller.solution(),
+                fault,
+                elapsed,
+            };
+            recorder.tick(&tick).map_err(RunError::Record)?;
+            self.robot.apply(&velocity);
+        }
+        Ok(())
+    }
+}
