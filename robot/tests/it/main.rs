@@ -1,0 +1,13 @@
+//! Tests of the crate from outside, in one program.
+#![allow(non_snake_case, reason = "frames stand in the names: X_WL, p_W")]
+#![allow(clippy::unwrap_used, reason = "a test may fail that way")]
+
+mod common;
+mod distances;
+mod jacobians;
+mod loading;
+mod manifold;
+mod meshes;
+mod oracle;
+mod pinocchio;
+mod refusals;
