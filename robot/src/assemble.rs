@@ -1,0 +1,208 @@
+//! From a description to a [`Model`]: checks that it is a tree, then lays the kinematics out flat.
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::model::{Drive, JointKind, Support};
+use crate::{Base, Dof, Joint, Link, Model};
+
+/// Most joints that may move: `support` grows with their square in a chain.
+pub(crate) const MAX_MOVING: usize = 4096;
+
+/// What is written to files: the model without the flat copy.
+#[derive(Clone, Serialize, Deserialize)]
+pub(crate) struct Parts {
+    pub name: String,
+    pub base: Base,
+    pub links: Vec<Link>,
+    pub joints: Vec<Joint>,
+    pub dofs: Vec<Dof>,
+}
+
+/// How a step of the tape moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Motor {
+    Still,
+    Turn,
+    Slide,
+}
+
+/// One joint, ready to run. Locked positions are folded into `turn` and `shift`.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Step {
+    pub motor: Motor,
+    /// Link it hangs on.
+    pub parent: u32,
+    /// Its motion column, when it moves.
+    pub column: u32,
+    /// Where its position stands in `q`.
+    pub q_index: u32,
+    pub multiplier: f64,
+    pub offset: f64,
+    /// Axis in the parent's frame.
+    pub axis: Vector3<f64>,
+    /// Rotation of the origin, and the same times the pure quaternion of the axis:
+    /// the joint's rotation is `turn cos(x/2) + turn_axis sin(x/2)`.
+    pub turn: Quaternion<f64>,
+    pub turn_axis: Quaternion<f64>,
+    pub shift: Vector3<f64>,
+}
+
+/// The flat copy that kinematics runs on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Tape {
+    /// Step `k` poses link `k + 1`.
+    pub steps: Vec<Step>,
+    pub columns: usize,
+    pub supports: Vec<Support>,
+    /// Per link, its part of `supports`; links without motion between them share one.
+    pub ranges: Vec<(u32, u32)>,
+}
+
+impl From<Model> for Parts {
+    fn from(m: Model) -> Parts {
+        Parts { name: m.name, base: m.base, links: m.links, joints: m.joints, dofs: m.dofs }
+    }
+}
+
+impl TryFrom<Parts> for Model {
+    type Error = String;
+
+    fn try_from(parts: Parts) -> Result<Model, String> {
+        check(&parts)?;
+        let tape = lay_out(&parts);
+        let Parts { name, base, links, joints, dofs } = parts;
+        Ok(Model { name, base, links, joints, dofs, tape })
+    }
+}
+
+fn rigid(x: &Isometry3<f64>) -> bool {
+    x.translation.vector.iter().all(|v| v.is_finite()) && (x.rotation.quaternion().norm_squared() - 1.0).abs() < 1e-9
+}
+
+/// Everything that indexing later relies on.
+fn check(parts: &Parts) -> Result<(), String> {
+    let Parts { base, links, joints, dofs, .. } = parts;
+    if links.len() != joints.len() + 1 {
+        return Err(format!("{} joints cannot carry {} links", joints.len(), links.len()));
+    }
+    if links[0].parent_joint.is_some() {
+        return Err("the root link has a parent joint".into());
+    }
+    let nv = base.nv();
+    for (i, dof) in dofs.iter().enumerate() {
+        let expected = i.checked_sub(nv).map(|k| base.nq() + k);
+        if dof.q_index != expected || dof.joint.is_some() != expected.is_some() {
+            return Err(format!("degree of freedom `{}` is out of order", dof.name));
+        }
+        if dof.joint.is_some_and(|j| joints.get(j.index()).is_none_or(|joint| joint.drive != Drive::Dof(i))) {
+            return Err(format!("degree of freedom `{}` moves no joint", dof.name));
+        }
+    }
+    if dofs.len() < nv || dofs.iter().zip(base.dof_names()).any(|(dof, name)| dof.name != *name) {
+        return Err("the degrees of freedom of the base are missing".into());
+    }
+    let mut moving = 0;
+    for (k, joint) in joints.iter().enumerate() {
+        let wrong = |what: &str| Err(format!("joint `{}`: {what}", joint.name));
+        if joint.child.index() != k + 1 || joint.parent.index() > k {
+            return wrong("parents must come before children");
+        }
+        if links[k + 1].parent_joint.is_none_or(|j| j.index() != k) {
+            return wrong("its child names another joint");
+        }
+        if !rigid(&joint.origin) || (joint.axis.norm_squared() - 1.0).abs() > 1e-9 {
+            return wrong("its origin or its axis is not of unit length");
+        }
+        let fixed = joint.kind == JointKind::Fixed;
+        match joint.drive {
+            Drive::Fixed if !fixed => return wrong("it needs a drive"),
+            Drive::Fixed => {}
+            _ if fixed => return wrong("it is fixed and cannot be driven"),
+            Drive::Locked(x) if !x.is_finite() => return wrong("locked at no finite position"),
+            Drive::Locked(_) => {}
+            Drive::Mimic { multiplier, offset, .. } if !multiplier.is_finite() || !offset.is_finite() => {
+                return wrong("it mimics with numbers that are not finite");
+            }
+            Drive::Dof(dof) | Drive::Mimic { dof, .. } => {
+                moving += 1;
+                if dof < nv || dof >= dofs.len() {
+                    return wrong("its degree of freedom does not exist");
+                }
+                if matches!(joint.drive, Drive::Dof(_)) && dofs[dof].joint.is_none_or(|j| j.index() != k) {
+                    return wrong("its degree of freedom moves another joint");
+                }
+            }
+        }
+    }
+    if moving > MAX_MOVING {
+        return Err(format!("{moving} joints move, at most {MAX_MOVING} may"));
+    }
+    for placed in links.iter().flat_map(|link| &link.collision) {
+        if !rigid(&placed.origin) || !placed.shape.is_sound() {
+            return Err("a collision shape has a size or a pose that is not sound".into());
+        }
+    }
+    Ok(())
+}
+
+/// The pose that a joint at `position` gives its child in its parent's frame.
+pub(crate) fn joint_pose(joint: &Joint, position: f64) -> Isometry3<f64> {
+    joint.origin
+        * match joint.kind {
+            JointKind::Fixed => Isometry3::identity(),
+            JointKind::Revolute | JointKind::Continuous => {
+                Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from_scaled_axis(joint.axis * position))
+            }
+            JointKind::Prismatic => {
+                Isometry3::from_parts(Translation3::from(joint.axis * position), UnitQuaternion::identity())
+            }
+        }
+}
+
+fn lay_out(parts: &Parts) -> Tape {
+    let nv = parts.base.nv();
+    let mut tape = Tape { columns: nv, ..Tape::default() };
+    tape.supports.extend((0..nv as u32).map(|i| Support { column: i, dof: i }));
+    tape.ranges.push((0, nv as u32));
+    for joint in &parts.joints {
+        let moves = match joint.drive {
+            Drive::Fixed | Drive::Locked(_) => None,
+            Drive::Dof(dof) => Some((dof, 1.0, 0.0)),
+            Drive::Mimic { dof, multiplier, offset } => Some((dof, multiplier, offset)),
+        };
+        let rest = match joint.drive {
+            Drive::Locked(position) => joint_pose(joint, position),
+            _ => joint.origin,
+        };
+        let turn = *rest.rotation.quaternion();
+        let (dof, multiplier, offset) = moves.unwrap_or((0, 0.0, 0.0));
+        tape.steps.push(Step {
+            motor: match (moves, joint.kind) {
+                (None, _) | (_, JointKind::Fixed) => Motor::Still,
+                (_, JointKind::Prismatic) => Motor::Slide,
+                (_, JointKind::Revolute | JointKind::Continuous) => Motor::Turn,
+            },
+            parent: joint.parent.0,
+            column: tape.columns as u32,
+            q_index: parts.dofs.get(dof).and_then(|d| d.q_index).unwrap_or(0) as u32,
+            multiplier,
+            offset,
+            axis: rest.rotation * joint.axis,
+            turn,
+            turn_axis: turn * Quaternion::from_imag(joint.axis),
+            shift: rest.translation.vector,
+        });
+        let inherited = tape.ranges[joint.parent.index()];
+        tape.ranges.push(if moves.is_some() {
+            let start = tape.supports.len() as u32;
+            tape.supports.extend_from_within(inherited.0 as usize..inherited.1 as usize);
+            tape.supports.push(Support { column: tape.columns as u32, dof: dof as u32 });
+            tape.columns += 1;
+            (start, tape.supports.len() as u32)
+        } else {
+            inherited
+        });
+    }
+    tape
+}

@@ -1,0 +1,30 @@
+//! A shape against a half-space.
+
+use nalgebra::{Isometry3, Vector3};
+
+use crate::{Closest, Shape};
+
+/// The point of the shape that is deepest against the unit vector `n_W`, and its distance above
+/// the plane `n·x = offset`: `distance = min over the shape of n·x - offset` \[m\].
+///
+/// `on_a` is that point of the shape, `on_b` its foot on the plane, `normal` is `n_W`. A face or a
+/// side that lies flat gives its middle. There is always an answer.
+pub fn closest_plane(shape: &Shape, X_WS: &Isometry3<f64>, n_W: &Vector3<f64>, offset: f64) -> Closest {
+    let c = X_WS.translation.vector;
+    // A sign that is zero where the feature is flat against the plane.
+    let against = |x: f64| if x.abs() <= 1e-12 { 0.0 } else { -x.signum() };
+    let on_a = match *shape {
+        Shape::Sphere { radius } => c - n_W * radius,
+        Shape::Capsule { radius, half_length } => {
+            let z = X_WS.rotation * Vector3::z();
+            c + z * (half_length * against(z.dot(n_W))) - n_W * radius
+        }
+        Shape::Box { half } => {
+            let n_S = X_WS.rotation.inverse() * n_W;
+            let corner = Vector3::new(half[0] * against(n_S.x), half[1] * against(n_S.y), half[2] * against(n_S.z));
+            c + X_WS.rotation * corner
+        }
+    };
+    let distance = n_W.dot(&on_a) - offset;
+    Closest { distance, on_a, on_b: on_a - n_W * distance, normal: *n_W }
+}

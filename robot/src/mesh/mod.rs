@@ -1,0 +1,42 @@
+//! Vertices of mesh files, and the capsule around them. Faces are not read: a capsule is convex,
+//! and contains the mesh as soon as it contains the vertices.
+
+use std::fs;
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+mod bound;
+mod dae;
+mod obj;
+mod stl;
+
+pub(crate) use bound::bounding_capsule;
+
+/// Largest mesh file that is read \[bytes\].
+const MAX_BYTES: u64 = 256 << 20;
+
+/// The vertices in a `.stl`, `.obj` or `.dae` file \[m\], or what is wrong with it.
+pub(crate) fn vertices(path: &Path) -> Result<Vec<Vector3<f64>>, String> {
+    let meta = fs::metadata(path).map_err(|e| e.to_string())?;
+    if !meta.is_file() {
+        return Err("it is not a file".into());
+    }
+    if meta.len() > MAX_BYTES {
+        return Err(format!("it has more than {} MiB", MAX_BYTES >> 20));
+    }
+    let bytes = fs::read(path).map_err(|e| e.to_string())?;
+    let kind = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    match kind.as_str() {
+        "stl" => stl::vertices(&bytes),
+        "obj" => obj::vertices(&String::from_utf8_lossy(&bytes)),
+        "dae" => dae::vertices(&String::from_utf8_lossy(&bytes)),
+        _ => Err(format!("files of kind `{kind}` are not read, only stl, obj and dae")),
+    }
+}
+
+/// Three numbers at the head of `words`.
+fn point<'w>(mut words: impl Iterator<Item = &'w str>) -> Option<Vector3<f64>> {
+    let mut next = || words.next()?.parse::<f64>().ok();
+    Some(Vector3::new(next()?, next()?, next()?))
+}

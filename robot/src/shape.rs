@@ -1,0 +1,108 @@
+//! Shapes of links: the few that distances are computed for, and what is only drawn.
+
+use nalgebra::Isometry3;
+use serde::{Deserialize, Serialize};
+
+/// A convex shape in its own frame, centred at the origin. Lengths in metres.
+///
+/// A URDF cylinder is stored as the capsule of the same radius whose straight part is the
+/// cylinder's axis: it contains the cylinder and sticks out by one radius at both ends.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Shape {
+    /// A ball.
+    Sphere {
+        /// Radius \[m\].
+        radius: f64,
+    },
+    /// All points within `radius` of the segment from `-half_length` to `half_length` on local z.
+    Capsule {
+        /// Radius \[m\].
+        radius: f64,
+        /// Half the distance between the centres of the two caps \[m\].
+        half_length: f64,
+    },
+    /// A box with faces normal to the local axes.
+    Box {
+        /// Half the edge lengths along x, y, z \[m\].
+        half: [f64; 3],
+    },
+}
+
+/// A shape fixed to a link.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlacedShape {
+    /// Pose of the shape's frame in the link's frame, X_LS.
+    pub origin: Isometry3<f64>,
+    /// The shape.
+    pub shape: Shape,
+}
+
+/// Something to draw. Nothing is computed from it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Visual {
+    /// Pose in the link's frame.
+    pub origin: Isometry3<f64>,
+    /// What to draw.
+    pub geometry: VisualGeometry,
+    /// Red, green, blue, alpha in 0..1, if the URDF gives a colour.
+    pub color: Option<[f64; 4]>,
+}
+
+/// The geometry of a [`Visual`], as the URDF says it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum VisualGeometry {
+    /// A box.
+    Box {
+        /// Full edge lengths \[m\].
+        size: [f64; 3],
+    },
+    /// A cylinder about local z.
+    Cylinder {
+        /// Radius \[m\].
+        radius: f64,
+        /// Height \[m\].
+        length: f64,
+    },
+    /// A capsule about local z.
+    Capsule {
+        /// Radius \[m\].
+        radius: f64,
+        /// Distance between the centres of the caps \[m\].
+        length: f64,
+    },
+    /// A ball.
+    Sphere {
+        /// Radius \[m\].
+        radius: f64,
+    },
+    /// A mesh file.
+    Mesh {
+        /// The address as written, `package://` included.
+        path: String,
+        /// Factor on each coordinate.
+        scale: [f64; 3],
+    },
+}
+
+impl Shape {
+    /// Whether all sizes are finite and not negative.
+    pub fn is_sound(&self) -> bool {
+        let good = |x: f64| x.is_finite() && x >= 0.0;
+        match *self {
+            Shape::Sphere { radius } => good(radius),
+            Shape::Capsule { radius, half_length } => good(radius) && good(half_length),
+            Shape::Box { half } => half.iter().all(|&x| good(x)),
+        }
+    }
+
+    /// Radius of the ball about the shape's origin that contains it \[m\].
+    pub fn bounding_radius(&self) -> f64 {
+        match *self {
+            Shape::Sphere { radius } => radius,
+            Shape::Capsule { radius, half_length } => radius + half_length,
+            Shape::Box { half: [x, y, z] } => (x * x + y * y + z * z).sqrt(),
+        }
+    }
+}

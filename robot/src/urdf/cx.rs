@@ -1,0 +1,154 @@
+//! What the parts of the reader share: the text, the complaints so far, and small readers of
+//! elements, attributes and numbers.
+
+use std::ops::Range;
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use roxmltree::Node;
+
+use super::{UrdfCode, UrdfMessage};
+
+/// The complaints while reading one text.
+pub(super) struct Cx<'t> {
+    pub text: &'t str,
+    pub errors: Vec<UrdfMessage>,
+    pub warnings: Vec<UrdfMessage>,
+}
+
+/// A value and where it was written.
+pub(super) struct Spanned<T> {
+    pub value: T,
+    pub span: Range<usize>,
+}
+
+impl<'t> Cx<'t> {
+    pub(super) fn error(&mut self, message: UrdfMessage) {
+        self.errors.push(message);
+    }
+
+    pub(super) fn warn(&mut self, message: UrdfMessage) {
+        self.warnings.push(message);
+    }
+
+    /// The opening tag of an element.
+    pub(super) fn tag(&self, node: Node) -> Range<usize> {
+        let range = node.range();
+        let mut quote = None;
+        for (i, byte) in self.text[range.clone()].bytes().enumerate() {
+            match (quote, byte) {
+                (None, b'"' | b'\'') => quote = Some(byte),
+                (Some(q), _) if q == byte => quote = None,
+                (None, b'>') => return range.start..range.start + i + 1,
+                _ => {}
+            }
+        }
+        range
+    }
+
+    /// First line that `span` is on, from 1.
+    pub(super) fn line(&self, span: &Range<usize>) -> usize {
+        self.text[..span.start].matches('\n').count() + 1
+    }
+
+    /// An attribute that must be there and must not be empty.
+    pub(super) fn need<'a>(&mut self, node: Node<'a, '_>, name: &str) -> Option<Spanned<&'a str>> {
+        match attribute(node, name) {
+            Some(found) if !found.value.trim().is_empty() => Some(found),
+            found => {
+                let span = found.map_or_else(|| self.tag(node), |f| f.span);
+                let element = node.tag_name().name();
+                let text = format!("`<{element}>` has no `{name}`");
+                self.error(UrdfMessage::new(UrdfCode::Missing, span, text));
+                None
+            }
+        }
+    }
+
+    /// `N` finite numbers, if the attribute is there. A bad one is an error and gives `None`.
+    pub(super) fn numbers<const N: usize>(&mut self, node: Node, name: &str) -> Option<[f64; N]> {
+        let found = attribute(node, name)?;
+        match parse_numbers(found.value) {
+            Ok(values) => Some(values),
+            Err(text) => {
+                let text = format!("`{name}` {text}");
+                self.error(UrdfMessage::new(UrdfCode::BadNumber, found.span, text));
+                None
+            }
+        }
+    }
+
+    /// One finite number, if the attribute is there.
+    pub(super) fn number(&mut self, node: Node, name: &str) -> Option<f64> {
+        self.numbers::<1>(node, name).map(|[x]| x)
+    }
+
+    /// The pose in the `<origin>` of `node`; identity without one.
+    pub(super) fn origin(&mut self, node: Node) -> Isometry3<f64> {
+        let Some(origin) = child(node, "origin") else { return Isometry3::identity() };
+        let xyz = self.numbers(origin, "xyz").unwrap_or([0.0; 3]);
+        let [roll, pitch, yaw] = self.numbers(origin, "rpy").unwrap_or([0.0; 3]);
+        let mut rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+        if let Some([x, y, z, w]) = self.numbers(origin, "quat_xyzw") {
+            match UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-9) {
+                Some(q) if q.coords.iter().all(|c| c.is_finite()) => rotation = q,
+                _ => {
+                    let span = attribute(origin, "quat_xyzw").map_or(origin.range(), |a| a.span);
+                    let text = "the quaternion has no direction";
+                    self.error(UrdfMessage::new(UrdfCode::BadNumber, span, text));
+                }
+            }
+        }
+        Isometry3::from_parts(Translation3::from(Vector3::from(xyz)), rotation)
+    }
+}
+
+/// Parses exactly `N` finite numbers between spaces; else what is wrong, to follow a name.
+pub(super) fn parse_numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let mut values = [0.0; N];
+    let mut count = 0;
+    for word in text.split_whitespace() {
+        let value: f64 = word.parse().map_err(|_| format!("has `{word}`, which is no number"))?;
+        if !value.is_finite() {
+            return Err(format!("has `{word}`, which is not a finite number"));
+        }
+        if let Some(slot) = values.get_mut(count) {
+            *slot = value;
+        }
+        count += 1;
+    }
+    if count == N {
+        Ok(values)
+    } else {
+        let s = if N == 1 { "" } else { "s" };
+        Err(format!("needs {N} number{s}, {count} found"))
+    }
+}
+
+/// An attribute without namespace, with the place of its value.
+pub(super) fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Option<Spanned<&'a str>> {
+    node.attributes()
+        .find(|a| a.name() == name && a.namespace().is_none())
+        .map(|a| Spanned { value: a.value(), span: a.range_value() })
+}
+
+/// Child elements of this name, in the namespace of their parent.
+pub(super) fn children<'a, 'i: 'a>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
+    let namespace = node.tag_name().namespace();
+    node.children()
+        .filter(move |c| c.is_element() && c.tag_name().name() == name && c.tag_name().namespace() == namespace)
+}
+
+/// The first of [`children`].
+pub(super) fn child<'a, 'i: 'a>(node: Node<'a, 'i>, name: &'static str) -> Option<Node<'a, 'i>> {
+    children(node, name).next()
+}
+
+/// At most eight names, for a message.
+pub(super) fn list<'n>(names: impl IntoIterator<Item = &'n str>) -> String {
+    let names: Vec<&str> = names.into_iter().collect();
+    let mut text = names.iter().take(8).map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
+    if names.len() > 8 {
+        text.push_str(&format!(" and {} more", names.len() - 8));
+    }
+    text
+}

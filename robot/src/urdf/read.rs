@@ -1,0 +1,220 @@
+//! XML to the links and joints that are written there, each value checked by itself.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use nalgebra::{Isometry3, Vector3};
+use roxmltree::Node;
+
+use super::cx::{Cx, Spanned, attribute, child, children};
+use super::solid::{self, Solids};
+use super::{UrdfCode, UrdfMessage, xml};
+use crate::{JointKind, PlacedShape, Visual};
+
+/// Most links of one robot.
+const MAX_LINKS: usize = 100_000;
+
+/// A link as written.
+pub(super) struct RawLink {
+    pub name: Spanned<String>,
+    pub mass: f64,
+    pub collision: Vec<PlacedShape>,
+    pub visual: Vec<Visual>,
+}
+
+/// The `<limit>` of a joint as written.
+pub(super) struct RawLimit {
+    pub span: Range<usize>,
+    pub lower: Option<f64>,
+    pub upper: Option<f64>,
+    pub velocity: Option<f64>,
+    pub effort: f64,
+}
+
+/// The `<mimic>` of a joint as written.
+pub(super) struct RawMimic {
+    pub joint: Spanned<String>,
+    pub multiplier: f64,
+    pub offset: f64,
+}
+
+/// A joint as written.
+pub(super) struct RawJoint {
+    pub name: Spanned<String>,
+    pub tag: Range<usize>,
+    pub kind: JointKind,
+    /// `planar` or `floating`, which are not for the inside of a tree, and where it is written.
+    pub free: Option<Spanned<String>>,
+    pub parent: Spanned<String>,
+    pub child: Spanned<String>,
+    pub origin: Isometry3<f64>,
+    pub axis: Vector3<f64>,
+    pub limit: Option<RawLimit>,
+    pub mimic: Option<RawMimic>,
+}
+
+/// A robot as written.
+pub(super) struct RawRobot {
+    pub name: String,
+    pub tag: Range<usize>,
+    pub links: Vec<RawLink>,
+    pub joints: Vec<RawJoint>,
+}
+
+/// Reads all links and joints. `None` when it makes no sense to go on.
+pub(super) fn robot(cx: &mut Cx, root: Node, solids: &mut Solids) -> Option<RawRobot> {
+    let tag = xml::first_line(cx.text, cx.tag(root));
+    if root.tag_name().name() != "robot" {
+        let text = format!("`<robot>` expected, `<{}>` found", root.tag_name().name());
+        cx.error(UrdfMessage::new(UrdfCode::NoRobot, tag, text));
+        return None;
+    }
+    if let Some(macro_) =
+        root.descendants().find(|n| n.is_element() && n.tag_name().namespace().is_some_and(|ns| ns.contains("xacro")))
+    {
+        let span = cx.tag(macro_);
+        let text = "this is a xacro file, not a URDF";
+        cx.error(
+            UrdfMessage::new(UrdfCode::Xacro, span, text)
+                .help("expand it first: `xacro robot.urdf.xacro > robot.urdf`"),
+        );
+        return None;
+    }
+    for element in ["link", "joint"] {
+        let count = children(root, element).count();
+        if count > MAX_LINKS {
+            let text = format!("{count} {element}s, at most {MAX_LINKS} are read");
+            cx.error(UrdfMessage::new(UrdfCode::TooLarge, tag, text));
+            return None;
+        }
+    }
+    let name = attribute(root, "name").map(|a| a.value.trim().to_owned()).unwrap_or_default();
+    let links: Vec<RawLink> = children(root, "link").filter_map(|node| link(cx, node, solids)).collect();
+    let joints: Vec<RawJoint> = children(root, "joint").filter_map(|node| joint(cx, node)).collect();
+    if children(root, "link").next().is_none() {
+        let text = "the robot has no link";
+        cx.error(UrdfMessage::new(UrdfCode::NoLinks, tag.clone(), text));
+    }
+    unique(cx, "link", links.iter().map(|l| &l.name));
+    unique(cx, "joint", joints.iter().map(|j| &j.name));
+    Some(RawRobot { name, tag, links, joints })
+}
+
+fn unique<'n>(cx: &mut Cx, what: &str, names: impl Iterator<Item = &'n Spanned<String>>) {
+    let mut seen: BTreeMap<&str, &Range<usize>> = BTreeMap::new();
+    for name in names {
+        if let Some(first) = seen.get(name.value.as_str()) {
+            let text = format!("there is already a {what} `{}`", name.value);
+            let help = format!("the first one is on line {}", cx.line(first));
+            let message = UrdfMessage::new(UrdfCode::DuplicateName, name.span.clone(), text);
+            cx.error(message.help(help));
+        } else {
+            seen.insert(&name.value, &name.span);
+        }
+    }
+}
+
+fn owned(found: Spanned<&str>) -> Spanned<String> {
+    Spanned { value: found.value.to_owned(), span: found.span }
+}
+
+fn link(cx: &mut Cx, node: Node, solids: &mut Solids) -> Option<RawLink> {
+    let name = cx.need(node, "name");
+    let mut mass = 0.0;
+    if let Some(element) = child(node, "inertial").and_then(|i| child(i, "mass")) {
+        mass = cx.number(element, "value").unwrap_or(0.0);
+        if mass < 0.0 {
+            let span = attribute(element, "value").map_or_else(|| cx.tag(element), |a| a.span);
+            cx.error(UrdfMessage::new(UrdfCode::BadSize, span, "the mass is negative"));
+        }
+    }
+    let collision = children(node, "collision").filter_map(|element| solid::collision(cx, element, solids)).collect();
+    let visual = children(node, "visual").filter_map(|element| solid::visual(cx, element, solids)).collect();
+    Some(RawLink { name: owned(name?), mass, collision, visual })
+}
+
+fn joint(cx: &mut Cx, node: Node) -> Option<RawJoint> {
+    let name = cx.need(node, "name").map(owned);
+    let tag = cx.tag(node);
+    let mut free = None;
+    let mut kind = JointKind::Fixed;
+    if let Some(written) = cx.need(node, "type") {
+        kind = match written.value.trim() {
+            "fixed" => JointKind::Fixed,
+            "revolute" => JointKind::Revolute,
+            "continuous" => JointKind::Continuous,
+            "prismatic" => JointKind::Prismatic,
+            "planar" | "floating" => {
+                free = Some(owned(written));
+                JointKind::Fixed
+            }
+            other => {
+                let text = format!("there is no joint type `{other}`");
+                cx.error(
+                    UrdfMessage::new(UrdfCode::UnknownJointType, written.span, text)
+                        .help("use `fixed`, `revolute`, `continuous` or `prismatic`"),
+                );
+                JointKind::Fixed
+            }
+        };
+    }
+    let end = |cx: &mut Cx, element: &'static str| match child(node, element) {
+        Some(found) => cx.need(found, "link").map(owned),
+        None => {
+            let text = format!("the joint has no `<{element}>`");
+            cx.error(UrdfMessage::new(UrdfCode::Missing, tag.clone(), text));
+            None
+        }
+    };
+    let parent = end(cx, "parent");
+    let child_link = end(cx, "child");
+    let origin = cx.origin(node);
+    let axis = if kind == JointKind::Fixed { Vector3::x() } else { axis(cx, node) };
+    let limit = child(node, "limit").map(|element| limit(cx, element));
+    let mimic = child(node, "mimic").and_then(|element| {
+        let multiplier = cx.number(element, "multiplier").unwrap_or(1.0);
+        let offset = cx.number(element, "offset").unwrap_or(0.0);
+        let joint = owned(cx.need(element, "joint")?);
+        Some(RawMimic { joint, multiplier, offset })
+    });
+    let (name, parent, child) = (name?, parent?, child_link?);
+    Some(RawJoint { name, tag, kind, free, parent, child, origin, axis, limit, mimic })
+}
+
+/// The unit axis; x without one, as URDF has it.
+fn axis(cx: &mut Cx, node: Node) -> Vector3<f64> {
+    let Some(element) = child(node, "axis") else { return Vector3::x() };
+    let Some(axis) = cx.numbers::<3>(element, "xyz").map(Vector3::from) else {
+        return Vector3::x();
+    };
+    // Scaled first: the square of a huge number is not finite.
+    let size = axis.amax();
+    if size > 1e-9 {
+        (axis / size).normalize()
+    } else {
+        let span = attribute(element, "xyz").map_or_else(|| cx.tag(element), |a| a.span);
+        let text = "the axis of a moving joint needs a direction";
+        cx.error(UrdfMessage::new(UrdfCode::ZeroAxis, span, text));
+        Vector3::x()
+    }
+}
+
+fn limit(cx: &mut Cx, element: Node) -> RawLimit {
+    let velocity = speed(cx, element, "velocity");
+    let effort = speed(cx, element, "effort").filter(|x| *x > 0.0).unwrap_or(f64::INFINITY);
+    RawLimit {
+        span: cx.tag(element),
+        lower: cx.number(element, "lower"),
+        upper: cx.number(element, "upper"),
+        velocity,
+        effort,
+    }
+}
+
+/// A number for which "infinite" and "NaN" mean that there is no limit.
+fn speed(cx: &mut Cx, element: Node, name: &str) -> Option<f64> {
+    match attribute(element, name)?.value.trim().parse::<f64>() {
+        Ok(value) if !value.is_finite() => Some(f64::INFINITY),
+        _ => cx.number(element, name),
+    }
+}

@@ -1,0 +1,189 @@
+//! Collision and visual elements: shapes, meshes, colours.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::PathBuf;
+
+use nalgebra::Vector3;
+use roxmltree::Node;
+
+use super::cx::{Cx, attribute, child, parse_numbers};
+use super::{Options, UrdfCode, UrdfMessage, locate};
+use crate::mesh;
+use crate::{PlacedShape, Shape, Visual, VisualGeometry};
+
+/// What shapes need from around them: where meshes are, and the named colours.
+pub(super) struct Solids<'o> {
+    options: &'o Options,
+    colors: BTreeMap<String, [f64; 4]>,
+    meshes: BTreeMap<PathBuf, Result<Vec<Vector3<f64>>, String>>,
+    unread: usize,
+}
+
+impl<'o> Solids<'o> {
+    /// Collects the named colours of the whole file; the first of a name counts.
+    pub(super) fn new(cx: &mut Cx, root: Node, options: &'o Options) -> Solids<'o> {
+        let mut colors = BTreeMap::new();
+        for node in root.descendants().filter(|n| n.tag_name().name() == "material") {
+            if let (Some(name), Some(rgba)) = (attribute(node, "name"), color(cx, node)) {
+                colors.entry(name.value.to_owned()).or_insert(rgba);
+            }
+        }
+        // Each visual looks at its own colour again, and complains then.
+        cx.warnings.clear();
+        Solids { options, colors, meshes: BTreeMap::new(), unread: 0 }
+    }
+}
+
+fn color(cx: &mut Cx, material: Node) -> Option<[f64; 4]> {
+    let rgba = attribute(child(material, "color")?, "rgba")?;
+    match parse_numbers::<4>(rgba.value) {
+        Ok(values) => Some(values.map(|x| x.clamp(0.0, 1.0))),
+        Err(what) => {
+            let text = format!("`rgba` {what}; the colour is left out");
+            cx.warn(UrdfMessage::new(UrdfCode::Ignored, rgba.span, text));
+            None
+        }
+    }
+}
+
+/// The geometry of an element; complaints about sizes go to `complain`.
+fn geometry(cx: &mut Cx, element: Node, complain: fn(&mut Cx, UrdfMessage)) -> Option<(VisualGeometry, Range<usize>)> {
+    let what = element.tag_name().name();
+    let Some(node) = child(element, "geometry").and_then(|g| g.children().find(Node::is_element)) else {
+        let span = cx.tag(element);
+        let text = format!("the `<{what}>` has no geometry and is left out");
+        cx.warn(UrdfMessage::new(UrdfCode::Ignored, span, text));
+        return None;
+    };
+    let mut span = cx.tag(node);
+    let sizes = |cx: &mut Cx, names: &[&str]| -> Option<Vec<f64>> {
+        let mut found = Some(Vec::new());
+        for name in names {
+            let value = if cx.need(node, name).is_some() { cx.number(node, name) } else { None };
+            found = found.zip(value).map(|(mut all, x)| {
+                all.push(x);
+                all
+            });
+        }
+        found
+    };
+    let (shape, sizes) = match node.tag_name().name() {
+        "sphere" => {
+            let sizes = sizes(cx, &["radius"])?;
+            (VisualGeometry::Sphere { radius: sizes[0] }, sizes)
+        }
+        "cylinder" => {
+            let sizes = sizes(cx, &["radius", "length"])?;
+            (VisualGeometry::Cylinder { radius: sizes[0], length: sizes[1] }, sizes)
+        }
+        "capsule" => {
+            let sizes = sizes(cx, &["radius", "length"])?;
+            (VisualGeometry::Capsule { radius: sizes[0], length: sizes[1] }, sizes)
+        }
+        "box" => {
+            cx.need(node, "size")?;
+            let size = cx.numbers::<3>(node, "size")?;
+            (VisualGeometry::Box { size }, size.to_vec())
+        }
+        "mesh" => {
+            let file = cx.need(node, "filename")?;
+            let scale = match attribute(node, "scale") {
+                Some(_) => cx.numbers::<3>(node, "scale")?,
+                None => [1.0; 3],
+            };
+            let sizes = scale.iter().map(|s| s.abs()).collect();
+            span = file.span;
+            (VisualGeometry::Mesh { path: file.value.trim().to_owned(), scale }, sizes)
+        }
+        other => {
+            let text = format!("the shape `{other}` is not known; the `<{what}>` is left out");
+            cx.warn(UrdfMessage::new(UrdfCode::Ignored, span, text));
+            return None;
+        }
+    };
+    if sizes.iter().any(|x| *x <= 0.0) {
+        let text = match node.tag_name().name() {
+            "mesh" => "the scale of a mesh must not be zero".to_owned(),
+            name => format!("the sizes of a {name} must be greater than zero"),
+        };
+        complain(cx, UrdfMessage::new(UrdfCode::BadSize, cx.tag(node), text));
+        return None;
+    }
+    Some((shape, span))
+}
+
+/// Something to draw; what cannot be drawn is a warning.
+pub(super) fn visual(cx: &mut Cx, element: Node, solids: &Solids) -> Option<Visual> {
+    let origin = cx.origin(element);
+    let material = child(element, "material");
+    let color = material.and_then(|m| color(cx, m)).or_else(|| {
+        let name = attribute(material?, "name")?;
+        solids.colors.get(name.value).copied()
+    });
+    let (geometry, _) = geometry(cx, element, |cx, m| cx.warn(m))?;
+    Some(Visual { origin, geometry, color })
+}
+
+/// A shape for distances; meshes become the capsule around them.
+pub(super) fn collision(cx: &mut Cx, element: Node, solids: &mut Solids) -> Option<PlacedShape> {
+    let origin = cx.origin(element);
+    let (geometry, span) = geometry(cx, element, |cx, m| cx.error(m))?;
+    let shape = match geometry {
+        VisualGeometry::Sphere { radius } => Shape::Sphere { radius },
+        VisualGeometry::Cylinder { radius, length } | VisualGeometry::Capsule { radius, length } => {
+            Shape::Capsule { radius, half_length: 0.5 * length }
+        }
+        VisualGeometry::Box { size } => Shape::Box { half: size.map(|x| 0.5 * x) },
+        VisualGeometry::Mesh { path, scale } => {
+            let (inner, shape) = around_mesh(cx, solids, &path, scale, span)?;
+            return Some(PlacedShape { origin: origin * inner, shape });
+        }
+    };
+    Some(PlacedShape { origin, shape })
+}
+
+fn around_mesh(
+    cx: &mut Cx,
+    solids: &mut Solids,
+    address: &str,
+    scale: [f64; 3],
+    span: Range<usize>,
+) -> Option<(nalgebra::Isometry3<f64>, Shape)> {
+    if !solids.options.read_meshes {
+        solids.unread += 1;
+        if solids.unread == 1 {
+            let text = "collision meshes are not read; the links have no shape there";
+            cx.warn(
+                UrdfMessage::new(UrdfCode::MeshNotRead, span, text)
+                    .help("ask for meshes to be read, or give the links simple shapes"),
+            );
+        }
+        return None;
+    }
+    let path = match locate::find(address, solids.options) {
+        Ok(path) => path,
+        Err(help) => {
+            let text = format!("mesh `{address}` not found; the link has no shape there");
+            cx.warn(UrdfMessage::new(UrdfCode::MeshMissing, span, text).help(help));
+            return None;
+        }
+    };
+    let vertices = solids.meshes.entry(path).or_insert_with_key(|path| mesh::vertices(path));
+    let bound = match vertices {
+        Ok(vertices) => {
+            let scale = Vector3::from(scale);
+            let scaled: Vec<_> = vertices.iter().map(|v| v.component_mul(&scale)).collect();
+            mesh::bounding_capsule(&scaled).ok_or("it has no vertex, or one that is not finite")
+        }
+        Err(what) => Err(what.as_str()),
+    };
+    match bound {
+        Ok(capsule) => Some(capsule),
+        Err(what) => {
+            let text = format!("mesh `{address}` cannot be used: {what}");
+            cx.warn(UrdfMessage::new(UrdfCode::MeshUnreadable, span, text));
+            None
+        }
+    }
+}

@@ -1,0 +1,76 @@
+// The two tables: what each task achieved, and what each level of the hierarchy had to give up.
+
+import { h } from './dom.js';
+import { count, number, percent, quantity, timeText } from './format.js';
+
+const SHOWN_ROWS = 4;
+
+// Three lines at most; the whole name when pointed at.
+const clamp = (name) => h('span', { class: 'clamp', title: name }, name);
+
+function shareBar(share) {
+  if (share === null) return h('span', { class: 'quiet' }, '–');
+  return h('span', { class: 'share' },
+    h('span', { class: 'share-track', 'aria-hidden': 'true' }, h('span', { class: 'share-fill', style: { width: `${Math.min(1, Math.max(0, share)) * 100}%` } })),
+    h('span', { class: 'share-text' }, percent(share)));
+}
+
+// Smallest margin for what must not be passed, largest error for what is followed.
+function worst(measure) {
+  if (measure.smallest !== null) return ['min', measure.smallest, measure.smallest < 0];
+  if (measure.largest !== null) return ['max', measure.largest, false];
+  return ['', null, false];
+}
+
+function measureCells(measure, clock, decimals) {
+  const [kind, value, bad] = worst(measure);
+  const exact = (v) => (v === null ? null : `${v} ${measure.unit}`.trim());
+  return [
+    h('td', { class: 'measure' }, clamp(measure.name)),
+    h('td', { class: `num ${bad ? 'bad' : ''}`, title: exact(value) }, kind && h('span', { class: 'kind' }, kind), ` ${quantity(value, measure.unit)}`),
+    h('td', { class: 'num' }, measure.at === null ? '' : h('button', { type: 'button', class: 'at', title: 'Show this time', onclick: () => clock.seek(measure.at) }, timeText(measure.at, decimals))),
+    h('td', { class: 'num', title: exact(measure.final) }, quantity(measure.final, measure.unit)),
+  ];
+}
+
+function activeCell(row, span) {
+  const rest = row.activeRows.length - SHOWN_ROWS;
+  const names = row.activeRows.slice(0, SHOWN_ROWS).join(', ') + (rest > 0 ? ` and ${rest} more` : '');
+  return h('td', { class: 'active', rowspan: span }, shareBar(row.active), names && h('span', { class: 'active-rows clamp', title: row.activeRows.join(', ') }, names));
+}
+
+/** `link(task)`: a function that shows the task's plots, or null if it has none. */
+export function createTasks(data, clock, decimals, link) {
+  if (data.tasks.length === 0) return null;
+  const bodies = data.tasks.map((row) => {
+    const span = Math.max(1, row.measures.length);
+    const action = link(row.task);
+    const name = action ? h('button', { type: 'button', class: 'link', onclick: action, title: 'Go to the plots' }, row.task) : row.task;
+    const first = row.measures.length ? measureCells(row.measures[0], clock, decimals) : [h('td', { colspan: 4, class: 'quiet' }, 'no measure')];
+    return h('tbody', {},
+      h('tr', {}, h('th', { scope: 'rowgroup', rowspan: span }, h('span', { class: 'name clamp', title: row.task }, name), row.kind && row.kind !== row.task && h('span', { class: 'sub clamp' }, row.kind)),
+        h('td', { rowspan: span, class: 'level' }, clamp(row.level)), first, activeCell(row, span)),
+      row.measures.slice(1).map((m) => h('tr', {}, measureCells(m, clock, decimals))));
+  });
+  const head = [['Task'], ['Level'], ['Measure'], ['Worst', 'num', 'Smallest margin or largest error'], ['At', 'num'], ['Final', 'num'],
+    ['Active', 'active', 'Share of the ticks at which a row of the task was at its bound']];
+  return h('section', { class: 'tasks' }, h('h2', {}, 'Tasks'),
+    h('div', { class: 'table-wrap' }, h('table', {}, h('thead', {}, h('tr', {}, head.map(([t, c, title]) => h('th', { scope: 'col', class: c ?? '', title }, t)))), bodies)));
+}
+
+/** The levels, the most important first. */
+export function createLevels(data) {
+  if (data.levels.length === 0) return null;
+  const rows = data.levels.map((l, i) => h('tr', {},
+    h('td', { class: 'num rank' }, String(i + 1)),
+    h('th', { scope: 'row' }, h('span', { class: 'name clamp', title: l.name }, l.name)),
+    h('td', {}, l.hard ? 'hard' : 'soft'),
+    h('td', { class: 'num' }, count(l.rows)),
+    h('td', { class: 'num' }, count(l.freedom)),
+    h('td', { class: 'active' }, shareBar(l.saturated)),
+    h('td', { class: `num ${l.hard && l.violation > 1e-6 ? 'bad' : ''}`, title: l.violation }, number(l.violation !== null && Math.abs(l.violation) < 1e-12 ? 0 : l.violation))));
+  const head = [['', 'num'], ['Level'], ['Kind'], ['Rows', 'num'], ['Freedom', 'num', 'Degrees of freedom'], ['Saturated', 'active', 'Share of the ticks at which a row of the level was at its bound'],
+    ['Violation', 'num', 'The worst violation of a row, in the unit of that row']];
+  return h('section', { class: 'levels' }, h('h2', {}, 'Hierarchy'),
+    h('div', { class: 'table-wrap' }, h('table', {}, h('thead', {}, h('tr', {}, head.map(([t, c, title]) => h('th', { scope: 'col', class: c ?? '', title }, t)))), h('tbody', {}, rows))));
+}
