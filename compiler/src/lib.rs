@@ -1,1 +1,18 @@
-//! Names, types, units, checks and lowering of Hierarq specs to programs
+//! The compiler: from a spec to a program, with diagnostics that say what, where, why and what to do.
+//!
+//! [`compile`] reads a text, binds its names to a robot and to the task library, checks types, units and safety, and
+//! lowers it to a [`runtime::Program`]. It knows nothing of how a hierarchy is solved.
+
+pub mod codes;
+mod binding;
+mod checks;
+mod constants;
+pub mod expr;
+mod lowering;
+pub mod names;
+pub mod report;
+mod robot_binding;
+pub mod units;
+
+pub use lowering::{Compiled, Input, compile};
+pub use report::{Report, Style};

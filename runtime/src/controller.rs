@@ -40,6 +40,7 @@ pub struct Controller {
     solution: Solution,
     solver: Box<dyn HierarchicalSolver + Send>,
     level_names: Vec<String>,
+    value_names: Vec<(std::ops::Range<usize>, String)>,
     period: f64,
     tracking_gain: f64,
     reference: Vec<f64>,
@@ -47,6 +48,29 @@ pub struct Controller {
     command: Vec<f64>,
     started: bool,
     fault: Option<Fault>,
+}
+
+/// The parameters of a program by their places, as `` `gain` of task `reach` ``.
+fn value_names(program: &Program) -> Vec<(std::ops::Range<usize>, String)> {
+    use stdlib_tasks::bound::{Bound, Slot};
+    fn slots(bound: &Bound) -> Vec<Slot> {
+        match bound {
+            Bound::Value(s) => vec![*s],
+            Bound::PerJoint(l) => l.iter().map(|x| x.1).collect(),
+            Bound::PerArm(l) => l.iter().map(|x| x.1).collect(),
+            Bound::Group(map) => map.values().flat_map(slots).collect(),
+            _ => Vec::new(),
+        }
+    }
+    let tasks = program.tasks.iter();
+    let named = |task: &crate::program::TaskProgram| {
+        let one = |(name, bound): (&String, &Bound)| {
+            let text = format!("`{name}` of task `{}`", task.name);
+            slots(bound).into_iter().map(|s| (s.at..s.at + s.len, text.clone())).collect::<Vec<_>>()
+        };
+        task.params.iter().flat_map(one).collect::<Vec<_>>()
+    };
+    tasks.flat_map(named).collect()
 }
 
 impl Controller {
@@ -62,6 +86,7 @@ impl Controller {
             solution: Solution::new(&problem),
             solver: Box::new(ClarabelCascade::new(&problem)),
             level_names: program.stacks[program.run.stack].levels.iter().map(|l| l.name.clone()).collect(),
+            value_names: value_names(program),
             period: program.robot.period,
             tracking_gain: program.robot.tracking_gain,
             reference: vec![0.0; nq],
@@ -177,6 +202,11 @@ impl Controller {
             Fault::Observation { index: Some(i) } => format!("number {i} of the observed configuration is missing or not finite"),
             Fault::Observation { index: None } => "the observed time is not finite".to_string(),
             Fault::NotFinite { member, row: r } => format!("{}: a number is not finite", row(member, r)),
+            Fault::Value { at } => {
+                let name = self.value_names.iter().find(|n| n.0.contains(&at)).map_or("a parameter", |n| n.1.as_str());
+                let value = self.evaluator.value(at).unwrap_or(f64::NAN);
+                format!("{name} is {value}, outside its range or changing infinitely fast")
+            }
             Fault::Overlap { member, row: r } => {
                 format!("{}: the parts overlap so deeply that no direction leads apart", row(member, r))
             }

@@ -191,6 +191,11 @@ impl Evaluator {
         &self.undefined
     }
 
+    /// The value of a parameter at the last tick.
+    pub fn value(&self, at: usize) -> Option<f64> {
+        self.current.get(at).copied()
+    }
+
     /// Enters the stack at a configuration: captures what `initial(..)` asks for.
     pub fn enter(&mut self, q: &[f64], times: Times) {
         self.inputs.fill(0.0);
@@ -240,6 +245,9 @@ impl Evaluator {
     /// A task could not write its rows.
     pub fn update(&mut self, q: &[f64], times: Times, problem: &mut Problem) -> Result<(), Fault> {
         self.kinematics(q, times);
+        if let Some(r) = self.values.ranges.iter().find(|r| !r.contains(self.current[r.at]) || !self.rates[r.at].is_finite()) {
+            return Err(Fault::Value { at: r.at });
+        }
         let Evaluator { model, data, current, rates, tasks, members, locked, margins, measures, undefined, .. } = self;
         margins.fill(f64::INFINITY);
         let state = State { model, data, q, values: current, rates };

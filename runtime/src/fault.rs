@@ -17,6 +17,11 @@ pub enum Fault {
         /// Its row.
         row: usize,
     },
+    /// A moving parameter left its range, or is not finite.
+    Value {
+        /// Its place in the table of values.
+        at: usize,
+    },
     /// Two parts of the robot overlap so deeply that no direction leads apart.
     Overlap {
         /// Index of the task in the stack's order.
@@ -46,6 +51,7 @@ impl Fault {
     pub fn kind(&self) -> &'static str {
         match self {
             Fault::Observation { .. } | Fault::NotFinite { .. } => "not_finite",
+            Fault::Value { .. } => "value",
             Fault::Overlap { .. } => "overlap",
             Fault::Infeasible { .. } => "infeasible",
             Fault::Solver { .. } => "solver",

@@ -93,6 +93,7 @@ impl Program {
             let good = o.at < v.initial.len() && o.value < v.tape.ops.len() && o.rate < v.tape.ops.len();
             ensure(good, "values.tape.outputs", "an output points nowhere")?;
         }
+        ensure(v.ranges.iter().all(|r| r.at < v.initial.len()), "values.ranges", "a range belongs to no value")?;
         for (i, c) in v.captures.iter().enumerate() {
             let place = format!("values.captures[{i}]");
             let end = c.at.checked_add(c.len).unwrap_or(usize::MAX);

@@ -87,6 +87,26 @@ pub struct Values {
     pub tape: Tape,
     /// What is captured on entering the stack, in the order of the tape's inputs.
     pub captures: Vec<Capture>,
+    /// Ranges that moving values must stay in; outside is a fault. A value that is not finite is outside every range.
+    pub ranges: Vec<ValueRange>,
+}
+
+/// The range of a moving value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ValueRange {
+    /// Its place in the table of values.
+    pub at: usize,
+    /// The smallest value allowed; none for minus infinity.
+    pub min: Option<f64>,
+    /// The largest value allowed; none for infinity.
+    pub max: Option<f64>,
+}
+
+impl ValueRange {
+    /// True for a finite number in the range.
+    pub fn contains(&self, x: f64) -> bool {
+        x.is_finite() && self.min.is_none_or(|m| x >= m) && self.max.is_none_or(|m| x <= m)
+    }
 }
 
 /// A value that is read once, when the stack becomes active.

@@ -1,0 +1,252 @@
+//! A graph of operations on numbers: equal ones shared, constants folded, derivatives in time taken exactly.
+
+use std::collections::BTreeMap;
+
+use runtime::program::Op;
+
+/// The graph. Nodes are indices of operations; operands come before users.
+#[derive(Clone, Debug, Default)]
+pub struct Graph {
+    ops: Vec<Op>,
+    known: BTreeMap<(u8, u64, usize, usize), usize>,
+    rates: BTreeMap<usize, usize>,
+}
+
+fn key(op: Op) -> (u8, u64, usize, usize) {
+    match op {
+        Op::Const(x) => (0, x.to_bits(), 0, 0),
+        Op::T => (1, 0, 0, 0),
+        Op::Time => (2, 0, 0, 0),
+        Op::Input(k) => (3, 0, k, 0),
+        Op::Add(a, b) => (4, 0, a.min(b), a.max(b)),
+        Op::Sub(a, b) => (5, 0, a, b),
+        Op::Mul(a, b) => (6, 0, a.min(b), a.max(b)),
+        Op::Div(a, b) => (7, 0, a, b),
+        Op::Neg(a) => (8, 0, a, 0),
+        Op::Sin(a) => (9, 0, a, 0),
+        Op::Cos(a) => (10, 0, a, 0),
+        Op::Exp(a) => (11, 0, a, 0),
+        Op::Log(a) => (12, 0, a, 0),
+        Op::Sqrt(a) => (13, 0, a, 0),
+        Op::Abs(a) => (14, 0, a, 0),
+        Op::Powi(a, n) => (15, n as u32 as u64, a, 0),
+        Op::Min(a, b) => (16, 0, a, b),
+        Op::Max(a, b) => (17, 0, a, b),
+        Op::Select(a, b, c) => (18, a as u64, b, c),
+    }
+}
+
+impl Graph {
+    /// All operations.
+    pub fn ops(&self) -> &[Op] {
+        &self.ops
+    }
+
+    /// The value of a node that depends on nothing.
+    pub fn constant(&self, node: usize) -> Option<f64> {
+        match self.ops[node] {
+            Op::Const(x) => Some(x),
+            _ => None,
+        }
+    }
+
+    /// A number.
+    pub fn number(&mut self, x: f64) -> usize {
+        self.push(Op::Const(x))
+    }
+
+    /// Adds an operation, or finds it, or finds something simpler that is equal.
+    pub fn push(&mut self, op: Op) -> usize {
+        let op = match self.simplify(op) {
+            Ok(op) => op,
+            Err(node) => return node,
+        };
+        let k = key(op);
+        if let Some(&node) = self.known.get(&k) {
+            return node;
+        }
+        self.ops.push(op);
+        let node = self.ops.len() - 1;
+        self.known.insert(k, node);
+        node
+    }
+
+    /// A simpler operation, or the node that is equal to it.
+    fn simplify(&mut self, op: Op) -> Result<Op, usize> {
+        let c = |node: usize| self.constant(node);
+        let folded = match op {
+            Op::Const(_) | Op::T | Op::Time | Op::Input(_) => None,
+            Op::Add(a, b) => c(a).zip(c(b)).map(|(a, b)| a + b),
+            Op::Sub(a, b) => c(a).zip(c(b)).map(|(a, b)| a - b),
+            Op::Mul(a, b) => c(a).zip(c(b)).map(|(a, b)| a * b),
+            Op::Div(a, b) => c(a).zip(c(b)).map(|(a, b)| a / b),
+            Op::Neg(a) => c(a).map(|a| -a),
+            Op::Sin(a) => c(a).map(f64::sin),
+            Op::Cos(a) => c(a).map(f64::cos),
+            Op::Exp(a) => c(a).map(f64::exp),
+            Op::Log(a) => c(a).map(f64::ln),
+            Op::Sqrt(a) => c(a).map(f64::sqrt),
+            Op::Abs(a) => c(a).map(f64::abs),
+            Op::Powi(a, n) => c(a).map(|a| a.powi(n)),
+            Op::Min(a, b) => c(a).zip(c(b)).map(|(a, b)| if b < a { b } else { a }),
+            Op::Max(a, b) => c(a).zip(c(b)).map(|(a, b)| if b > a { b } else { a }),
+            Op::Select(a, x, y) => match c(a) {
+                Some(a) => return Err(if a >= 0.0 { x } else { y }),
+                None => None,
+            },
+        };
+        if let Some(x) = folded {
+            return Ok(Op::Const(x));
+        }
+        match op {
+            Op::Add(a, b) if c(a) == Some(0.0) => Err(b),
+            Op::Add(a, b) | Op::Sub(a, b) if c(b) == Some(0.0) => Err(a),
+            Op::Sub(a, b) if c(a) == Some(0.0) => Ok(Op::Neg(b)),
+            Op::Mul(a, b) if c(a) == Some(1.0) => Err(b),
+            Op::Mul(a, b) | Op::Div(a, b) if c(b) == Some(1.0) => Err(a),
+            Op::Mul(a, b) if c(a) == Some(0.0) || c(b) == Some(0.0) => Ok(Op::Const(0.0)),
+            Op::Div(a, _) if c(a) == Some(0.0) => Ok(Op::Const(0.0)),
+            Op::Powi(_, 0) => Ok(Op::Const(1.0)),
+            Op::Powi(a, 1) => Err(a),
+            Op::Select(_, x, y) if x == y => Err(x),
+            _ => Ok(op),
+        }
+    }
+
+    /// The time derivative of a node. Where a function has none (the edge of a `min`, `abs` at zero), the derivative
+    /// is that of the branch that the value itself takes.
+    pub fn rate(&mut self, node: usize) -> usize {
+        if let Some(&r) = self.rates.get(&node) {
+            return r;
+        }
+        // Operands come first, so filling in ascending order never recurses deeply.
+        for i in 0..=node {
+            if !self.rates.contains_key(&i) {
+                let r = self.rate_of(i);
+                self.rates.insert(i, r);
+            }
+        }
+        self.rates[&node]
+    }
+
+    fn rate_of(&mut self, node: usize) -> usize {
+        let d = |g: &Self, n: usize| g.rates[&n];
+        match self.ops[node] {
+            Op::Const(_) | Op::Input(_) => self.number(0.0),
+            Op::T | Op::Time => self.number(1.0),
+            Op::Add(a, b) => {
+                let (da, db) = (d(self, a), d(self, b));
+                self.push(Op::Add(da, db))
+            }
+            Op::Sub(a, b) => {
+                let (da, db) = (d(self, a), d(self, b));
+                self.push(Op::Sub(da, db))
+            }
+            Op::Mul(a, b) => {
+                let (da, db) = (d(self, a), d(self, b));
+                let (left, right) = (self.push(Op::Mul(da, b)), self.push(Op::Mul(a, db)));
+                self.push(Op::Add(left, right))
+            }
+            Op::Div(a, b) => {
+                // (a' - (a/b) b') / b
+                let (da, db) = (d(self, a), d(self, b));
+                let part = self.push(Op::Mul(node, db));
+                let top = self.push(Op::Sub(da, part));
+                self.push(Op::Div(top, b))
+            }
+            Op::Neg(a) => {
+                let da = d(self, a);
+                self.push(Op::Neg(da))
+            }
+            Op::Sin(a) => {
+                let (da, cos) = (d(self, a), self.push(Op::Cos(a)));
+                self.push(Op::Mul(cos, da))
+            }
+            Op::Cos(a) => {
+                let (da, sin) = (d(self, a), self.push(Op::Sin(a)));
+                let product = self.push(Op::Mul(sin, da));
+                self.push(Op::Neg(product))
+            }
+            Op::Exp(a) => {
+                let da = d(self, a);
+                self.push(Op::Mul(node, da))
+            }
+            Op::Log(a) => {
+                let da = d(self, a);
+                self.push(Op::Div(da, a))
+            }
+            Op::Sqrt(a) => {
+                let da = d(self, a);
+                let twice = self.push(Op::Add(node, node));
+                self.push(Op::Div(da, twice))
+            }
+            Op::Abs(a) => {
+                let da = d(self, a);
+                let minus = self.push(Op::Neg(da));
+                self.push(Op::Select(a, da, minus))
+            }
+            Op::Powi(a, n) => {
+                let da = d(self, a);
+                let (power, factor) = (self.push(Op::Powi(a, n - 1)), self.number(f64::from(n)));
+                let outer = self.push(Op::Mul(factor, power));
+                self.push(Op::Mul(outer, da))
+            }
+            Op::Min(a, b) => self.rate_of_choice(a, b, b, a),
+            Op::Max(a, b) => self.rate_of_choice(a, b, a, b),
+            Op::Select(a, b, c) => {
+                let (db, dc) = (d(self, b), d(self, c));
+                self.push(Op::Select(a, db, dc))
+            }
+        }
+    }
+
+    /// The rate of `a` where `over - under >= 0`, else that of `b`.
+    fn rate_of_choice(&mut self, a: usize, b: usize, over: usize, under: usize) -> usize {
+        let (da, db) = (self.rates[&a], self.rates[&b]);
+        let test = self.push(Op::Sub(over, under));
+        self.push(Op::Select(test, da, db))
+    }
+
+    /// The operations that the given nodes need, in order, and the new index of each old one.
+    pub fn extract(&self, roots: &[usize]) -> (Vec<Op>, BTreeMap<usize, usize>) {
+        let mut needed = vec![false; self.ops.len()];
+        for &r in roots {
+            needed[r] = true;
+        }
+        for i in (0..self.ops.len()).rev() {
+            if needed[i] {
+                for o in self.ops[i].operands().into_iter().flatten() {
+                    needed[o] = true;
+                }
+            }
+        }
+        let (mut ops, mut index) = (Vec::new(), BTreeMap::new());
+        for (i, op) in self.ops.iter().enumerate().filter(|(i, _)| needed[*i]) {
+            ops.push(renumber(*op, &index));
+            index.insert(i, ops.len() - 1);
+        }
+        (ops, index)
+    }
+}
+
+fn renumber(op: Op, index: &BTreeMap<usize, usize>) -> Op {
+    let n = |a: usize| index[&a];
+    match op {
+        Op::Const(_) | Op::T | Op::Time | Op::Input(_) => op,
+        Op::Add(a, b) => Op::Add(n(a), n(b)),
+        Op::Sub(a, b) => Op::Sub(n(a), n(b)),
+        Op::Mul(a, b) => Op::Mul(n(a), n(b)),
+        Op::Div(a, b) => Op::Div(n(a), n(b)),
+        Op::Neg(a) => Op::Neg(n(a)),
+        Op::Sin(a) => Op::Sin(n(a)),
+        Op::Cos(a) => Op::Cos(n(a)),
+        Op::Exp(a) => Op::Exp(n(a)),
+        Op::Log(a) => Op::Log(n(a)),
+        Op::Sqrt(a) => Op::Sqrt(n(a)),
+        Op::Abs(a) => Op::Abs(n(a)),
+        Op::Powi(a, e) => Op::Powi(n(a), e),
+        Op::Min(a, b) => Op::Min(n(a), n(b)),
+        Op::Max(a, b) => Op::Max(n(a), n(b)),
+        Op::Select(a, b, c) => Op::Select(n(a), n(b), n(c)),
+    }
+}

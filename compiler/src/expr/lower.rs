@@ -1,0 +1,302 @@
+//! From a written value to a typed expression, with every mistake said where it was made.
+
+use std::collections::BTreeMap;
+
+use dsl::tree::{BinaryOp, Value, ValueKind};
+use dsl::{Diagnostic, Span, Spanned};
+use runtime::program::Op;
+use stdlib_tasks::dimension::{ANGLE, Dimension, NONE, TIME};
+
+use super::functions::{self, CallError, FUNCTIONS};
+use super::ops::{self, Mismatch};
+use super::{Graph, Kind, Typed};
+use crate::codes;
+use crate::names::suggest;
+use crate::units;
+
+/// Something that a name in an expression can mean.
+#[derive(Clone, Debug)]
+pub struct Symbol {
+    /// Its value.
+    pub value: Typed,
+    /// Where it was declared.
+    pub declared: Span,
+}
+
+/// What names mean where an expression stands.
+pub trait Scope {
+    /// The value of a name that is not built in.
+    fn name(&mut self, name: &str) -> Option<Symbol>;
+    /// Names that could have been meant.
+    fn names(&self) -> Vec<String>;
+    /// The value that `initial(ARGUMENT)` captures. `Err` holds the diagnostic.
+    ///
+    /// # Errors
+    /// Nothing of that name can be captured here.
+    fn initial(&mut self, graph: &mut Graph, argument: &Value, span: Span) -> Result<Typed, Box<Diagnostic>>;
+}
+
+/// A value cannot be typed; the diagnostics say why.
+pub struct Failed;
+
+/// Lowers values into a graph.
+pub struct Lowering<'a> {
+    /// Where nodes go.
+    pub graph: &'a mut Graph,
+    /// What names mean.
+    pub scope: &'a mut dyn Scope,
+    /// Where mistakes go.
+    pub diagnostics: &'a mut Vec<Diagnostic>,
+}
+
+impl Lowering<'_> {
+    fn fail<T>(&mut self, diagnostic: Diagnostic) -> Result<T, Failed> {
+        self.diagnostics.push(diagnostic);
+        Err(Failed)
+    }
+
+    /// Types a value and brings it to SI.
+    ///
+    /// # Errors
+    /// It has no type; the diagnostics say why.
+    pub fn value(&mut self, value: &Value) -> Result<Typed, Failed> {
+        let span = value.span;
+        let scalar = |node: usize, dimension: Dimension, bare: bool| Typed { kind: Kind::Scalar, dimension, nodes: vec![node], bare, span };
+        match &value.kind {
+            ValueKind::Missing => Err(Failed),
+            ValueKind::Number(n) => Ok(scalar(self.graph.number(n.value), NONE, true)),
+            ValueKind::Unit(inner, unit) => {
+                let inner = self.value(inner)?;
+                let (factor, dimension) = match units::meaning(unit) {
+                    Ok(x) => x,
+                    Err(e) => return self.fail(codes::unit_error(&e, unit.span)),
+                };
+                self.scaled(inner, factor, dimension, span)
+            }
+            ValueKind::Text(_) => self.fail(
+                Diagnostic::error("HQ0304", span, "this is text, and a number is needed here")
+                    .help("write it without quotes"),
+            ),
+            ValueKind::Name(name) => self.name(name, span),
+            ValueKind::Call(function, args) => self.call(function, args, span),
+            ValueKind::Field(..) => self.fail(
+                Diagnostic::error("HQ0201", span, "nothing of this name has a value here")
+                    .note("frames and the values of tasks may stand in expressions only inside `initial(..)`")
+                    .help("write `initial(..)` around it for its value at the moment the stack becomes active"),
+            ),
+            ValueKind::List(items) => self.list(items, span),
+            ValueKind::Block(_) => {
+                self.fail(Diagnostic::error("HQ0304", span, "these are named values in braces, and a number is needed here"))
+            }
+            ValueKind::Negate(inner) => {
+                let a = self.value(inner)?;
+                if a.kind == Kind::Rotation {
+                    return self.fail(Diagnostic::error("HQ0304", span, "an orientation has no negative").help(
+                        "to turn back, use the inverse turn, such as `rpy(0, 0, -yaw)`",
+                    ));
+                }
+                let nodes = a.nodes.iter().map(|&n| self.graph.push(Op::Neg(n))).collect();
+                Ok(Typed { nodes, span, ..a })
+            }
+            ValueKind::Binary(op, left, right) => {
+                let (a, b) = (self.value(left), self.value(right));
+                let (a, b) = (a?, b?);
+                self.binary(op, &a, &b, span)
+            }
+        }
+    }
+
+    fn scaled(&mut self, inner: Typed, factor: f64, dimension: Dimension, span: Span) -> Result<Typed, Failed> {
+        if inner.kind == Kind::Rotation {
+            return self.fail(Diagnostic::error("HQ0304", span, "an orientation has no unit").help("leave the unit out"));
+        }
+        let Some(total) = inner.dimension.times(dimension) else {
+            return self.fail(codes::unit_error(&units::UnitError::TooLarge, span));
+        };
+        let f = self.graph.number(factor);
+        let nodes = inner.nodes.iter().map(|&n| self.graph.push(Op::Mul(n, f))).collect();
+        Ok(Typed { kind: inner.kind, dimension: total, nodes, bare: false, span })
+    }
+
+    fn name(&mut self, name: &str, span: Span) -> Result<Typed, Failed> {
+        let scalar = |node: usize, dimension: Dimension| Typed { kind: Kind::Scalar, dimension, nodes: vec![node], bare: false, span };
+        match name {
+            "pi" => return Ok(scalar(self.graph.number(std::f64::consts::PI), NONE)),
+            "t" => return Ok(scalar(self.graph.push(Op::T), TIME)),
+            "time" => return Ok(scalar(self.graph.push(Op::Time), TIME)),
+            _ => {}
+        }
+        if let Some(symbol) = self.scope.name(name) {
+            return Ok(Typed { span, ..symbol.value });
+        }
+        let mut known = self.scope.names();
+        known.extend(["pi", "t", "time"].map(String::from));
+        let mut d = Diagnostic::error("HQ0201", span, format!("there is no value called `{name}`"));
+        if let Some(near) = suggest(name, known.iter().map(String::as_str)) {
+            d = d.help(format!("did you mean `{near}`?"));
+        } else if FUNCTIONS.iter().any(|f| f.name == name) {
+            d = d.help(format!("`{name}` is a function: write `{name}(..)`"));
+        } else {
+            d = d.help("declare it with `param NAME = VALUE`, or use `t`, `time`, `pi`");
+        }
+        self.fail(d)
+    }
+
+    fn list(&mut self, items: &[Value], span: Span) -> Result<Typed, Failed> {
+        let typed: Vec<Result<Typed, Failed>> = items.iter().map(|i| self.value(i)).collect();
+        let typed: Vec<Typed> = typed.into_iter().collect::<Result<_, _>>()?;
+        if typed.len() != 3 {
+            return self.fail(
+                Diagnostic::error("HQ0310", span, format!("a vector has three numbers, and this list has {}", typed.len()))
+                    .help("write `[x, y, z]`"),
+            );
+        }
+        if let Some(bad) = typed.iter().find(|x| x.kind != Kind::Scalar) {
+            return self.fail(
+                Diagnostic::error("HQ0304", bad.span, format!("{} cannot be a part of a vector", bad.kind.describe()))
+                    .help("a vector is made of three numbers"),
+            );
+        }
+        let mut sum = typed[0].clone();
+        for x in &typed[1..] {
+            match ops::joined(self.graph, &sum, x) {
+                Some(dimension) => sum.dimension = if ops::is_zero(self.graph, &sum) { x.dimension } else { dimension },
+                None => return self.fail(codes::different(&sum, x, "the parts of a vector have one unit", span)),
+            }
+            if !ops::is_zero(self.graph, x) {
+                sum.nodes = x.nodes.clone();
+                sum.span = x.span;
+            }
+        }
+        let nodes = typed.iter().map(|x| x.nodes[0]).collect();
+        Ok(Typed { kind: Kind::Vector, dimension: sum.dimension, nodes, bare: typed.iter().all(|x| x.bare), span })
+    }
+
+    fn call(&mut self, function: &Spanned<String>, args: &[Value], span: Span) -> Result<Typed, Failed> {
+        if function.value == "initial" {
+            let [argument] = args else {
+                return self.fail(
+                    Diagnostic::error("HQ0311", span, format!("`initial` takes one argument, not {}", args.len()))
+                        .help("write for instance `initial(frame(left_tool).position)`"),
+                );
+            };
+            return match self.scope.initial(self.graph, argument, span) {
+                Ok(typed) => Ok(typed),
+                Err(d) => self.fail(*d),
+            };
+        }
+        let Some(known) = FUNCTIONS.iter().find(|f| f.name == function.value) else {
+            let names = FUNCTIONS.iter().map(|f| f.name).chain(["initial"]);
+            let mut d = Diagnostic::error("HQ0201", function.span, format!("there is no function `{}`", function.value));
+            if function.value == "frame" || function.value == "joint" {
+                d = d
+                    .note("what the robot does now may not stand in an expression yet, only what it did at the start")
+                    .help(format!("write `initial({}(..))` for the value at the moment the stack becomes active", function.value));
+            } else if let Some(near) = suggest(&function.value, names) {
+                d = d.help(format!("did you mean `{near}`?"));
+            }
+            return self.fail(d);
+        };
+        let typed: Vec<Result<Typed, Failed>> = args.iter().map(|a| self.value(a)).collect();
+        if !known.arity.contains(&args.len()) {
+            return self.fail(
+                Diagnostic::error("HQ0310", span, format!("`{}` does not take {} arguments", known.name, args.len()))
+                    .help(format!("write `{}`", known.form)),
+            );
+        }
+        let typed: Vec<Typed> = typed.into_iter().collect::<Result<_, _>>()?;
+        let error = match functions::call(self.graph, known.name, &typed, span) {
+            Ok(x) => return Ok(x),
+            Err(e) => e,
+        };
+        let d = match error {
+            CallError::Argument { index, wanted } => {
+                let a = &typed[index];
+                let is = if a.kind == Kind::Scalar { a.dimension.describe() } else { a.kind.describe().to_string() };
+                let mut d = Diagnostic::error("HQ0306", a.span, format!("`{}` needs {wanted}, and this is {is}", known.name)).here(is);
+                if wanted == "an angle" && a.dimension == TIME {
+                    d = d
+                        .note("a time alone is no angle: something must say how fast the angle grows")
+                        .help("divide by a time, such as `2*pi*t/(25 s)`, or multiply with a rate, such as `0.5 rad/s * t`");
+                } else {
+                    d = d.help(format!("the form is `{}`", known.form));
+                }
+                d
+            }
+            CallError::Different { first, second } => {
+                codes::different(&typed[first], &typed[second], &format!("the arguments of `{}` have one unit", known.name), span)
+            }
+            CallError::Undefined(text) => Diagnostic::error("HQ0309", span, text),
+        };
+        self.fail(d)
+    }
+
+    fn binary(&mut self, op: &Spanned<BinaryOp>, a: &Typed, b: &Typed, span: Span) -> Result<Typed, Failed> {
+        let result = match op.value {
+            BinaryOp::Add => ops::additive(self.graph, a, b, Op::Add, span),
+            BinaryOp::Sub => ops::additive(self.graph, a, b, Op::Sub, span),
+            BinaryOp::Mul => ops::multiply(self.graph, a, b, span),
+            BinaryOp::Div => {
+                if b.kind == Kind::Scalar && self.graph.constant(b.nodes[0]) == Some(0.0) {
+                    return self.fail(Diagnostic::error("HQ0309", b.span, "this divides by zero").here("zero"));
+                }
+                ops::divide(self.graph, a, b, span)
+            }
+            BinaryOp::Pow => return self.power(a, b, span),
+        };
+        let (verb, what) = match op.value {
+            BinaryOp::Add => ("add", "to"),
+            BinaryOp::Sub => ("subtract", "from"),
+            BinaryOp::Mul => ("multiply", "with"),
+            _ => ("divide", "by"),
+        };
+        match result {
+            Ok(x) => Ok(x),
+            Err(Mismatch::Dimensions) => {
+                self.fail(codes::different(a, b, &format!("only like can be {verb}ed {what} like"), span).help(help_for_sum(a, b)))
+            }
+            Err(Mismatch::Kinds) => self.fail(
+                Diagnostic::error("HQ0304", op.span, format!("cannot {verb} {} and {}", a.kind.describe(), b.kind.describe()))
+                    .label(a.span, a.kind.describe())
+                    .label(b.span, b.kind.describe()),
+            ),
+            Err(Mismatch::TooLarge) => self.fail(codes::unit_error(&units::UnitError::TooLarge, span)),
+        }
+    }
+
+    fn power(&mut self, a: &Typed, b: &Typed, span: Span) -> Result<Typed, Failed> {
+        let exponent = self.graph.constant(b.nodes[0]).filter(|_| b.kind == Kind::Scalar && b.dimension == NONE);
+        let (Kind::Scalar, Some(exponent)) = (a.kind, exponent) else {
+            return self.fail(
+                Diagnostic::error("HQ0304", span, "`^` raises a number to a constant whole number")
+                    .help("for other powers of a bare number write `exp(y*log(x))`"),
+            );
+        };
+        if exponent.fract() != 0.0 || exponent.abs() > 100.0 {
+            return self.fail(
+                Diagnostic::error("HQ0304", b.span, format!("the exponent {exponent} is not a whole number within -100 and 100"))
+                    .help("for a root write `sqrt(x)`; for other powers of a bare number `exp(y*log(x))`"),
+            );
+        }
+        let n = exponent as i32;
+        let Some(dimension) = a.dimension.power(n) else {
+            return self.fail(codes::unit_error(&units::UnitError::TooLarge, span));
+        };
+        let node = self.graph.push(Op::Powi(a.nodes[0], n));
+        Ok(Typed { kind: Kind::Scalar, dimension, nodes: vec![node], bare: a.bare, span })
+    }
+}
+
+fn help_for_sum(a: &Typed, b: &Typed) -> String {
+    let (bare, other) = if a.dimension == NONE { (a, b) } else { (b, a) };
+    if bare.dimension == NONE && bare.bare {
+        format!("give the bare number a unit, such as `{}`", units::symbols_of(other.dimension).first().copied().unwrap_or("m"))
+    } else if a.dimension == ANGLE || b.dimension == ANGLE {
+        "an angle times a radius is a length".to_string()
+    } else {
+        "check the units of both".to_string()
+    }
+}
+
+/// Names declared with `param`, already typed.
+pub type Params = BTreeMap<String, Symbol>;

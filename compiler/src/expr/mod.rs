@@ -1,0 +1,49 @@
+//! Expressions: typing with dimensions, lowering to operations on numbers, exact differentiation in time.
+
+mod functions;
+mod graph;
+mod lower;
+mod ops;
+
+pub use graph::Graph;
+pub use lower::{Lowering, Scope, Symbol};
+
+use dsl::Span;
+use stdlib_tasks::dimension::Dimension;
+
+/// What kind of thing an expression is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// One number.
+    Scalar,
+    /// Three numbers.
+    Vector,
+    /// A unit quaternion `w x y z`.
+    Rotation,
+}
+
+impl Kind {
+    /// What a person calls it.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Kind::Scalar => "a number",
+            Kind::Vector => "a vector",
+            Kind::Rotation => "an orientation",
+        }
+    }
+}
+
+/// A typed expression: nodes of a [`Graph`], in SI.
+#[derive(Clone, Debug)]
+pub struct Typed {
+    /// Its kind.
+    pub kind: Kind,
+    /// Its dimension; none for rotations.
+    pub dimension: Dimension,
+    /// 1, 3 or 4 nodes.
+    pub nodes: Vec<usize>,
+    /// A bare number was written where nothing says what it counts: no unit, no `pi`, no name.
+    pub bare: bool,
+    /// Where.
+    pub span: Span,
+}

@@ -1,0 +1,147 @@
+//! Operations on typed expressions, with their dimensions: sums, products, quaternions.
+
+use runtime::program::Op;
+use stdlib_tasks::dimension::{Dimension, NONE};
+
+use super::{Graph, Kind, Typed};
+use dsl::Span;
+
+/// Why two operands do not go together.
+pub(super) enum Mismatch {
+    /// Kinds that the operator does not join.
+    Kinds,
+    /// Dimensions that the operator does not join.
+    Dimensions,
+    /// Exponents beyond anything meant.
+    TooLarge,
+}
+
+fn zip(g: &mut Graph, a: &[usize], b: &[usize], op: fn(usize, usize) -> Op) -> Vec<usize> {
+    a.iter().zip(b).map(|(&a, &b)| g.push(op(a, b))).collect()
+}
+
+/// True for an expression that is exactly zero, which has any dimension.
+pub(super) fn is_zero(g: &Graph, x: &Typed) -> bool {
+    x.kind != Kind::Rotation && x.dimension == NONE && x.nodes.iter().all(|&n| g.constant(n) == Some(0.0))
+}
+
+/// The dimension of a sum of both, if they may be added.
+pub(super) fn joined(g: &Graph, a: &Typed, b: &Typed) -> Option<Dimension> {
+    if is_zero(g, a) {
+        Some(b.dimension)
+    } else if is_zero(g, b) {
+        Some(a.dimension)
+    } else if a.dimension.accepts(b.dimension) {
+        Some(a.dimension.join(b.dimension))
+    } else {
+        None
+    }
+}
+
+/// `a + b` or `a - b`, or another operation that wants equal dimensions, number by number.
+pub(super) fn additive(
+    g: &mut Graph,
+    a: &Typed,
+    b: &Typed,
+    op: fn(usize, usize) -> Op,
+    span: Span,
+) -> Result<Typed, Mismatch> {
+    if a.kind != b.kind || a.kind == Kind::Rotation {
+        return Err(Mismatch::Kinds);
+    }
+    let dimension = joined(g, a, b).ok_or(Mismatch::Dimensions)?;
+    let nodes = zip(g, &a.nodes, &b.nodes, op);
+    Ok(Typed { kind: a.kind, dimension, nodes, bare: a.bare && b.bare, span })
+}
+
+/// `a * b`: numbers, a number and a vector, two orientations, an orientation and a vector that it turns.
+pub(super) fn multiply(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Result<Typed, Mismatch> {
+    let dimension = a.dimension.times(b.dimension).ok_or(Mismatch::TooLarge)?;
+    let bare = a.bare && b.bare;
+    let (kind, nodes) = match (a.kind, b.kind) {
+        (Kind::Scalar, Kind::Scalar | Kind::Vector) => {
+            (b.kind, b.nodes.iter().map(|&n| g.push(Op::Mul(a.nodes[0], n))).collect())
+        }
+        (Kind::Vector, Kind::Scalar) => {
+            (Kind::Vector, a.nodes.iter().map(|&n| g.push(Op::Mul(n, b.nodes[0]))).collect())
+        }
+        (Kind::Rotation, Kind::Rotation) => (Kind::Rotation, quaternion_product(g, &a.nodes, &b.nodes)),
+        (Kind::Rotation, Kind::Vector) => (Kind::Vector, rotate(g, &a.nodes, &b.nodes)),
+        _ => return Err(Mismatch::Kinds),
+    };
+    Ok(Typed { kind, dimension, nodes, bare, span })
+}
+
+/// `a / b` with a number below.
+pub(super) fn divide(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Result<Typed, Mismatch> {
+    if b.kind != Kind::Scalar || a.kind == Kind::Rotation {
+        return Err(Mismatch::Kinds);
+    }
+    let inverse = b.dimension.power(-1).ok_or(Mismatch::TooLarge)?;
+    let dimension = a.dimension.times(inverse).ok_or(Mismatch::TooLarge)?;
+    let nodes = a.nodes.iter().map(|&n| g.push(Op::Div(n, b.nodes[0]))).collect();
+    Ok(Typed { kind: a.kind, dimension, nodes, bare: a.bare && b.bare, span })
+}
+
+/// The Hamilton product of two quaternions `w x y z`.
+pub(super) fn quaternion_product(g: &mut Graph, p: &[usize], q: &[usize]) -> Vec<usize> {
+    // rows of w, x, y, z: (index of p, index of q, sign)
+    let table: [[(usize, usize, bool); 4]; 4] = [
+        [(0, 0, true), (1, 1, false), (2, 2, false), (3, 3, false)],
+        [(0, 1, true), (1, 0, true), (2, 3, true), (3, 2, false)],
+        [(0, 2, true), (1, 3, false), (2, 0, true), (3, 1, true)],
+        [(0, 3, true), (1, 2, true), (2, 1, false), (3, 0, true)],
+    ];
+    table
+        .iter()
+        .map(|row| {
+            let mut sum = g.number(0.0);
+            for &(i, j, plus) in row {
+                let product = g.push(Op::Mul(p[i], q[j]));
+                sum = g.push(if plus { Op::Add(sum, product) } else { Op::Sub(sum, product) });
+            }
+            sum
+        })
+        .collect()
+}
+
+/// A vector turned by a unit quaternion.
+fn rotate(g: &mut Graph, q: &[usize], v: &[usize]) -> Vec<usize> {
+    let zero = g.number(0.0);
+    let conjugate: Vec<usize> =
+        [q[0]].into_iter().chain(q[1..].iter().map(|&n| g.push(Op::Neg(n))).collect::<Vec<_>>()).collect();
+    let pure = [zero, v[0], v[1], v[2]];
+    let half = quaternion_product(g, q, &pure);
+    quaternion_product(g, &half, &conjugate)[1..].to_vec()
+}
+
+/// The dot product of two vectors, as a node.
+pub(super) fn dot(g: &mut Graph, a: &[usize], b: &[usize]) -> usize {
+    let mut sum = g.number(0.0);
+    for (&a, &b) in a.iter().zip(b) {
+        let product = g.push(Op::Mul(a, b));
+        sum = g.push(Op::Add(sum, product));
+    }
+    sum
+}
+
+/// The cross product of two vectors.
+pub(super) fn cross(g: &mut Graph, a: &[usize], b: &[usize]) -> Vec<usize> {
+    [(1, 2), (2, 0), (0, 1)]
+        .iter()
+        .map(|&(i, j)| {
+            let (plus, minus) = (g.push(Op::Mul(a[i], b[j])), g.push(Op::Mul(a[j], b[i])));
+            g.push(Op::Sub(plus, minus))
+        })
+        .collect()
+}
+
+/// The quaternion of a turn by `angle` about the unit axis `axis` of the frame (0 x, 1 y, 2 z).
+pub(super) fn turn(g: &mut Graph, axis: usize, angle: usize) -> Vec<usize> {
+    let half = g.number(0.5);
+    let half = g.push(Op::Mul(half, angle));
+    let (c, s, zero) = (g.push(Op::Cos(half)), g.push(Op::Sin(half)), g.number(0.0));
+    let mut q = vec![c, zero, zero, zero];
+    q[axis + 1] = s;
+    q
+}

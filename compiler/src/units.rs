@@ -1,0 +1,101 @@
+//! What unit symbols mean: a factor to SI and a dimension.
+
+use dsl::tree::Unit;
+use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, MASS, NONE, TIME};
+
+const fn dim(m: i8, kg: i8, s: i8) -> Dimension {
+    Dimension { m, kg, s, rad: 0 }
+}
+
+/// Symbol, factor to SI, dimension.
+static UNITS: &[(&str, f64, Dimension)] = &[
+    ("m", 1.0, LENGTH),
+    ("km", 1e3, LENGTH),
+    ("cm", 1e-2, LENGTH),
+    ("mm", 1e-3, LENGTH),
+    ("um", 1e-6, LENGTH),
+    ("rad", 1.0, ANGLE),
+    ("mrad", 1e-3, ANGLE),
+    ("deg", std::f64::consts::PI / 180.0, ANGLE),
+    ("turn", 2.0 * std::f64::consts::PI, ANGLE),
+    ("s", 1.0, TIME),
+    ("ms", 1e-3, TIME),
+    ("us", 1e-6, TIME),
+    ("min", 60.0, TIME),
+    ("h", 3600.0, TIME),
+    ("Hz", 1.0, Dimension { s: -1, ..NONE }),
+    ("kHz", 1e3, Dimension { s: -1, ..NONE }),
+    ("rpm", 2.0 * std::f64::consts::PI / 60.0, Dimension { s: -1, rad: 1, ..NONE }),
+    ("kg", 1.0, MASS),
+    ("g", 1e-3, MASS),
+    ("N", 1.0, dim(1, 1, -2)),
+    ("kN", 1e3, dim(1, 1, -2)),
+    ("mN", 1e-3, dim(1, 1, -2)),
+    ("Nm", 1.0, dim(2, 1, -2)),
+    ("J", 1.0, dim(2, 1, -2)),
+    ("W", 1.0, dim(2, 1, -3)),
+];
+
+/// Why a unit has no meaning.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum UnitError {
+    /// No such symbol.
+    Unknown(String),
+    /// Exponents that add up to more than anybody means.
+    TooLarge,
+}
+
+/// Factor to SI and dimension of a product of powers.
+///
+/// # Errors
+/// A symbol is unknown, or an exponent is absurd.
+pub fn meaning(unit: &Unit) -> Result<(f64, Dimension), UnitError> {
+    let (mut factor, mut dimension) = (1.0, NONE);
+    for (symbol, exponent) in &unit.factors {
+        let Some((_, f, d)) = UNITS.iter().find(|u| u.0 == symbol) else {
+            return Err(UnitError::Unknown(symbol.clone()));
+        };
+        factor *= f.powi(*exponent);
+        let power = d.power(*exponent).ok_or(UnitError::TooLarge)?;
+        dimension = dimension.times(power).ok_or(UnitError::TooLarge)?;
+    }
+    if factor.is_finite() && factor > 0.0 { Ok((factor, dimension)) } else { Err(UnitError::TooLarge) }
+}
+
+/// Unit symbols of a dimension, for suggestions: `m`, `cm`, `mm`.
+pub fn symbols_of(dimension: Dimension) -> Vec<&'static str> {
+    UNITS.iter().filter(|u| u.2 == dimension).map(|u| u.0).collect()
+}
+
+/// All symbols.
+pub fn symbols() -> impl Iterator<Item = &'static str> {
+    UNITS.iter().map(|u| u.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_readers_know_the_same_symbols() {
+        let mut ours: Vec<&str> = symbols().collect();
+        let mut theirs: Vec<&str> = dsl::vocabulary::UNITS.to_vec();
+        ours.sort_unstable();
+        theirs.sort_unstable();
+        assert_eq!(ours, theirs);
+    }
+
+    #[test]
+    fn products_of_powers() {
+        let unit = |f: &[(&str, i32)]| Unit {
+            factors: f.iter().map(|(s, e)| ((*s).to_string(), *e)).collect(),
+            span: dsl::Span::default(),
+        };
+        let (f, d) = meaning(&unit(&[("N", 1), ("s", 1), ("m", -1)])).unwrap();
+        assert_eq!((f, d), (1.0, dim(0, 1, -1)));
+        let (f, d) = meaning(&unit(&[("deg", 1), ("ms", -1)])).unwrap();
+        assert!((f - std::f64::consts::PI / 180.0 * 1e3).abs() < 1e-12);
+        assert_eq!(d.to_string(), "rad/s");
+        assert!(meaning(&unit(&[("km", 200)])).is_err());
+    }
+}

@@ -1,0 +1,195 @@
+//! One level as a quadratic program for Clarabel: the way that always ends, for when guessing the
+//! active set does not.
+//!
+//! ```text
+//! min 1/2 |M y - t|^2 + 1/2 |s|^2   s.t.   c y in [l, u] (held rows),  m y - s in [l, u] (own rows)
+//! ```
+//!
+//! Rows enter when they are first violated, so the programs stay small; a bound that does not
+//! exist is a row that does not exist.
+
+use crate::dense::{Matrix, dot};
+use crate::space::Kind;
+use crate::stage::{Guess, Stage};
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
+
+/// Rounds of adding violated rows before all are added.
+const ROUNDS: usize = 25;
+
+/// Clarabel's answer to a stage.
+pub(crate) struct Conic {
+    /// The point, good to about 1e-8.
+    pub(crate) y: Vec<f64>,
+    /// Which rows it seems to violate and which held rows seem to stop it.
+    pub(crate) guess: Guess,
+    /// False if Clarabel stopped before its tolerances: then only the guess is of use.
+    pub(crate) converged: bool,
+    /// Number of programs solved.
+    pub(crate) solves: usize,
+}
+
+/// One side of one row of the program.
+struct Side {
+    held: bool,
+    row: usize,
+    side: i8,
+}
+
+/// What one program gives: the point, and per side its dual and its distance from the bound.
+#[derive(Default)]
+struct Point {
+    y: Vec<f64>,
+    dual: Vec<f64>,
+    gap: Vec<f64>,
+    converged: bool,
+}
+
+/// Solves the stage. With `nearest` the goal is the point nearest to the reference among those
+/// that meet the held rows, and the rows of the level play no part. `None` if Clarabel has no
+/// answer either.
+pub(crate) fn solve(stage: &Stage, nearest: bool) -> Option<Conic> {
+    let k = stage.space.dimension();
+    let none = vec![0; stage.level.kind.len()];
+    let (mut rows, mut target) = if nearest {
+        (Matrix::identity(k), stage.start.clone())
+    } else {
+        let (rows, target, _) = stage.cost_rows(&none);
+        (rows, target)
+    };
+    let largest = if nearest { 1.0 } else { largest_scale(stage) };
+    for (i, t) in target.iter_mut().enumerate() {
+        rows.row_mut(i).iter_mut().for_each(|a| *a /= largest);
+        *t /= largest;
+    }
+    let own: Vec<usize> = (0..none.len()).filter(|i| !nearest && stage.level.kind[*i] == Kind::Inequality).collect();
+    let mut sides: Vec<Side> = Vec::new();
+    let mut point = Point::default();
+    point.y.resize(k, 0.0);
+    for round in 0..=ROUNDS {
+        let before = sides.len();
+        add_violated(stage, &own, &point.y, round == ROUNDS, &mut sides);
+        if round > 0 && sides.len() == before {
+            return Some(answer(stage, point, &own, &sides, round));
+        }
+        point = program(stage, &rows, &target, &sides, largest)?;
+    }
+    Some(answer(stage, point, &own, &sides, ROUNDS + 1))
+}
+
+fn largest_scale(stage: &Stage) -> f64 {
+    let scales = (stage.level.scale.iter().zip(&stage.level.kind)).filter(|(_, k)| **k != Kind::Silent);
+    let largest = scales.fold(stage.level.damping, |m, (s, _)| m.max(*s));
+    if largest > 0.0 && largest.is_finite() { largest } else { 1.0 }
+}
+
+/// Adds every side that is violated at `y` (or every side there is) and not there yet.
+fn add_violated(stage: &Stage, own: &[usize], y: &[f64], all: bool, sides: &mut Vec<Side>) {
+    let candidates = (own.iter().map(|i| (false, *i))).chain((0..stage.held.g.rows).map(|j| (true, j)));
+    for (held, row) in candidates {
+        let from = if held { &stage.held } else { &stage.own };
+        let value = dot(from.g.row(row), y);
+        for (side, bound) in [(-1_i8, from.lower[row]), (1, from.upper[row])] {
+            let excess = f64::from(side) * (value - bound);
+            let present = || sides.iter().any(|s| (s.held, s.row, s.side) == (held, row, side));
+            if bound.is_finite() && (all || excess > 1e-9 * (1.0 + bound.abs())) && !present() {
+                sides.push(Side { held, row, side });
+            }
+        }
+    }
+}
+
+/// Builds and solves one program. `None` if there is not even a feasible point.
+fn program(stage: &Stage, rows: &Matrix, target: &[f64], sides: &[Side], largest: f64) -> Option<Point> {
+    let k = stage.space.dimension();
+    let slacks: Vec<usize> = (0..sides.len()).filter(|s| !sides[*s].held).collect();
+    let n = k + slacks.len();
+    let (mut pi, mut pj, mut pv) = (Vec::new(), Vec::new(), Vec::new());
+    for i in 0..k {
+        for j in i..k {
+            let value: f64 = (0..rows.rows).map(|r| rows.row(r)[i] * rows.row(r)[j]).sum();
+            if value != 0.0 {
+                pi.push(i);
+                pj.push(j);
+                pv.push(value);
+            }
+        }
+    }
+    for j in k..n {
+        pi.push(j);
+        pj.push(j);
+        pv.push(1.0);
+    }
+    let mut q = rows.apply_transposed(target);
+    q.iter_mut().for_each(|q| *q = -*q);
+    q.resize(n, 0.0);
+    let (mut ai, mut aj, mut av) = (Vec::new(), Vec::new(), Vec::new());
+    let mut b = Vec::with_capacity(sides.len());
+    for (r, side) in sides.iter().enumerate() {
+        let from = if side.held { &stage.held } else { &stage.own };
+        let scale = if side.held { 1.0 } else { stage.level.scale[side.row] / largest };
+        let sign = f64::from(side.side);
+        for (j, g) in from.g.row(side.row).iter().enumerate() {
+            if *g != 0.0 {
+                ai.push(r);
+                aj.push(j);
+                av.push(sign * scale * g);
+            }
+        }
+        if !side.held {
+            ai.push(r);
+            aj.push(k + slacks.iter().position(|s| *s == r)?);
+            av.push(-sign);
+        }
+        let bound = if side.side > 0 { from.upper[side.row] } else { from.lower[side.row] };
+        b.push(sign * scale * bound);
+    }
+    let settings = DefaultSettings {
+        verbose: false,
+        max_iter: 60,
+        max_threads: 1,
+        tol_gap_abs: 1e-11,
+        tol_gap_rel: 1e-11,
+        tol_feas: 1e-11,
+        ..DefaultSettings::default()
+    };
+    let p = CscMatrix::new_from_triplets(n, n, pi, pj, pv);
+    let a = CscMatrix::new_from_triplets(sides.len(), n, ai, aj, av);
+    let cones = [NonnegativeConeT(sides.len())];
+    let cones = if sides.is_empty() { &cones[..0] } else { &cones[..] };
+    let mut solver = DefaultSolver::new(&p, &q, &a, &b, cones, settings).ok()?;
+    solver.solve();
+    let solution = &solver.solution;
+    let small = solution.r_prim < 1e-7 && solution.r_dual < 1e-7;
+    if !small || solution.x.iter().any(|x| !x.is_finite()) {
+        return None;
+    }
+    Some(Point {
+        y: solution.x[..k].to_vec(),
+        dual: solution.z.clone(),
+        gap: solution.s.clone(),
+        converged: matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved),
+    })
+}
+
+/// Reads the active set off Clarabel's point: violated own rows by their distance, stopping held
+/// rows by a dual that outweighs the gap.
+fn answer(stage: &Stage, point: Point, own: &[usize], sides: &[Side], solves: usize) -> Conic {
+    let y = point.y;
+    let mut guess = Guess { own: vec![0; stage.level.kind.len()], held: Vec::new() };
+    for &i in own {
+        let value = dot(stage.own.g.row(i), &y);
+        let size = 1e-7 * (1.0 + value.abs());
+        if value < stage.own.lower[i] - size {
+            guess.own[i] = -1;
+        } else if value > stage.own.upper[i] + size {
+            guess.own[i] = 1;
+        }
+    }
+    for (s, side) in sides.iter().enumerate().filter(|(_, s)| s.held) {
+        if point.dual[s] > point.gap[s] {
+            guess.held.push((stage.space.names[side.row], side.side));
+        }
+    }
+    Conic { y, guess, solves, converged: point.converged }
+}

@@ -1,0 +1,131 @@
+//! The active set of a level by descent, for when guessing it runs in a circle.
+//!
+//! The cost of a level, `f(y) = sum w_i dist(m_i y, [l_i, u_i])^2`, is convex, once differentiable
+//! and quadratic piece by piece. From a point that meets all held rows, each step goes towards
+//! the minimiser of the piece at hand within the working set, as far as an exact line search and
+//! the held rows allow. The cost never rises, so no piece comes back (primal active-set method;
+//! Nocedal and Wright, Numerical Optimization, 16.5, with Newton steps on the pieces).
+
+use crate::dense::{axpy, dot, norm};
+use crate::space::Kind;
+use crate::stage::{Guess, Stage};
+
+/// Steps before giving up.
+const STEPS: usize = 150;
+
+/// A step below this, relative to the point, is none.
+const STILL: f64 = 1e-11;
+
+/// Descends from x0, which meets all held rows. `None` if the bound on steps was reached.
+pub(crate) fn descend(stage: &Stage) -> Option<Guess> {
+    let k = stage.space.dimension();
+    let mut y = vec![0.0; k];
+    let mut held = vec![0_i8; stage.space.names.len()];
+    for _ in 0..STEPS {
+        let own = violated(stage, &y);
+        let flat = stage.minimisers(&own, &held)?;
+        // The minimiser of the piece that is nearest to y.
+        let away: Vec<f64> = y.iter().zip(&flat.y).map(|(y, f)| y - f).collect();
+        let mut goal = flat.null.apply(&flat.null.apply_transposed(&away));
+        axpy(1.0, &flat.y, &mut goal);
+        let step: Vec<f64> = goal.iter().zip(&y).map(|(g, y)| g - y).collect();
+        if norm(&step) <= STILL * (1.0 + norm(&y)) {
+            let (multipliers, noise) = stage.multipliers(&flat, &own, &held);
+            let worst = multipliers.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+            match worst {
+                Some((j, multiplier)) if multiplier < -noise => held[j] = 0,
+                _ => return Some(stage.guess(own, &held)),
+            }
+            continue;
+        }
+        let (limit, blocking) = longest(stage, &held, &y, &step);
+        let length = line_search(stage, &y, &step, limit);
+        axpy(length, &step, &mut y);
+        if let Some((j, side)) = blocking.filter(|_| length == limit) {
+            held[j] = side;
+        }
+    }
+    None
+}
+
+/// The own inequality rows that `y` violates, with their sides.
+fn violated(stage: &Stage, y: &[f64]) -> Vec<i8> {
+    (0..stage.level.kind.len())
+        .map(|i| {
+            let value = dot(stage.own.g.row(i), y);
+            let tolerance = stage.own.tolerance[i];
+            if stage.level.kind[i] != Kind::Inequality {
+                0
+            } else if value < stage.own.lower[i] - tolerance {
+                -1
+            } else {
+                i8::from(value > stage.own.upper[i] + tolerance)
+            }
+        })
+        .collect()
+}
+
+/// How far along `step` the held rows outside the working set let go, and the row that stops.
+fn longest(stage: &Stage, held: &[i8], y: &[f64], step: &[f64]) -> (f64, Option<(usize, i8)>) {
+    let mut limit = f64::INFINITY;
+    let mut blocking = None;
+    for j in (0..held.len()).filter(|j| held[*j] == 0) {
+        let slope = dot(stage.held.g.row(j), step);
+        if slope.abs() <= 1e-13 * norm(step) {
+            continue;
+        }
+        let (bound, side) = if slope > 0.0 { (stage.held.upper[j], 1) } else { (stage.held.lower[j], -1) };
+        let reach = ((bound - dot(stage.held.g.row(j), y)) / slope).max(0.0);
+        if reach < limit {
+            limit = reach;
+            blocking = Some((j, side));
+        }
+    }
+    (limit, blocking)
+}
+
+/// The minimiser of the cost along `step` in `[0, limit]`: the root of its derivative, which is
+/// piecewise linear and rises.
+fn line_search(stage: &Stage, y: &[f64], step: &[f64], limit: f64) -> f64 {
+    let level = stage.level;
+    // Value and slope of each row that counts, its interval, its weight.
+    let mut lines: Vec<(f64, f64, f64, f64, f64)> = Vec::new();
+    for i in (0..level.kind.len()).filter(|i| level.kind[*i] != Kind::Silent) {
+        let row = stage.own.g.row(i);
+        let weight = level.scale[i] * level.scale[i];
+        lines.push((dot(row, y), dot(row, step), stage.own.lower[i], stage.own.upper[i], weight));
+    }
+    if level.damping > 0.0 {
+        for (i, x0) in stage.space.x0.iter().enumerate() {
+            let row = stage.space.z.row(i);
+            let weight = level.damping * level.damping;
+            lines.push((dot(row, y), dot(row, step), -x0, -x0, weight));
+        }
+    }
+    let derivative = |t: f64| -> f64 {
+        lines
+            .iter()
+            .map(|(value, slope, lower, upper, weight)| {
+                let at = value + t * slope;
+                weight * slope * ((at - upper).max(0.0) + (at - lower).min(0.0))
+            })
+            .sum()
+    };
+    let mut breaks: Vec<f64> = lines
+        .iter()
+        .flat_map(|(value, slope, lower, upper, _)| [(lower - value) / slope, (upper - value) / slope])
+        .filter(|t| t.is_finite() && *t > 0.0 && *t < limit.min(1e6))
+        .collect();
+    breaks.push(limit.min(1e6));
+    breaks.sort_by(f64::total_cmp);
+    let (mut from, mut rise) = (0.0, derivative(0.0));
+    for to in breaks {
+        let slope = derivative(to);
+        if slope >= 0.0 {
+            let part = if slope > rise { -rise / (slope - rise) } else { 1.0 };
+            return from + part.clamp(0.0, 1.0) * (to - from);
+        }
+        (from, rise) = (to, slope);
+    }
+    from
+}

@@ -1,0 +1,264 @@
+//! The problem handed to a solver: levels of weighted, two-sided linear rows, from the highest
+//! priority to the lowest.
+//!
+//! All storage is made once, by [`Problem::new`]; filling it tick after tick allocates nothing.
+
+use std::fmt;
+
+/// How many numbers a row occupies is a multiple of this, so that the inner loops vectorise.
+const LANES: usize = 4;
+
+/// What is known about a level before any number is: its size, and how it treats its rows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelShape {
+    /// Number of rows. Rows that a tick does not use stay at zero with infinite bounds.
+    pub rows: usize,
+    /// No slack: if the level cannot be met together with all above it, the solve says so.
+    pub hard: bool,
+    /// delta >= 0, adds `delta * |x|^2` to the cost of this level; 0 for the strict level.
+    pub damping: f64,
+}
+
+/// A hierarchical least-squares problem in `n` variables.
+///
+/// Level `k` minimises the weighted sum of squared distances of its rows from their intervals,
+/// `sum_i w_i dist(a_i x, [lower_i, upper_i])^2 + damping |x|^2`, among the minimisers of all
+/// levels above; what is left after the last level is settled by the point nearest to
+/// `reference`. Source: thesis (2.21)-(2.23) with strict priorities (see the crate's page).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Problem {
+    /// Number of variables (joint velocities, usually).
+    pub n: usize,
+    /// From the highest priority to the lowest.
+    pub levels: Vec<Level>,
+    /// The point to stay near to in the directions that no level decides; `n` long, 0 at first.
+    pub reference: Vec<f64>,
+}
+
+impl Problem {
+    /// A problem of `n` variables with all storage made; every level is clear (see
+    /// [`Level::clear`]) and the reference is zero.
+    pub fn new(n: usize, shapes: &[LevelShape]) -> Self {
+        Problem { n, levels: shapes.iter().map(|s| Level::new(n, *s)).collect(), reference: vec![0.0; n] }
+    }
+}
+
+/// The rows of one priority: `lower <= A x <= upper`, each row with a weight.
+///
+/// A row with `lower == upper` is an equality; infinite bounds mean that side does not exist.
+/// The three public vectors are `rows()` long and must stay so.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Level {
+    rows: usize,
+    n: usize,
+    stride: usize,
+    /// No slack allowed. The weights do not matter then.
+    pub hard: bool,
+    /// delta >= 0: adds `delta * |x|^2` to this level's own cost. A damped level trades its rows
+    /// against the size of `x` and thereby fixes `x` completely: no level below it has any
+    /// freedom left.
+    pub damping: f64,
+    /// Row-major, `stride` numbers a row of which the first `n` count; the padding stays 0.
+    a: Vec<f64>,
+    /// Lower bounds, in the unit of the row times the unit of `x`; `-inf` for none.
+    pub lower: Vec<f64>,
+    /// Upper bounds; `inf` for none.
+    pub upper: Vec<f64>,
+    /// Weights of the squared distances, >= 0. A row of weight 0 has no say in a soft level.
+    pub weight: Vec<f64>,
+}
+
+impl Level {
+    /// A clear level of the given shape for `n` variables.
+    pub fn new(n: usize, shape: LevelShape) -> Self {
+        let stride = n.div_ceil(LANES) * LANES;
+        Level {
+            rows: shape.rows,
+            n,
+            stride,
+            hard: shape.hard,
+            damping: shape.damping,
+            a: vec![0.0; stride * shape.rows],
+            lower: vec![f64::NEG_INFINITY; shape.rows],
+            upper: vec![f64::INFINITY; shape.rows],
+            weight: vec![1.0; shape.rows],
+        }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of variables.
+    pub fn columns(&self) -> usize {
+        self.n
+    }
+
+    /// Distance in numbers between the starts of two rows in [`Level::padded`].
+    pub fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// Row `i` of `A`, `n` long. Panics when `i >= rows()`, as slices do.
+    pub fn row(&self, i: usize) -> &[f64] {
+        &self.a[i * self.stride..i * self.stride + self.n]
+    }
+
+    /// Row `i` of `A`, to be written; `n` long. Panics when `i >= rows()`, as slices do.
+    pub fn row_mut(&mut self, i: usize) -> &mut [f64] {
+        &mut self.a[i * self.stride..i * self.stride + self.n]
+    }
+
+    /// The coefficients (row-major, [`Level::stride`] numbers a row), lower and upper bounds of a run of rows, to be
+    /// written in place. The numbers behind the first `n` of a row must stay zero.
+    pub fn block_mut(&mut self, rows: std::ops::Range<usize>) -> (&mut [f64], &mut [f64], &mut [f64]) {
+        let stride = self.stride;
+        (&mut self.a[rows.start * stride..rows.end * stride], &mut self.lower[rows.clone()], &mut self.upper[rows])
+    }
+
+    /// The whole matrix `A`, row-major with [`Level::stride`] numbers a row; the padding is 0.
+    pub fn padded(&self) -> &[f64] {
+        &self.a
+    }
+
+    /// Entry of `A` in row `i` and column `j < n`.
+    pub fn entry(&self, i: usize, j: usize) -> f64 {
+        self.row(i)[j]
+    }
+
+    /// Rows to zero, bounds to infinity, weights to one: the level asks for nothing.
+    pub fn clear(&mut self) {
+        self.a.fill(0.0);
+        self.lower.fill(f64::NEG_INFINITY);
+        self.upper.fill(f64::INFINITY);
+        self.weight.fill(1.0);
+    }
+
+    /// Sets one row at once: coefficients (`n` long), bounds; the weight is left as it is.
+    pub fn set(&mut self, i: usize, row: &[f64], lower: f64, upper: f64) {
+        self.row_mut(i).copy_from_slice(row);
+        self.lower[i] = lower;
+        self.upper[i] = upper;
+    }
+
+    /// True if row `i` is an equality, `lower == upper`.
+    pub fn is_equality(&self, i: usize) -> bool {
+        self.lower[i] == self.upper[i]
+    }
+
+    /// Signed distance of row `i` from its interval at `x`: `a x` minus its projection.
+    pub fn slack(&self, i: usize, x: &[f64]) -> f64 {
+        let value: f64 = self.row(i).iter().zip(x).map(|(a, x)| a * x).sum();
+        if value < self.lower[i] {
+            value - self.lower[i]
+        } else if value > self.upper[i] {
+            value - self.upper[i]
+        } else {
+            0.0
+        }
+    }
+}
+
+/// What makes a problem unusable, and where it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProblemError {
+    /// A coefficient is NaN or infinite, or a bound is NaN, or a weight is not finite.
+    NotFinite {
+        /// The level, from 0.
+        level: usize,
+        /// The row in it, from 0.
+        row: usize,
+    },
+    /// `lower > upper`, `lower = +inf` or `upper = -inf`: no number lies in the interval.
+    EmptyInterval {
+        /// The level, from 0.
+        level: usize,
+        /// The row in it, from 0.
+        row: usize,
+    },
+    /// A weight below zero.
+    NegativeWeight {
+        /// The level, from 0.
+        level: usize,
+        /// The row in it, from 0.
+        row: usize,
+    },
+    /// The damping of a level is negative or not finite.
+    BadDamping {
+        /// The level, from 0.
+        level: usize,
+    },
+    /// A level's vectors do not have one entry per row, or it was made for another `n`.
+    WrongSize {
+        /// The level, from 0.
+        level: usize,
+    },
+    /// The reference is not `n` finite numbers.
+    BadReference,
+}
+
+impl fmt::Display for ProblemError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite { level, row } => {
+                write!(f, "level {level}, row {row}: a number is not finite")
+            }
+            Self::EmptyInterval { level, row } => {
+                write!(f, "level {level}, row {row}: no number lies between its bounds")
+            }
+            Self::NegativeWeight { level, row } => {
+                write!(f, "level {level}, row {row}: the weight is negative")
+            }
+            Self::BadDamping { level } => {
+                write!(f, "level {level}: damping must be finite and not negative")
+            }
+            Self::WrongSize { level } => {
+                write!(f, "level {level}: its size does not fit the problem")
+            }
+            Self::BadReference => write!(f, "the reference is not n finite numbers"),
+        }
+    }
+}
+
+impl std::error::Error for ProblemError {}
+
+/// Looks at every number of the problem once and reports the first that no solver can use.
+/// Allocates nothing.
+///
+/// # Errors
+/// The first offence found, from the highest level down; see [`ProblemError`].
+pub fn check(problem: &Problem) -> Result<(), ProblemError> {
+    let n = problem.n;
+    for (l, level) in problem.levels.iter().enumerate() {
+        let m = level.rows;
+        if level.n != n || [&level.lower, &level.upper, &level.weight].map(Vec::len) != [m; 3] {
+            return Err(ProblemError::WrongSize { level: l });
+        }
+        if !level.damping.is_finite() || level.damping < 0.0 {
+            return Err(ProblemError::BadDamping { level: l });
+        }
+        for i in 0..m {
+            check_row(level, l, i)?;
+        }
+    }
+    if problem.reference.len() != n || problem.reference.iter().any(|r| !r.is_finite()) {
+        return Err(ProblemError::BadReference);
+    }
+    Ok(())
+}
+
+fn check_row(level: &Level, l: usize, row: usize) -> Result<(), ProblemError> {
+    let (lo, up, w) = (level.lower[row], level.upper[row], level.weight[row]);
+    let finite = level.row(row).iter().all(|a| a.is_finite());
+    if !finite || lo.is_nan() || up.is_nan() || !w.is_finite() {
+        return Err(ProblemError::NotFinite { level: l, row });
+    }
+    if lo > up || lo == f64::INFINITY || up == f64::NEG_INFINITY {
+        return Err(ProblemError::EmptyInterval { level: l, row });
+    }
+    if w < 0.0 {
+        return Err(ProblemError::NegativeWeight { level: l, row });
+    }
+    Ok(())
+}

@@ -1,0 +1,144 @@
+//! What a solver gives back: the point, how each level fared, and whether it may be used.
+
+use crate::problem::Problem;
+use serde::{Deserialize, Serialize};
+
+/// Outcome of one solve, for the whole problem.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Status {
+    /// `x` is the lexicographic optimum.
+    Optimal,
+    /// A hard level cannot be met together with all levels above it. `x` is the optimum of the
+    /// levels above alone (the reference, if there is none); nothing below was looked at.
+    Infeasible {
+        /// The hard level, from 0.
+        level: usize,
+    },
+    /// A coefficient, bound, weight or damping is not a usable number. `x` is not to be used.
+    /// A reference that is not finite is reported with `level` = number of levels.
+    NotFinite {
+        /// The level, from 0.
+        level: usize,
+        /// The row in it, from 0.
+        row: usize,
+    },
+    /// Numerical trouble, or an ill-formed level (`lower > upper`, negative weight, wrong sizes;
+    /// [`crate::check`] says which). `x` is not to be used.
+    Failed {
+        /// The level at which it happened; the number of levels if after the last one.
+        level: usize,
+    },
+}
+
+/// Where a row stands at the solution.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Active {
+    /// Strictly inside its interval.
+    Free,
+    /// At its lower bound.
+    Lower,
+    /// At its upper bound.
+    Upper,
+    /// An equality row that is met.
+    Equality,
+    /// Outside its interval; the sign of the slack tells the side.
+    Violated,
+}
+
+/// How a level came out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum LevelStatus {
+    /// Every row lies in its interval (to 1e-9 of the row's size).
+    Met,
+    /// The rows were met as well as the levels above allow, some not wholly.
+    Relaxed,
+    /// A hard level that cannot be met. Its `slack`, `active` and `violation` are those of the
+    /// best compromise, not those at `x`: the violated rows are the ones that stand in the way.
+    Infeasible,
+    /// Not reached; the numbers of this level mean nothing.
+    NotSolved,
+}
+
+/// The result of one level. All vectors are as long as the level has rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LevelSolution {
+    /// `sqrt(sum_i w_i slack_i^2)`, without the damping term.
+    pub violation: f64,
+    /// Signed: `a x` minus its projection on `[lower, upper]`; negative = too low.
+    pub slack: Vec<f64>,
+    /// Where each row stands.
+    pub active: Vec<Active>,
+    /// `w_i slack_i`, half the derivative of the level's cost by the row's value; 0 where a backend gives none.
+    pub multipliers: Vec<f64>,
+    /// Dimension of what is left after the rows that this level and those above have fixed:
+    /// equalities, violated rows, and rows held at a bound by a conflict. Inequality rows that
+    /// are merely met do not count.
+    pub freedom: usize,
+    /// How the level came out.
+    pub status: LevelStatus,
+}
+
+/// A solution with its storage, made once for a problem and overwritten by every solve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    /// The point, `n` long.
+    pub x: Vec<f64>,
+    /// Whether and how `x` may be used.
+    pub status: Status,
+    /// One entry per level.
+    pub levels: Vec<LevelSolution>,
+}
+
+impl Solution {
+    /// Storage for solutions of this problem and of all others of the same shape.
+    pub fn new(problem: &Problem) -> Self {
+        let levels = problem
+            .levels
+            .iter()
+            .map(|level| LevelSolution {
+                violation: 0.0,
+                slack: vec![0.0; level.rows()],
+                active: vec![Active::Free; level.rows()],
+                multipliers: vec![0.0; level.rows()],
+                freedom: problem.n,
+                status: LevelStatus::NotSolved,
+            })
+            .collect();
+        Solution { x: vec![0.0; problem.n], status: Status::Failed { level: 0 }, levels }
+    }
+
+    /// Everything back to "not solved", with `x` at the reference. Allocates nothing when the
+    /// shapes agree; a solution made for another shape is made anew.
+    pub fn reset(&mut self, problem: &Problem) {
+        let fits = self.x.len() == problem.n
+            && self.levels.len() == problem.levels.len()
+            && (self.levels.iter().zip(&problem.levels)).all(|(s, l)| s.slack.len() == l.rows());
+        if !fits {
+            *self = Solution::new(problem);
+        }
+        for level in &mut self.levels {
+            level.violation = 0.0;
+            level.slack.fill(0.0);
+            level.active.fill(Active::Free);
+            level.multipliers.fill(0.0);
+            level.freedom = problem.n;
+            level.status = LevelStatus::NotSolved;
+        }
+        self.x.fill(0.0);
+        for (x, r) in self.x.iter_mut().zip(&problem.reference) {
+            *x = *r;
+        }
+        self.status = Status::Failed { level: 0 };
+    }
+}
+
+/// Anything that solves hierarchical problems.
+pub trait HierarchicalSolver {
+    /// A short name for logs and tables.
+    fn name(&self) -> &'static str;
+
+    /// Solves `problem` into `solution`. Never panics; what went wrong is in the status. A solver
+    /// may remember the last tick to be faster on the next, but the result does not depend on it
+    /// beyond rounding.
+    fn solve(&mut self, problem: &Problem, solution: &mut Solution);
+}
