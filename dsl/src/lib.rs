@@ -1,1 +1,61 @@
-//! The Hierarq language: grammar, YAML reader, spanned tree and printers
+//! The Hierarq language: two spellings, one spanned tree.
+//!
+//! [`parse`] reads a `*.hq` or `*.yaml` text into a [`tree::Spec`] together with all diagnostics; [`print`] writes
+//! a tree in either spelling. Nothing outside this crate knows pest, logos or a YAML library.
+
+mod checks;
+pub mod codes;
+mod comments;
+pub mod diagnostic;
+mod explain;
+mod expr;
+mod grammar;
+mod hq;
+pub mod limits;
+mod normalised;
+mod print;
+pub mod span;
+pub mod tree;
+pub mod vocabulary;
+mod words;
+mod yaml;
+
+pub use diagnostic::{Diagnostic, Label, Severity};
+pub use span::{SourceId, SourceText, Sources, Span, Spanned};
+
+/// The two spellings of the language.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Spelling {
+    /// The native language, `*.hq`.
+    Hq,
+    /// YAML, `*.yaml` or `*.yml`.
+    Yaml,
+}
+
+impl Spelling {
+    /// The spelling that a file name's ending asks for.
+    pub fn of_path(path: &std::path::Path) -> Option<Spelling> {
+        match path.extension()?.to_str()? {
+            "hq" => Some(Spelling::Hq),
+            "yaml" | "yml" => Some(Spelling::Yaml),
+            _ => None,
+        }
+    }
+}
+
+/// Reads a text. The tree holds whatever could be read, broken parts as [`tree::ValueKind::Missing`];
+/// the diagnostics hold every mistake of form that was found, in the order of the text.
+pub fn parse(source: SourceId, text: &str, spelling: Spelling) -> (tree::Spec, Vec<Diagnostic>) {
+    match spelling {
+        Spelling::Hq => hq::parse(source, text),
+        Spelling::Yaml => yaml::parse(source, text),
+    }
+}
+
+/// Writes a tree in a spelling, comments included.
+pub fn print(spec: &tree::Spec, spelling: Spelling) -> String {
+    match spelling {
+        Spelling::Hq => print::hq(spec),
+        Spelling::Yaml => print::yaml(spec),
+    }
+}

@@ -1,0 +1,99 @@
+//! Mistakes of form that both readers look for in a finished part of the tree.
+
+use crate::explain::clip;
+use crate::tree::{Block, Entry, Value, ValueKind};
+use crate::words::is_text_key;
+use crate::{Diagnostic, Span};
+use std::collections::BTreeMap;
+
+/// Reports keys that stand twice in a block.
+pub(crate) fn duplicates(entries: &[Entry], diags: &mut Vec<Diagnostic>) {
+    let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
+    for entry in entries {
+        match seen.get(entry.key.as_str()) {
+            Some(first) => diags.push(duplicate(&entry.key.value, *first, entry.key.span)),
+            None => {
+                seen.insert(&entry.key.value, entry.key.span);
+            }
+        }
+    }
+}
+
+/// A key that stands twice.
+pub(crate) fn duplicate(key: &str, first: Span, second: Span) -> Diagnostic {
+    Diagnostic::error("HQ0115", second, format!("`{}` is given twice", clip(key)))
+        .here("given again here")
+        .label(first, "first given here")
+        .help("keep one of them")
+}
+
+/// Makes the value of a key that takes text a text, and reports where it is none.
+pub(crate) fn text_value(key: &str, value: &mut Value, text: &str, diags: &mut Vec<Diagnostic>) {
+    if is_text_key(key) {
+        all_text(key, value, text, diags);
+    }
+}
+
+fn all_text(key: &str, value: &mut Value, text: &str, diags: &mut Vec<Diagnostic>) {
+    match &mut value.kind {
+        ValueKind::Text(_) | ValueKind::Missing => {}
+        ValueKind::List(items) => {
+            for item in items {
+                all_text(key, item, text, diags);
+            }
+        }
+        ValueKind::Block(_) => {
+            diags.push(
+                Diagnostic::error("HQ0119", value.span, format!("`{}` takes a text, not a block", clip(key)))
+                    .help(format!("write `{} \"..\"`", clip(key))),
+            );
+            value.kind = ValueKind::Missing;
+        }
+        _ => {
+            let raw = text.get(value.span.range()).unwrap_or("").trim().to_owned();
+            diags.push(
+                Diagnostic::error("HQ0119", value.span, format!("`{}` takes a text", clip(key)))
+                    .here("not in quotes")
+                    .help(format!("write `{} \"{}\"`", clip(key), clip(&raw))),
+            );
+            value.kind = ValueKind::Text(raw);
+        }
+    }
+}
+
+/// Settings that would mean something else in one of the spellings; they are reported and removed.
+pub(crate) fn reserved(settings: &mut Block, words: &[&str], what: &str, diags: &mut Vec<Diagnostic>) {
+    settings.entries.retain(|entry| {
+        let clash = words.contains(&entry.key.value.as_str());
+        if clash {
+            let key = &entry.key.value;
+            diags.push(
+                Diagnostic::error("HQ0121", entry.key.span, format!("`{key}` cannot be a setting of a {what}"))
+                    .note("the word has a meaning of its own there in one of the two spellings")
+                    .help(if what == "stack" {
+                        "levels are written `level NAME { .. }`, in YAML as the sequence `levels:`"
+                    } else {
+                        "the tasks of a level stand in its braces, in YAML in the sequence `tasks:`"
+                    }),
+            );
+        }
+        !clash
+    });
+}
+
+/// Sorts the diagnostics as the text runs, and keeps the first hundred.
+pub(crate) fn finish(mut diags: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    use crate::limits::MAX_DIAGNOSTICS;
+    diags.sort_by_key(|d| (d.primary.span.start, d.primary.span.end, d.code));
+    diags.dedup_by(|b, a| a.code == b.code && a.primary.span == b.primary.span);
+    if diags.len() > MAX_DIAGNOSTICS {
+        let left = diags.len() - MAX_DIAGNOSTICS;
+        let span = diags[MAX_DIAGNOSTICS].primary.span;
+        diags.truncate(MAX_DIAGNOSTICS);
+        diags.push(
+            Diagnostic::error("HQ0192", span, format!("{left} more mistakes are not shown"))
+                .help("mend the first ones; the rest may follow from them"),
+        );
+    }
+    diags
+}

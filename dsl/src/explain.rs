@@ -1,0 +1,336 @@
+//! What is wrong with text that the grammar could not read: one diagnostic per piece, at the exact place.
+
+use crate::expr::Place;
+use crate::grammar::{Grammar, Rule};
+use crate::words::{nearest_unit, unit_text};
+use crate::{Diagnostic, tree};
+use pest::Parser;
+
+/// What stood before the unreadable text.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum After<'a> {
+    /// A key that still waits for its value.
+    Key(&'a str),
+    /// A complete value.
+    Value(&'a tree::Value),
+    /// The beginning of something: `what` should stand here.
+    Start(&'a str),
+}
+
+/// Explains `text[start..end]`; where a value should begin there, the strict grammar tells how far it got.
+/// With `unit_only`, a word behind a number can only be a unit (YAML scalars, `param`).
+pub(crate) fn junk(
+    text: &str,
+    start: usize,
+    end: usize,
+    place: Place,
+    after: After<'_>,
+    unit_only: bool,
+) -> Diagnostic {
+    let end = start + text[start..end].trim_end().len();
+    let region = &text[start..end];
+    let at = match after {
+        After::Value(_) => start,
+        After::Key(_) | After::Start(_) => {
+            let rule = if matches!(after, After::Key(_)) { Rule::strict_value } else { Rule::strict_call };
+            start
+                + match Grammar::parse(rule, region) {
+                    Ok(_) => 0,
+                    Err(error) => match error.location {
+                        pest::error::InputLocation::Pos(at) => at,
+                        pest::error::InputLocation::Span((at, _)) => at,
+                    },
+                }
+        }
+    };
+    let at = at + text[at..end].len() - text[at..end].trim_start().len();
+    at_place(text, start, at.min(end), end, place, after, unit_only)
+}
+
+/// Explains the character at byte `at` of the piece `start..end`.
+fn at_place(
+    text: &str,
+    start: usize,
+    at: usize,
+    end: usize,
+    place: Place,
+    after: After<'_>,
+    unit_only: bool,
+) -> Diagnostic {
+    let rest = &text[at..end];
+    let before = text[..at].trim_end();
+    let last = before.chars().next_back();
+    let Some(first) = rest.chars().next() else { return ends_early(text, start, end, place, after) };
+    let one = place.span(at, at + first.len_utf8());
+    let word_end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).map_or(end, |n| at + n);
+    let follows_operator = last.is_some_and(|c| "+-*/^".contains(c)) && before.len() > start;
+    match first {
+        '\'' => {
+            let close = rest[1..].find('\'').map_or(end, |n| at + n + 2);
+            let inner = text[at + 1..close].trim_end_matches('\'');
+            Diagnostic::error("HQ0109", place.span(at, close), "single quotes do not make a text")
+                .help(format!("write `\"{inner}\"`"))
+        }
+        '"' if crate::limits::text_end(&text[..end], at).is_none() => {
+            Diagnostic::error("HQ0109", place.span(at, end), "this text is not closed")
+                .here("no closing `\"` on this line")
+                .help("end the text with `\"`; a line break inside it is written `\\n`")
+        }
+        '#' => Diagnostic::error("HQ0110", place.span(at, end), "`#` does not begin a comment here")
+            .help("comments in a `.hq` file begin with `//`"),
+        '_' if glued_to_digit(text, at) => {
+            let from = text[..at].rfind(|c: char| !c.is_ascii_digit()).map_or(0, |n| n + 1);
+            let plain: String = text[from..word_end].chars().filter(|c| *c != '_').collect();
+            let diagnostic = Diagnostic::error("HQ0111", place.span(from, word_end), "a number has no `_` inside");
+            if plain.bytes().all(|b| b.is_ascii_digit()) {
+                diagnostic.help(format!("write `{plain}`"))
+            } else {
+                diagnostic
+            }
+        }
+        '.' if rest[1..].starts_with(|c: char| c.is_ascii_digit()) && !glued_to_digit(text, at) => {
+            let digits = rest[1..].find(|c: char| !c.is_ascii_digit()).map_or(end, |n| at + 1 + n);
+            let number = &text[at..digits];
+            Diagnostic::error("HQ0111", place.span(at, digits), "a number begins with a digit")
+                .help(format!("write `0{number}`"))
+        }
+        '.' if glued_to_digit(text, at) => {
+            let from = text[..at].rfind(|c: char| !(c.is_ascii_digit() || c == '.')).map_or(0, |n| n + 1);
+            let whole = &text[from..at];
+            Diagnostic::error("HQ0111", place.span(from, at + 1), "a digit is missing behind the point")
+                .help(format!("write `{whole}.0` or `{whole}`"))
+        }
+        '*' if text[..at].ends_with('*') => power(place, at),
+        '*' | '/' | '+' | '^' | '-' if matches!(after, After::Value(_)) => {
+            if rest.starts_with("**") {
+                return power(place, at + 1);
+            }
+            let behind = rest[1..].trim_start();
+            let readable = if behind.is_empty() { "" } else { " readable" };
+            let message = format!("`{first}` has nothing{readable} behind it");
+            let diagnostic = Diagnostic::error("HQ0114", one, message).here("expects a value on both sides");
+            match behind.chars().next() {
+                Some(c) if !"})],;".contains(c) => {
+                    let next = end - behind.len();
+                    let inner = at_place(text, start, next, end, place, After::Start("a value"), unit_only);
+                    if inner.code == "HQ0113" || inner.code == "HQ0114" {
+                        diagnostic.label(place.span(next, next + c.len_utf8()), "not a value")
+                    } else {
+                        inner
+                    }
+                }
+                _ => diagnostic.help("delete it, or write the second value"),
+            }
+        }
+        '*' | '/' | '+' | '^' => Diagnostic::error("HQ0114", one, format!("`{first}` has no value before it"))
+            .here("expects a value on both sides"),
+        ':' | '=' => Diagnostic::error("HQ0108", one, format!("`{first}` has no place here"))
+            .help("in a block, key and value stand side by side: `d_min 0.5 m`"),
+        ')' | ']' | '}' if follows_operator => {
+            let op = before.len() - 1;
+            let sign = &before[op..];
+            Diagnostic::error("HQ0114", place.span(op, op + 1), format!("`{sign}` has nothing behind it"))
+                .here("expects a value on both sides")
+                .help("delete it, or write the second value")
+        }
+        ')' | ']' | '}' => match opener(text, start, at) {
+            Some((open, c)) => Diagnostic::error("HQ0106", one, format!("`{first}` closes nothing"))
+                .label(place.span(open, open + 1), format!("this `{c}` is still open"))
+                .help(format!("write `{}` first, or check the brackets", closer(c))),
+            None => Diagnostic::error("HQ0106", one, format!("`{first}` closes nothing"))
+                .help("delete it, or look for the opening bracket that was lost"),
+        },
+        '(' | '[' if opener(text, at, end).is_some() => {
+            let (open, c) = opener(text, at, end).unwrap_or((at, first));
+            unclosed(place, open, c)
+        }
+        '(' => match Grammar::parse(Rule::args, rest) {
+            Err(error) if at < end => {
+                let inside = match error.location {
+                    pest::error::InputLocation::Pos(n) | pest::error::InputLocation::Span((n, _)) => at + n,
+                };
+                if inside > at {
+                    at_place(text, start, inside, end, place, After::Key("this argument"), unit_only)
+                } else {
+                    Diagnostic::error("HQ0113", one, "`(` has no place here")
+                }
+            }
+            _ => Diagnostic::error("HQ0113", one, "`(` has no place here")
+                .note("arguments stand directly behind the name they belong to, without a space"),
+        },
+        ',' => Diagnostic::error("HQ0113", one, "`,` has no place here").note("a value stands between two commas"),
+        '{' => match after {
+            After::Start(what) => Diagnostic::error("HQ0113", one, format!("{what} is expected here, not a block")),
+            _ => Diagnostic::error("HQ0113", one, "no block can stand here")
+                .note("a block follows a key, a kind (`target trapezoid { .. }`) or, in a task, its arguments"),
+        },
+        c if c.is_ascii_alphanumeric() || c == '_' => word(text, start, at, word_end, place, after, unit_only),
+        '%' | '&' | '|' | '<' | '>' | '!' | '~' | '?' | '@' | '$' | '\\' | '`' => {
+            Diagnostic::error("HQ0113", one, format!("`{first}` is no sign of the language"))
+                .note("expressions have `+ - * / ^`, parentheses, calls such as `sin(x)`, lists and fields")
+        }
+        c if c.is_control() => Diagnostic::error("HQ0113", one, "a control character has no place here"),
+        _ => {
+            let until = rest.find(char::is_whitespace).map_or(end, |n| at + n);
+            // A letter beyond ASCII: show the word it stands in.
+            let stem = text[..at].trim_end_matches(|c: char| c.is_alphanumeric() || c == '_').len();
+            let at = if first.is_alphabetic() { stem.max(text[..at].rfind('\n').map_or(0, |n| n + 1)) } else { at };
+            let until = if first.is_alphabetic() {
+                text[at..until].find(|c: char| !(c.is_alphanumeric() || c == '_')).map_or(until, |n| at + n)
+            } else {
+                until
+            };
+            let diagnostic = Diagnostic::error(
+                "HQ0113",
+                place.span(at, until),
+                format!("`{}` has no place here", clip(&text[at..until])),
+            );
+            if first.is_alphabetic() {
+                diagnostic.note("names consist of the letters A to Z, digits and `_`")
+            } else if let After::Start(what) = after {
+                diagnostic.note(format!("{what} is expected"))
+            } else {
+                diagnostic
+            }
+        }
+    }
+}
+
+fn power(place: Place, at: usize) -> Diagnostic {
+    Diagnostic::error("HQ0113", place.span(at - usize::from(at > 0), at + 1), "`**` is not an operator")
+        .help("a power is written `x^2`")
+}
+
+fn glued_to_digit(text: &str, at: usize) -> bool {
+    text[..at].ends_with(|c: char| c.is_ascii_digit())
+}
+
+/// A word that cannot stand where it does.
+fn word(
+    text: &str,
+    start: usize,
+    at: usize,
+    end: usize,
+    place: Place,
+    after: After<'_>,
+    unit_only: bool,
+) -> Diagnostic {
+    let word = &text[at..end];
+    let number = text[..at].trim_end();
+    let on_line = !text[number.len()..at].contains('\n');
+    if word.starts_with(|c: char| c.is_ascii_digit()) {
+        let letters = word.find(|c: char| !c.is_ascii_digit());
+        return match letters {
+            Some(n) if word[n..].bytes().all(|b| b.is_ascii_digit() || b == b'_') => {
+                let plain: String = word.chars().filter(|c| *c != '_').collect();
+                Diagnostic::error("HQ0111", place.span(at, end), "a number has no `_` inside")
+                    .help(format!("write `{plain}`"))
+            }
+            Some(n) => unknown_unit(&word[n..], place.span(at + n, end)),
+            None => Diagnostic::error("HQ0113", place.span(at, end), format!("`{}` has no place here", clip(word)))
+                .note(match after {
+                    After::Value(_) => "the value before it is complete".to_owned(),
+                    After::Key(_) => "a value is expected".to_owned(),
+                    After::Start(what) => format!("{what} is expected"),
+                }),
+        };
+    }
+    let behind_number = number.ends_with(|c: char| c.is_ascii_digit() || c == ')' || c == ']');
+    let value_takes_unit = match after {
+        After::Value(value) => crate::words::takes_unit(value),
+        _ => behind_number && number.len() > start,
+    };
+    if unit_only && value_takes_unit && on_line {
+        return unknown_unit(word, place.span(at, end));
+    }
+    let diagnostic = Diagnostic::error("HQ0113", place.span(at, end), format!("`{}` has no place here", clip(word)));
+    match after {
+        After::Value(tree::Value { kind: tree::ValueKind::Unit(_, unit), .. }) => {
+            diagnostic.note(format!("the value before it ends with its unit `{}`", unit_text(unit)))
+        }
+        After::Value(_) => diagnostic.note("the value before it is complete"),
+        After::Key(_) => diagnostic.note("a comma or an operator is expected between two values"),
+        After::Start(what) => diagnostic.note(format!("{what} is expected")),
+    }
+}
+
+/// The word behind a number is no unit.
+pub(crate) fn unknown_unit(word: &str, span: crate::Span) -> Diagnostic {
+    let diagnostic = Diagnostic::error("HQ0112", span, format!("unknown unit `{}`", clip(word)));
+    match nearest_unit(word) {
+        Some(symbol) => diagnostic.here("not a unit").help(format!("did you mean `{symbol}`?")),
+        None => diagnostic.here("not a unit").help("units are products of symbols such as `m`, `rad`, `s`, `kg`, `N`"),
+    }
+}
+
+/// The piece stops before it is complete.
+fn ends_early(text: &str, start: usize, end: usize, place: Place, after: After<'_>) -> Diagnostic {
+    if let Some((open, c)) = opener(text, start, end) {
+        return unclosed(place, open, c);
+    }
+    let before = text[..end].trim_end();
+    if let Some(sign) = before.chars().next_back().filter(|c| "+-*/^".contains(*c)) {
+        let at = before.len() - 1;
+        return Diagnostic::error("HQ0114", place.span(at, at + 1), format!("`{sign}` has nothing behind it"))
+            .here("expects a value on both sides")
+            .help("delete it, or write the second value");
+    }
+    match after {
+        After::Key(key) => no_value(key, place.span(start, end)),
+        After::Value(_) | After::Start(_) => {
+            Diagnostic::error("HQ0113", place.span(start, end), format!("`{}` cannot be read", clip(&text[start..end])))
+        }
+    }
+}
+
+/// A bracket without a partner.
+pub(crate) fn unclosed(place: Place, open: usize, bracket: char) -> Diagnostic {
+    Diagnostic::error("HQ0105", place.span(open, open + 1), format!("this `{bracket}` is not closed"))
+        .here("opened here")
+        .help(format!("write the missing `{}`", closer(bracket)))
+}
+
+/// A key without a value.
+pub(crate) fn no_value(key: &str, span: crate::Span) -> Diagnostic {
+    Diagnostic::error("HQ0107", span, format!("`{}` has no value", clip(key)))
+        .help(format!("write the value behind it, as in `{} 0.5`, or delete the key", clip(key)))
+}
+
+fn closer(bracket: char) -> char {
+    match bracket {
+        '(' => ')',
+        '[' => ']',
+        _ => '}',
+    }
+}
+
+/// The innermost bracket that is open at `end`, looking from `start`.
+pub(crate) fn opener(text: &str, start: usize, end: usize) -> Option<(usize, char)> {
+    let bytes = text.as_bytes();
+    let mut open: Vec<(usize, char)> = Vec::new();
+    let mut at = start;
+    while at < end {
+        let byte = *bytes.get(at)?;
+        match byte {
+            b'"' => {
+                if let Some(close) = crate::limits::text_end(&text[..end], at) {
+                    at = close;
+                    continue;
+                }
+            }
+            b'(' | b'[' | b'{' => open.push((at, byte as char)),
+            b')' | b']' | b'}' if open.last().is_some_and(|(_, c)| closer(*c) == byte as char) => {
+                open.pop();
+            }
+            _ => {}
+        }
+        at += 1;
+    }
+    open.pop()
+}
+
+/// A piece of text short enough to be quoted in a message.
+pub(crate) fn clip(text: &str) -> String {
+    let line = text.lines().next().unwrap_or("");
+    if line.chars().count() <= 40 { line.to_owned() } else { line.chars().take(37).chain("...".chars()).collect() }
+}

@@ -1,0 +1,332 @@
+//! Expressions: from the flat operator lists of the grammar to trees of [`Value`].
+
+use crate::grammar::{Pair, Rule};
+use crate::limits::{MAX_HEIGHT, MAX_OPERATORS};
+use crate::tree::{BinaryOp, Number, Unit, Value, ValueKind};
+use crate::{Diagnostic, SourceId, Span, Spanned};
+
+/// Where the text that pest saw lies in the source.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Place {
+    /// It is a part of the source that begins at this byte.
+    Exact(SourceId, usize),
+    /// It was decoded (escapes, folded lines): everything is said of the whole scalar.
+    Whole(Span),
+}
+
+impl Place {
+    /// The span of bytes `start..end` of the parsed text.
+    pub fn span(self, start: usize, end: usize) -> Span {
+        match self {
+            Place::Exact(source, base) => Span::new(source, base + start, base + end),
+            Place::Whole(span) => span,
+        }
+    }
+
+    /// The span of a node.
+    pub fn of(self, pair: &Pair<'_>) -> Span {
+        let span = pair.as_span();
+        self.span(span.start(), span.end())
+    }
+
+    /// The text of a node with its span.
+    pub fn spanned(self, pair: &Pair<'_>) -> Spanned<String> {
+        Spanned::new(pair.as_str().to_owned(), self.of(pair))
+    }
+}
+
+/// A value that could not be read.
+pub(crate) fn missing(span: Span) -> Value {
+    Value { kind: ValueKind::Missing, span }
+}
+
+/// One element of a flat operator list.
+enum Token {
+    Sign(Span),
+    Op(BinaryOp, Span),
+    Operand(Value, u32),
+}
+
+/// Builds the blocks that may stand in a list (`[{ a x }, { a y }]`); expressions have none.
+pub(crate) type BlockReader<'f> = &'f mut dyn FnMut(Pair<'_>, &mut Vec<Diagnostic>) -> Value;
+
+/// The value of a node `expr`.
+pub(crate) fn value(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: BlockReader<'_>) -> Value {
+    let mut value = expr(pair, place, diags, blocks).0;
+    if let Some(span) = stray_block(&value, true) {
+        diags.push(
+            Diagnostic::error("HQ0113", span, "no block can stand inside an expression")
+                .note("blocks stand behind keys, and in lists that are a value of their own"),
+        );
+        value.kind = ValueKind::Missing;
+    }
+    value
+}
+
+/// A block where the values of an expression should stand. `free` where a list may still hold blocks.
+fn stray_block(value: &Value, free: bool) -> Option<Span> {
+    match &value.kind {
+        ValueKind::Block(_) => (!free).then_some(value.span),
+        ValueKind::List(items) => items.iter().find_map(|item| stray_block(item, free)),
+        ValueKind::Call(_, args) => args.iter().find_map(|arg| stray_block(arg, false)),
+        ValueKind::Unit(of, _) | ValueKind::Field(of, _) | ValueKind::Negate(of) => stray_block(of, false),
+        ValueKind::Binary(_, left, right) => stray_block(left, false).or_else(|| stray_block(right, false)),
+        _ => None,
+    }
+}
+
+/// Value and height of a node `expr`.
+fn expr(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: BlockReader<'_>) -> (Value, u32) {
+    let whole = place.of(&pair);
+    let mut tokens: Vec<Token> = Vec::new();
+    let mut operators = 0usize;
+    for part in pair.into_inner() {
+        let span = place.of(&part);
+        match part.as_rule() {
+            Rule::sign => {
+                operators += 1;
+                tokens.push(Token::Sign(span));
+            }
+            Rule::op => {
+                operators += 1;
+                tokens.push(Token::Op(operator(part.as_str()), span));
+            }
+            Rule::field => {
+                operators += 1;
+                if let Some(name) = part.into_inner().next().filter(|_| operators <= MAX_OPERATORS) {
+                    wrap(&mut tokens, |of| {
+                        let span = of.span.to(place.of(&name));
+                        Value { kind: ValueKind::Field(Box::new(of), place.spanned(&name)), span }
+                    });
+                }
+            }
+            Rule::unit => {
+                let unit = unit(part, place, diags);
+                wrap(&mut tokens, |of| with_unit(of, unit));
+            }
+            _ => {
+                let (value, height) = operand(part, place, diags, blocks);
+                tokens.push(Token::Operand(value, height));
+            }
+        }
+    }
+    let too_long = |diags: &mut Vec<Diagnostic>| {
+        diags.push(
+            Diagnostic::error("HQ0195", whole, "this expression is too long")
+                .note(format!("at most {MAX_OPERATORS} operators in a row, {MAX_HEIGHT} operations inside each other"))
+                .help("name a part of it with `param`"),
+        );
+        (missing(whole), 1)
+    };
+    if operators > MAX_OPERATORS {
+        return too_long(diags);
+    }
+    let mut tokens = tokens.into_iter().peekable();
+    let (value, height) = climb(&mut tokens, 0, whole);
+    if height > MAX_HEIGHT { too_long(diags) } else { (value, height) }
+}
+
+/// Replaces the last operand.
+fn wrap(tokens: &mut [Token], f: impl FnOnce(Value) -> Value) {
+    if let Some(Token::Operand(value, height)) = tokens.last_mut() {
+        let inner = std::mem::replace(value, missing(value.span));
+        *value = f(inner);
+        *height += 1;
+    }
+}
+
+fn with_unit(of: Value, unit: Unit) -> Value {
+    let span = of.span.to(unit.span);
+    Value { kind: ValueKind::Unit(Box::new(of), unit), span }
+}
+
+fn operator(text: &str) -> BinaryOp {
+    match text {
+        "+" => BinaryOp::Add,
+        "-" => BinaryOp::Sub,
+        "*" => BinaryOp::Mul,
+        "/" => BinaryOp::Div,
+        _ => BinaryOp::Pow,
+    }
+}
+
+/// Precedence of the operators: how tightly they hold their left and right side. A sign holds at 5.
+fn binding(op: BinaryOp) -> (u8, u8) {
+    match op {
+        BinaryOp::Add | BinaryOp::Sub => (1, 2),
+        BinaryOp::Mul | BinaryOp::Div => (3, 4),
+        BinaryOp::Pow => (8, 7),
+    }
+}
+
+const SIGN: u8 = 5;
+
+/// Precedence climbing over a list that the grammar has found to be well formed.
+fn climb(tokens: &mut std::iter::Peekable<impl Iterator<Item = Token>>, least: u8, whole: Span) -> (Value, u32) {
+    let (mut left, mut height) = match tokens.next() {
+        Some(Token::Operand(value, height)) => (value, height),
+        Some(Token::Sign(span)) => {
+            let (value, height) = climb(tokens, SIGN, whole);
+            let span = span.to(value.span);
+            (Value { kind: ValueKind::Negate(Box::new(value)), span }, height + 1)
+        }
+        _ => (missing(whole), 1),
+    };
+    while let Some(Token::Op(op, span)) = tokens.peek() {
+        let (op, span) = (*op, *span);
+        let (before, after) = binding(op);
+        if before < least {
+            break;
+        }
+        tokens.next();
+        let (right, right_height) = climb(tokens, after, whole);
+        height = height.max(right_height) + 1;
+        let all = left.span.to(right.span);
+        let kind = ValueKind::Binary(Spanned::new(op, span), Box::new(left), Box::new(right));
+        left = Value { kind, span: all };
+    }
+    (left, height)
+}
+
+/// The value of one operand.
+fn operand(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: BlockReader<'_>) -> (Value, u32) {
+    let span = place.of(&pair);
+    match pair.as_rule() {
+        Rule::quantity => {
+            let (mut value, mut height) = (missing(span), 1);
+            for part in pair.into_inner() {
+                if part.as_rule() == Rule::number {
+                    value = number(&part, place, diags);
+                } else {
+                    value = with_unit(value, unit(part, place, diags));
+                    height = 2;
+                }
+            }
+            (value, height)
+        }
+        Rule::text => (Value { kind: ValueKind::Text(unescape(&pair, place, diags)), span }, 1),
+        Rule::name => (Value { kind: ValueKind::Name(pair.as_str().to_owned()), span }, 1),
+        Rule::paren => match pair.into_inner().next() {
+            Some(inner) => {
+                let (mut value, height) = expr(inner, place, diags, blocks);
+                value.span = span;
+                (value, height)
+            }
+            None => (missing(span), 1),
+        },
+        Rule::call => {
+            let mut parts = pair.into_inner();
+            let name = parts.next().map_or_else(|| Spanned::new(String::new(), span), |p| place.spanned(&p));
+            let mut height = 1;
+            let mut args = Vec::new();
+            for arg in parts.next().into_iter().flat_map(Pair::into_inner) {
+                let (value, h) = expr(arg, place, diags, blocks);
+                height = height.max(h + 1);
+                args.push(value);
+            }
+            (Value { kind: ValueKind::Call(name, args), span }, height)
+        }
+        Rule::list => {
+            let (mut items, mut height) = (Vec::new(), 1);
+            for part in pair.into_inner() {
+                if part.as_rule() == Rule::expr {
+                    let (value, h) = expr(part, place, diags, blocks);
+                    height = height.max(h + 1);
+                    items.push(value);
+                } else {
+                    items.push(blocks(part, diags));
+                }
+            }
+            (Value { kind: ValueKind::List(items), span }, height)
+        }
+        _ => (missing(span), 1),
+    }
+}
+
+/// A number; one beyond the range of `f64` is reported.
+pub(crate) fn number(pair: &Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>) -> Value {
+    let span = place.of(pair);
+    let text = pair.as_str();
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => {
+            Value { kind: ValueKind::Number(Number { value, text: text.to_owned() }), span }
+        }
+        _ => {
+            diags.push(
+                Diagnostic::error("HQ0111", span, "this number is too large")
+                    .note("numbers go up to about 1.8e308")
+                    .help("check the exponent"),
+            );
+            missing(span)
+        }
+    }
+}
+
+/// A unit; powers beyond 99 are reported.
+fn unit(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>) -> Unit {
+    let span = place.of(&pair);
+    let mut factors = Vec::new();
+    for factor in pair.into_inner() {
+        let sign = if factor.as_rule() == Rule::unit_over { -1 } else { 1 };
+        let (mut symbol, mut power) = (String::new(), 1i32);
+        for part in factor.into_inner() {
+            if part.as_rule() == Rule::unit_symbol {
+                symbol = part.as_str().to_owned();
+            } else {
+                power = part.as_str().parse().ok().filter(|p: &i32| p.abs() <= 99).unwrap_or_else(|| {
+                    diags.push(
+                        Diagnostic::error("HQ0112", place.of(&part), "the power of a unit is at most 99")
+                            .help("write a small whole number, as in `m^2`"),
+                    );
+                    1
+                });
+            }
+        }
+        factors.push((symbol, sign * power));
+    }
+    Unit { factors, span }
+}
+
+/// What a text literal says; unknown escapes are reported and kept as written.
+pub(crate) fn unescape(pair: &Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>) -> String {
+    let raw = pair.as_str();
+    let base = pair.as_span().start() + 1;
+    let body = raw.get(1..raw.len().saturating_sub(1)).unwrap_or("");
+    let mut out = String::with_capacity(body.len());
+    let mut chars = body.char_indices().peekable();
+    while let Some((at, c)) = chars.next() {
+        if c != '\\' {
+            out.push(c);
+            continue;
+        }
+        match chars.next() {
+            Some((_, 'n')) => out.push('\n'),
+            Some((_, 't')) => out.push('\t'),
+            Some((_, 'r')) => out.push('\r'),
+            Some((_, c @ ('"' | '\\'))) => out.push(c),
+            Some((next, c)) => {
+                let code = body[next..].strip_prefix("u{").and_then(|r| r.split_once('}')).map(|r| r.0);
+                let decoded = code
+                    .filter(|hex| hex.len() <= 6)
+                    .and_then(|hex| Some((hex.len(), char::from_u32(u32::from_str_radix(hex, 16).ok()?)?)));
+                if let (true, Some((digits, decoded))) = (c == 'u', decoded) {
+                    out.push(decoded);
+                    for _ in 0..digits + 2 {
+                        chars.next();
+                    }
+                } else {
+                    out.push('\\');
+                    out.push(c);
+                    let span = place.span(base + at, base + next + c.len_utf8());
+                    diags.push(
+                        Diagnostic::error("HQ0120", span, format!("`\\{c}` means nothing in a text"))
+                            .here("unknown escape")
+                            .help("a backslash itself is written `\\\\`"),
+                    );
+                }
+            }
+            None => out.push('\\'),
+        }
+    }
+    out
+}

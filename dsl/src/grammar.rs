@@ -1,0 +1,12 @@
+//! The pest grammar as a Rust type. Nothing outside this crate sees it.
+
+// The derive writes an enum without doc comments.
+#![allow(missing_docs)]
+
+/// Parser generated from `grammar.pest`.
+#[derive(pest_derive::Parser)]
+#[grammar = "grammar.pest"]
+pub(crate) struct Grammar;
+
+/// One node of a pest parse.
+pub(crate) type Pair<'t> = pest::iterators::Pair<'t, Rule>;

@@ -1,0 +1,228 @@
+//! Blocks and their entries.
+
+use super::Reader;
+use crate::explain::{self, After};
+use crate::expr::{Place, missing};
+use crate::grammar::{Pair, Rule};
+use crate::tree::{Block, Comments, Entry, Value, ValueKind};
+use crate::words::is_text_key;
+use crate::{Diagnostic, Spanned, checks};
+
+impl Reader<'_> {
+    /// The value of a node `tagged`, `block` or `expr`. A comment behind the opening brace goes to `behind`.
+    pub(super) fn value(&mut self, pair: Pair<'_>, behind: &mut Option<String>) -> Value {
+        let span = self.of(&pair);
+        match pair.as_rule() {
+            Rule::block => Value { kind: ValueKind::Block(self.block(pair, behind)), span },
+            Rule::tagged => {
+                let mut parts = pair.into_inner();
+                let (Some(tag), Some(body)) = (parts.next(), parts.next()) else { return missing(span) };
+                let key = self.place().spanned(&tag);
+                let inner = self.of(&body);
+                let block = self.block(body, behind);
+                let value = Value { kind: ValueKind::Block(block), span: inner };
+                let entries = vec![Entry { key, value, comments: Comments::default() }];
+                let outer = Block { entries, span, tagged: true, closing_comments: Comments::default() };
+                Value { kind: ValueKind::Block(outer), span }
+            }
+            Rule::single => {
+                let said = pair.as_str().trim_matches('\'').to_owned();
+                self.diags.push(
+                    Diagnostic::error("HQ0109", span, "single quotes do not make a text")
+                        .help(format!("write `\"{said}\"`")),
+                );
+                Value { kind: ValueKind::Text(said), span }
+            }
+            _ => self.expr(pair),
+        }
+    }
+
+    /// A node `block`.
+    pub(super) fn block(&mut self, pair: Pair<'_>, behind: &mut Option<String>) -> Block {
+        let span = self.of(&pair);
+        let (start, end) = (span.start as usize, span.end as usize);
+        self.pool.behind(start + 1, &[], behind);
+        let mut block = Block { span, ..Block::default() };
+        let mut open = false;
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::entry => self.entry(part, &mut block.entries),
+                _ => open = true,
+            }
+        }
+        if open {
+            self.unclosed(start, end);
+        } else {
+            self.pool.before(end - 1, &mut block.closing_comments.before);
+        }
+        checks::duplicates(&block.entries, &mut self.diags);
+        block
+    }
+
+    /// A node `entry`: adds what it says to `entries`.
+    pub(super) fn entry(&mut self, pair: Pair<'_>, entries: &mut Vec<Entry>) {
+        let whole = self.of(&pair);
+        let (start, end) = (whole.start as usize, whole.end as usize);
+        let mut comments = Comments::default();
+        self.pool.before(start, &mut comments.before);
+        let (mut key, mut mark, mut value, mut junk) = (None, None, None, None);
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::name => key = Some(self.place().spanned(&part)),
+                Rule::mark => mark = Some(self.of(&part)),
+                Rule::junk => junk = Some(self.of(&part)),
+                _ => value = Some(part),
+            }
+        }
+        let Some(key) = key else {
+            if let Some(junk) = junk {
+                let place = Place::Exact(self.source, 0);
+                let diagnostic =
+                    explain::junk(self.text, junk.range().start, junk.range().end, place, After::Start("a key"), false);
+                self.diags.push(diagnostic);
+            }
+            return;
+        };
+        let lone_name = value
+            .as_ref()
+            .filter(|v| v.as_rule() == Rule::expr && crate::words::is_name(v.as_str()))
+            .map(|v| self.of(v));
+        // `d_min 0.5 mtr`, read as two entries: the second has no value, or takes the next key for its value.
+        if mark.is_none() && (junk.is_some() || value.is_none()) && self.follows_bare_number(entries, start) {
+            self.diags.push(explain::unknown_unit(&key.value, key.span));
+            if let Some(last) = entries.last_mut() {
+                last.value.kind = ValueKind::Missing;
+            }
+            if let Some(next) = lone_name {
+                self.again(Rule::entry, next.range().start, end, |reader, pair| reader.entry(pair, entries));
+            }
+            return;
+        }
+        // A key without a value, and the next key on the following line taken for it.
+        if let (Some(next), Some(_)) = (lone_name, junk)
+            && self.text[key.span.range().end..next.range().start].contains('\n')
+        {
+            self.diags.push(explain::no_value(&key.value, key.span));
+            entries.push(Entry { value: missing(key.span), key, comments });
+            self.again(Rule::entry, next.range().start, end, |reader, pair| reader.entry(pair, entries));
+            return;
+        }
+        if let Some(mark) = mark {
+            let sign = &self.text[mark.range()];
+            let said = value.as_ref().map_or("0.5 m", |v| v.as_str());
+            let said = if said.contains('\n') || said.len() > 40 { ".." } else { said };
+            self.diags.push(
+                Diagnostic::error("HQ0108", mark, format!("no `{sign}` stands between a key and its value"))
+                    .help(format!("write `{} {said}`", key.value)),
+            );
+        }
+        let value = self.entry_value(&key, value, junk, &mut comments);
+        self.pool.behind(end, &[',', ';'], &mut comments.behind);
+        entries.push(Entry { key, value, comments });
+    }
+
+    /// The value of an entry, with what could not be read behind the key or behind the value.
+    fn entry_value(
+        &mut self,
+        key: &Spanned<String>,
+        value: Option<Pair<'_>>,
+        junk: Option<crate::Span>,
+        comments: &mut Comments,
+    ) -> Value {
+        let place = Place::Exact(self.source, 0);
+        if let (Some(junk), true) = (junk, is_text_key(&key.value)) {
+            let start = value.as_ref().map_or(junk, |v| self.of(v)).range().start;
+            let mut end = junk.range().end;
+            if self.text[end..].starts_with("//") && self.text[..end].ends_with(':') {
+                // `package://..` without quotes: what follows was taken for a comment.
+                end += self.text[end..].find(char::is_whitespace).unwrap_or(self.text.len() - end);
+            }
+            let raw = self.text[start..end].trim_end();
+            if !raw.contains(['"', '\'', '\n']) {
+                let mut value =
+                    Value { kind: ValueKind::Name(raw.to_owned()), span: self.span(start, start + raw.len()) };
+                checks::text_value(&key.value, &mut value, self.text, &mut self.diags);
+                return value;
+            }
+        }
+        let mut value = match (value, junk) {
+            (Some(pair), junk) => {
+                let is_expr = pair.as_rule() == Rule::expr;
+                let value = self.value(pair, &mut comments.behind);
+                if is_expr {
+                    self.pool.before(value.span.range().end, &mut comments.before);
+                }
+                if let Some(junk) = junk {
+                    let range = junk.range();
+                    self.diags.push(explain::junk(
+                        self.text,
+                        range.start,
+                        range.end,
+                        place,
+                        After::Value(&value),
+                        false,
+                    ));
+                }
+                value
+            }
+            (None, Some(junk)) => {
+                let range = junk.range();
+                self.diags.push(explain::junk(self.text, range.start, range.end, place, After::Key(&key.value), false));
+                missing(junk)
+            }
+            (None, None) => {
+                self.diags.push(explain::no_value(&key.value, key.span));
+                missing(key.span)
+            }
+        };
+        checks::text_value(&key.value, &mut value, self.text, &mut self.diags);
+        value
+    }
+
+    /// True where the entry at `start` follows, on the same line, an entry whose value is a number without unit.
+    fn follows_bare_number(&self, entries: &[Entry], start: usize) -> bool {
+        entries.last().is_some_and(|last| {
+            let end = last.value.span.range().end;
+            matches!(last.value.kind, ValueKind::Number(_) | ValueKind::List(_))
+                && self.text.get(end..start).is_some_and(|gap| gap.chars().all(|c| c == ' ' || c == '\t'))
+        })
+    }
+}
+
+/// The first pair of braces between two bytes whose closing one begins a line in another column than the line of
+/// the opening one: a hint at which brace was forgotten.
+pub(super) fn misaligned(text: &str, start: usize, end: usize) -> Option<(usize, usize)> {
+    let indent = |at: usize| {
+        let line = text[..at].rfind('\n').map_or(0, |n| n + 1);
+        let rest = &text[line..];
+        (rest.len() - rest.trim_start_matches([' ', '\t']).len(), line)
+    };
+    let bytes = text.as_bytes();
+    let mut open = Vec::new();
+    let mut at = start;
+    while at < end {
+        match *bytes.get(at)? {
+            b'"' => {
+                if let Some(close) = crate::limits::text_end(text, at) {
+                    at = close;
+                    continue;
+                }
+            }
+            b'/' if bytes.get(at + 1) == Some(&b'/') => {
+                at = text[at..].find('\n').map_or(end, |n| at + n);
+                continue;
+            }
+            b'{' => open.push(at),
+            b'}' => {
+                let from = open.pop()?;
+                let ((inner, line), (outer, first)) = (indent(at), indent(from));
+                if line != first && inner + line == at && inner != outer {
+                    return Some((from, at));
+                }
+            }
+            _ => {}
+        }
+        at += 1;
+    }
+    None
+}

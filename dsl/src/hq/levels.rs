@@ -1,0 +1,254 @@
+//! The levels of a stack and their members.
+
+use super::Reader;
+use crate::explain::{self, After};
+use crate::expr::{Place, missing};
+use crate::grammar::{Pair, Rule};
+use crate::tree::{Block, Comments, Entry, Level, Member, MemberTask, Value};
+use crate::words::{has_block, nearest};
+use crate::{Diagnostic, Span, Spanned, checks};
+
+impl Reader<'_> {
+    /// The braces of a stack.
+    pub(super) fn stack_body(
+        &mut self,
+        pair: Pair<'_>,
+        settings: &mut Block,
+        levels: &mut Vec<Level>,
+        behind: &mut Option<String>,
+    ) {
+        let span = self.of(&pair);
+        settings.span = span;
+        self.pool.behind(span.range().start + 1, &[], behind);
+        let mut open = false;
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::entry => self.entry(part, &mut settings.entries),
+                Rule::level => {
+                    if let Some(level) = self.level(part) {
+                        levels.push(level);
+                    }
+                }
+                _ => open = true,
+            }
+        }
+        if open {
+            self.unclosed(span.range().start, span.range().end);
+        } else {
+            self.pool.before(span.range().end - 1, &mut settings.closing_comments.before);
+        }
+    }
+
+    fn level(&mut self, pair: Pair<'_>) -> Option<Level> {
+        let whole = self.of(&pair);
+        let start = whole.range().start;
+        let keyword = self.span(start, start + "level".len());
+        let span = self.span(start, start + pair.as_str().trim_end().len());
+        let mut comments = Comments::default();
+        self.pool.before(start, &mut comments.before);
+        let (mut name, mut hard, mut members) = (None, None, None);
+        let mut settings = Block { span, ..Block::default() };
+        for part in pair.into_inner() {
+            let at = self.of(&part);
+            match part.as_rule() {
+                Rule::name => name = Some(self.place().spanned(&part)),
+                Rule::hard => self.hard(&mut hard, at),
+                Rule::setting => self.setting(part, &mut settings.entries, &mut hard),
+                Rule::level_body => {
+                    members = Some(self.members(part, &mut comments, &mut settings.closing_comments));
+                }
+                _ => {
+                    let place = Place::Exact(self.source, 0);
+                    let range = at.range();
+                    let after = After::Start("`hard`, a setting or `{`");
+                    self.diags.push(explain::junk(self.text, range.start, range.end, place, after, false));
+                    members.get_or_insert_with(Vec::new);
+                }
+            }
+        }
+        checks::duplicates(&settings.entries, &mut self.diags);
+        checks::reserved(&mut settings, &["name", "tasks"], "level", &mut self.diags);
+        if name.is_none() {
+            self.diags.push(
+                Diagnostic::error("HQ0116", keyword, "this `level` has no name")
+                    .help("write the name behind `level`: letters, digits and `_`"),
+            );
+        }
+        if members.is_none() {
+            self.diags.push(
+                Diagnostic::error("HQ0117", keyword, "this `level` has no braces with its tasks")
+                    .help("write `level NAME { task_a  task_b }`"),
+            );
+        }
+        self.pool.behind(span.range().end, &[',', ';'], &mut comments.behind);
+        Some(Level { name: name?, hard, settings, members: members.unwrap_or_default(), span, comments })
+    }
+
+    fn hard(&mut self, hard: &mut Option<Span>, at: Span) {
+        match hard {
+            Some(first) => self.diags.push(
+                Diagnostic::error("HQ0118", at, "`hard` is given twice")
+                    .label(*first, "first given here")
+                    .help("keep one"),
+            ),
+            None => *hard = Some(at),
+        }
+    }
+
+    /// `key value` in the head of a level.
+    fn setting(&mut self, pair: Pair<'_>, entries: &mut Vec<Entry>, hard: &mut Option<Span>) {
+        let end = self.of(&pair).range().end;
+        let (mut key, mut mark, mut value, mut junk) = (None, None, None, None);
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::name => key = Some(self.place().spanned(&part)),
+                Rule::mark => mark = Some(self.of(&part)),
+                Rule::expr => value = Some(part),
+                _ => junk = Some(self.of(&part)),
+            }
+        }
+        let Some(key) = key else { return };
+        let lone_name = value.as_ref().filter(|v| crate::words::is_name(v.as_str())).map(|v| self.of(v));
+        if nearest(&key.value, &["hard"]).is_some() && (value.is_none() || lone_name.is_some()) {
+            self.diags.push(
+                Diagnostic::error("HQ0118", key.span, format!("`{}` is no setting of a level", key.value))
+                    .help("did you mean `hard`?"),
+            );
+            hard.get_or_insert(key.span);
+            if let Some(next) = lone_name {
+                self.again(Rule::setting, next.range().start, end, |reader, pair| reader.setting(pair, entries, hard));
+            }
+            return;
+        }
+        if let Some(mark) = mark {
+            let sign = &self.text[mark.range()];
+            self.diags.push(
+                Diagnostic::error("HQ0108", mark, format!("no `{sign}` stands between a key and its value"))
+                    .help(format!("write `{} 0.01`, with the value you mean", key.value)),
+            );
+        }
+        let value = self.head_value(&key, value, junk);
+        entries.push(Entry { key, value, comments: Comments::default() });
+    }
+
+    fn head_value(&mut self, key: &Spanned<String>, value: Option<Pair<'_>>, junk: Option<Span>) -> Value {
+        let place = Place::Exact(self.source, 0);
+        let mut value = match value {
+            Some(pair) => {
+                let value = self.expr(pair);
+                if let Some(junk) = junk {
+                    let range = junk.range();
+                    self.diags.push(explain::junk(
+                        self.text,
+                        range.start,
+                        range.end,
+                        place,
+                        After::Value(&value),
+                        false,
+                    ));
+                }
+                value
+            }
+            None => {
+                self.diags.push(match junk {
+                    Some(junk) => {
+                        let range = junk.range();
+                        explain::junk(self.text, range.start, range.end, place, After::Key(&key.value), false)
+                    }
+                    None => explain::no_value(&key.value, key.span),
+                });
+                missing(key.span)
+            }
+        };
+        self.no_block(&mut value);
+        checks::text_value(&key.value, &mut value, self.text, &mut self.diags);
+        value
+    }
+
+    fn no_block(&mut self, value: &mut Value) {
+        if has_block(value) {
+            self.diags.push(
+                Diagnostic::error("HQ0113", value.span, "no block can stand here")
+                    .note("the setting of a level, and a weight, is a single value"),
+            );
+            value.kind = crate::tree::ValueKind::Missing;
+        }
+    }
+
+    fn members(&mut self, pair: Pair<'_>, comments: &mut Comments, closing: &mut Comments) -> Vec<Member> {
+        let span = self.of(&pair);
+        self.pool.before(span.range().start, &mut comments.before);
+        self.pool.behind(span.range().start + 1, &[], &mut comments.behind);
+        let mut members = Vec::new();
+        let mut open = false;
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::member => members.extend(self.member(part)),
+                _ => open = true,
+            }
+        }
+        if open {
+            self.unclosed(span.range().start, span.range().end);
+        } else {
+            self.pool.before(span.range().end - 1, &mut closing.before);
+        }
+        members
+    }
+
+    fn member(&mut self, pair: Pair<'_>) -> Option<Member> {
+        let whole = self.of(&pair);
+        let start = whole.range().start;
+        let place = Place::Exact(self.source, 0);
+        let mut comments = Comments::default();
+        self.pool.before(start, &mut comments.before);
+        let (mut name, mut args, mut body, mut weight) = (None, None, None, None);
+        let mut end = start;
+        for part in pair.into_inner() {
+            let span = self.of(&part);
+            match part.as_rule() {
+                Rule::name => name = Some(self.place().spanned(&part)),
+                Rule::args => args = Some(part.into_inner().map(|arg| self.expr(arg)).collect::<Vec<_>>()),
+                Rule::block => body = Some(self.block(part, &mut comments.behind)),
+                Rule::weight => weight = Some(self.weight(part)),
+                _ => {
+                    let range = span.range();
+                    let after = weight.as_ref().map_or(After::Start("a task"), After::Value);
+                    self.diags.push(explain::junk(self.text, range.start, range.end, place, after, false));
+                    break;
+                }
+            }
+            end = span.range().end;
+        }
+        let name = name?;
+        let span = self.span(start, end);
+        self.pool.before(end, &mut comments.before);
+        self.pool.behind(end, &[',', ';'], &mut comments.behind);
+        let task = if args.is_some() || body.is_some() {
+            let body = body.unwrap_or(Block { span: self.span(end, end), ..Block::default() });
+            MemberTask::Inline(crate::tree::TaskDefinition { kind: name, args: args.unwrap_or_default(), body, span })
+        } else {
+            MemberTask::Name(name)
+        };
+        Some(Member { task, weight, span, comments })
+    }
+
+    fn weight(&mut self, pair: Pair<'_>) -> Value {
+        let span = self.of(&pair);
+        let mut value = None;
+        for part in pair.into_inner() {
+            if part.as_rule() == Rule::expr {
+                let mut read = self.expr(part);
+                self.no_block(&mut read);
+                value = Some(read);
+            } else {
+                let at = self.of(&part);
+                let diagnostic = Diagnostic::error("HQ0108", at, "no sign stands between a key and its value");
+                self.diags.push(diagnostic.help("write `weight 2`"));
+            }
+        }
+        value.unwrap_or_else(|| {
+            self.diags.push(explain::no_value("weight", span));
+            missing(span)
+        })
+    }
+}

@@ -1,0 +1,192 @@
+//! Bounds on what a text may cost, and the quick look at a `*.hq` text that enforces them before the recursive
+//! parse: size, nesting, number of words, control characters. The same look collects the comments.
+
+use crate::comments::Comment;
+use crate::{Diagnostic, SourceId, Span};
+
+/// Largest text, in bytes.
+pub const MAX_BYTES: usize = 8 << 20;
+/// Deepest nesting of brackets, or of YAML collections.
+pub const MAX_DEPTH: usize = 64;
+/// Most words, numbers and signs in a text.
+pub const MAX_TOKENS: usize = 400_000;
+/// Most YAML nodes after aliases are expanded.
+pub const MAX_NODES: usize = 100_000;
+/// Most operators in one expression.
+pub const MAX_OPERATORS: usize = 200;
+/// Highest expression tree.
+pub const MAX_HEIGHT: u32 = 256;
+/// Most diagnostics of one text; one more says that there were more.
+pub const MAX_DIAGNOSTICS: usize = 100;
+
+/// Reads bytes as UTF-8; the error points at the first byte that is not.
+///
+/// # Errors
+/// `HQ0193` where the bytes are not UTF-8. The span's bytes count in `bytes`.
+pub fn decode(source: SourceId, bytes: &[u8]) -> Result<&str, Box<Diagnostic>> {
+    std::str::from_utf8(bytes).map_err(|error| {
+        let at = error.valid_up_to();
+        let byte = bytes.get(at).copied().unwrap_or_default();
+        let line = bytes[..at].iter().filter(|&&b| b == b'\n').count() + 1;
+        let length = error.error_len().unwrap_or(bytes.len() - at);
+        let span = Span::new(source, at, at + length);
+        Box::new(
+            Diagnostic::error("HQ0193", span, format!("byte {at} (line {line}) is not UTF-8"))
+                .here(format!("byte 0x{byte:02x}"))
+                .help("save the file as UTF-8"),
+        )
+    })
+}
+
+/// The diagnostic for a text that is too large, if it is.
+pub(crate) fn check_size(source: SourceId, text: &str) -> Option<Diagnostic> {
+    (text.len() > MAX_BYTES).then(|| {
+        Diagnostic::error("HQ0190", Span::new(source, 0, 0), "this text is larger than 8 MiB")
+            .note(format!("it has {} bytes; a spec of ten thousand lines has about half a million", text.len()))
+            .help("check that this is the file you meant")
+    })
+}
+
+/// The diagnostic for a text with too many words.
+pub(crate) fn too_many_words(source: SourceId, at: usize) -> Diagnostic {
+    Diagnostic::error(
+        "HQ0190",
+        Span::new(source, at, at),
+        format!("this text has more than {MAX_TOKENS} words and signs"),
+    )
+    .here("read up to here")
+    .help("split the spec, or generate it closer to the robot")
+}
+
+/// The diagnostic for brackets nested too deeply.
+pub(crate) fn too_deep(span: Span) -> Diagnostic {
+    Diagnostic::error("HQ0191", span, format!("nested more than {MAX_DEPTH} deep"))
+        .here("one too many")
+        .help("name an inner part with `param` or `task`, or close a bracket that was left open")
+}
+
+/// What the quick look found.
+#[derive(Debug, Default)]
+pub(crate) struct Scan {
+    /// Comments in the order of the text.
+    pub comments: Vec<Comment>,
+    /// Set where the text must not be parsed.
+    pub refused: Option<Diagnostic>,
+    /// Other findings.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// True where a declaration begins: the rule `item_head` of the grammar.
+fn item_head(text: &str) -> bool {
+    let blank = |c: char| matches!(c, ' ' | '\t' | '\r');
+    let head = |word: &str, closing: char| {
+        let Some(rest) = text.strip_prefix(word) else { return false };
+        let name = rest.trim_start_matches(blank);
+        if name.len() == rest.len() || !name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
+            return false;
+        }
+        name.trim_start_matches(|c: char| c.is_ascii_alphanumeric() || c == '_')
+            .trim_start_matches(blank)
+            .starts_with(closing)
+    };
+    let nameless =
+        |word: &str| text.strip_prefix(word).is_some_and(|rest| rest.trim_start_matches(blank).starts_with('='));
+    head("param", '=')
+        || head("task", '=')
+        || nameless("param")
+        || nameless("task")
+        || head("robot", '{')
+        || head("stack", '{')
+        || text.strip_prefix("run").is_some_and(|rest| rest.trim_start_matches(blank).starts_with('{'))
+}
+
+/// The diagnostic for the first control character other than tabs and ends of lines.
+fn control_character(source: SourceId, text: &str) -> Option<Diagnostic> {
+    let at = text.bytes().position(|b| b < b' ' && !matches!(b, b'\t' | b'\r' | b'\n') || b == 0x7f)?;
+    let byte = text.as_bytes()[at];
+    let message = format!("control character 0x{byte:02x} in the text");
+    let diagnostic = Diagnostic::error("HQ0194", Span::new(source, at, at + 1), message);
+    Some(diagnostic.help("delete it; the file may be damaged or not a text"))
+}
+
+/// The end of a text literal that opens at `start`, or `None` where the line ends first.
+pub(crate) fn text_end(text: &str, start: usize) -> Option<usize> {
+    let bytes = text.as_bytes();
+    let mut at = start + 1;
+    while let Some(&byte) = bytes.get(at) {
+        match byte {
+            b'"' => return Some(at + 1),
+            b'\n' => return None,
+            b'\\' if bytes.get(at + 1).is_some_and(|&b| b != b'\n') => at += 2,
+            b'\\' => return None,
+            _ => at += 1,
+        }
+    }
+    None
+}
+
+/// Looks at a `*.hq` text once, from front to back.
+pub(crate) fn scan(source: SourceId, text: &str, begin: usize) -> Scan {
+    let bytes = text.as_bytes();
+    let mut scan = Scan::default();
+    let mut open: Vec<u8> = Vec::new();
+    let (mut at, mut words, mut line_start) = (begin, 0usize, begin);
+    scan.diagnostics.extend(control_character(source, text));
+    while let Some(&byte) = bytes.get(at) {
+        words += usize::from(byte > b' ');
+        if words > MAX_TOKENS {
+            scan.refused = Some(too_many_words(source, at));
+            return scan;
+        }
+        match byte {
+            b'\n' => {
+                line_start = at + 1;
+                if item_head(&text[line_start..]) {
+                    open.clear();
+                }
+            }
+            b'/' if bytes.get(at + 1) == Some(&b'/') => {
+                let end = text[at..].find('\n').map_or(text.len(), |n| at + n);
+                let whole_line = text[line_start..at].trim().is_empty();
+                scan.comments.push(Comment::new(at, end, whole_line, &text[at + 2..end]));
+                at = end;
+                continue;
+            }
+            b'"' => {
+                if let Some(end) = text_end(text, at) {
+                    at = end;
+                    continue;
+                }
+            }
+            b'(' | b'[' | b'{' => {
+                open.push(byte);
+                if open.len() > MAX_DEPTH {
+                    scan.refused = Some(too_deep(Span::new(source, at, at + 1)));
+                    return scan;
+                }
+            }
+            b'}' => {
+                while let Some(last) = open.pop() {
+                    if last == b'{' {
+                        break;
+                    }
+                }
+            }
+            b')' | b']' => {
+                let opener = if byte == b')' { b'(' } else { b'[' };
+                if open.last() == Some(&opener) {
+                    open.pop();
+                }
+            }
+            b if b.is_ascii_alphanumeric() || b == b'_' => {
+                while bytes.get(at).is_some_and(|b| b.is_ascii_alphanumeric() || *b == b'_') {
+                    at += 1;
+                }
+                continue;
+            }
+            _ => {}
+        }
+        at += 1;
+    }
+    scan
+}

@@ -1,0 +1,160 @@
+//! Expressions, the same in both spellings: sums with spaces, products without, parentheses where they are needed.
+
+use crate::tree::{BinaryOp, Unit, Value, ValueKind};
+use crate::vocabulary::UNITS;
+use crate::words::{is_atom, takes_unit, unit_text};
+
+/// An expression on one line.
+pub(super) fn text(value: &Value) -> String {
+    let mut out = String::new();
+    write(value, &mut out);
+    out
+}
+
+/// A text literal.
+pub(super) fn quoted(text: &str) -> String {
+    let mut out = String::with_capacity(text.len() + 2);
+    out.push('"');
+    for c in text.chars() {
+        match c {
+            '"' => out.push_str("\\\""),
+            '\\' => out.push_str("\\\\"),
+            '\n' => out.push_str("\\n"),
+            '\t' => out.push_str("\\t"),
+            '\r' => out.push_str("\\r"),
+            c if unprintable(c) => out.push_str(&format!("\\u{{{:x}}}", c as u32)),
+            c => out.push(c),
+        }
+    }
+    out.push('"');
+    out
+}
+
+/// Characters that an editor would not show, or that YAML takes for something else.
+pub(super) fn unprintable(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}')
+}
+
+/// True where a unit written behind `value` would be taken for `key`: `a 5  m 3`.
+pub(super) fn swallows(value: &Value, key: &str) -> bool {
+    takes_unit(value) && UNITS.contains(&key)
+}
+
+fn write(value: &Value, out: &mut String) {
+    match &value.kind {
+        ValueKind::Number(number) => out.push_str(&number.text),
+        ValueKind::Unit(of, unit) => with_unit(of, unit, out),
+        ValueKind::Text(text) => out.push_str(&quoted(text)),
+        ValueKind::Name(name) => out.push_str(name),
+        ValueKind::Call(name, args) => {
+            out.push_str(name);
+            separated(args, '(', ')', out);
+        }
+        ValueKind::Field(of, name) => {
+            let bare =
+                matches!(of.kind, ValueKind::Name(_) | ValueKind::Call(..) | ValueKind::List(_) | ValueKind::Field(..));
+            grouped(of, !bare, out);
+            out.push('.');
+            out.push_str(name);
+        }
+        ValueKind::List(items) => separated(items, '[', ']', out),
+        ValueKind::Block(_) => out.push_str("{}"),
+        ValueKind::Negate(of) => {
+            out.push('-');
+            grouped(of, matches!(&of.kind, ValueKind::Binary(op, ..) if op.value != BinaryOp::Pow), out);
+        }
+        ValueKind::Binary(op, left, right) => binary(op.value, left, right, out),
+        ValueKind::Missing => {}
+    }
+}
+
+fn grouped(value: &Value, parentheses: bool, out: &mut String) {
+    if parentheses {
+        out.push('(');
+    }
+    write(value, out);
+    if parentheses {
+        out.push(')');
+    }
+}
+
+fn separated(items: &[Value], open: char, close: char, out: &mut String) {
+    out.push(open);
+    for (i, item) in items.iter().enumerate() {
+        if i > 0 {
+            out.push_str(", ");
+        }
+        write(item, out);
+    }
+    out.push(close);
+}
+
+fn with_unit(of: &Value, unit: &Unit, out: &mut String) {
+    let bare = matches!(of.kind, ValueKind::Number(_) | ValueKind::Call(..) | ValueKind::List(_));
+    grouped(of, !bare, out);
+    out.push(' ');
+    out.push_str(&unit_text(unit));
+}
+
+fn precedence(op: BinaryOp) -> u8 {
+    match op {
+        BinaryOp::Add | BinaryOp::Sub => 1,
+        BinaryOp::Mul | BinaryOp::Div => 2,
+        BinaryOp::Pow => 3,
+    }
+}
+
+fn binary(op: BinaryOp, left: &Value, right: &Value, out: &mut String) {
+    let own = precedence(op);
+    let left_group = match &left.kind {
+        ValueKind::Binary(inner, ..) => precedence(inner.value) < own || op == BinaryOp::Pow,
+        ValueKind::Negate(_) | ValueKind::Unit(..) => op == BinaryOp::Pow,
+        _ => false,
+    };
+    // `1/(4 s)` needs no parentheses, but reads wrong without; `[..] m` is clear.
+    let right_unit = matches!(&right.kind, ValueKind::Unit(of, _) if matches!(of.kind, ValueKind::Number(_)));
+    let right_group = match &right.kind {
+        ValueKind::Binary(inner, ..) => {
+            if op == BinaryOp::Pow {
+                inner.value != BinaryOp::Pow
+            } else {
+                precedence(inner.value) <= own
+            }
+        }
+        _ => right_unit && own > 1 && (op != BinaryOp::Mul),
+    };
+    let start = out.len();
+    grouped(left, left_group, out);
+    let left_text = out.split_off(start);
+    let mut right_text = String::new();
+    grouped(right, right_group, &mut right_text);
+    let ends_with_unit = !left_group && ends_with_unit(left);
+    let begins_like_unit = right_text
+        .split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))
+        .next()
+        .is_some_and(|word| UNITS.contains(&word));
+    let sign = match op {
+        BinaryOp::Add => " + ",
+        BinaryOp::Sub => " - ",
+        BinaryOp::Mul if ends_with_unit || begins_like_unit => " * ",
+        BinaryOp::Div if ends_with_unit || begins_like_unit => " / ",
+        BinaryOp::Mul => "*",
+        BinaryOp::Div => "/",
+        BinaryOp::Pow => "^",
+    };
+    out.push_str(&left_text);
+    out.push_str(sign);
+    out.push_str(&right_text);
+}
+
+/// True where the last thing written is a unit.
+fn ends_with_unit(value: &Value) -> bool {
+    match &value.kind {
+        ValueKind::Unit(..) => true,
+        ValueKind::Negate(of) => {
+            is_atom(of) && ends_with_unit(of) || matches!(of.kind, ValueKind::Binary(..) | ValueKind::Negate(_))
+        }
+        ValueKind::Binary(_, _, right) => ends_with_unit(right),
+        _ => false,
+    }
+}

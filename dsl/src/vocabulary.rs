@@ -1,0 +1,10 @@
+//! The words that the readers themselves must know: unit symbols, and the keys whose value is text.
+
+/// Unit symbols, so that `0.15 m  gain 5 /s` can be told from two entries. What they mean is the compiler's.
+pub static UNITS: &[&str] = &[
+    "m", "cm", "mm", "km", "um", "rad", "mrad", "deg", "turn", "s", "ms", "us", "min", "h", "Hz", "kHz", "rpm", "kg",
+    "g", "N", "kN", "mN", "Nm", "J", "W",
+];
+
+/// Keys whose value is text, so that YAML may write it without quotes of ours around it.
+pub static TEXT_KEYS: &[&str] = &["urdf", "title", "package_path"];

@@ -1,0 +1,109 @@
+//! Words that are nearly right.
+
+use crate::tree::{Unit, Value, ValueKind};
+use crate::vocabulary::TEXT_KEYS;
+
+/// The candidate nearest to `word`, if it is near enough to be meant.
+pub(crate) fn nearest<'c>(word: &str, candidates: &[&'c str]) -> Option<&'c str> {
+    if word.len() > 64 {
+        return None;
+    }
+    let allowed = ((word.chars().count() + 1) / 3).clamp(1, 3);
+    let lower = word.to_lowercase();
+    candidates
+        .iter()
+        .map(|c| (strsim::osa_distance(&lower, &c.to_lowercase()), *c))
+        .filter(|(distance, c)| *distance <= allowed && *distance < c.len())
+        .min_by_key(|(distance, c)| (*distance, c.len().abs_diff(word.len())))
+        .map(|(_, c)| c)
+}
+
+/// The unit symbol that a misspelt one probably means.
+pub(crate) fn nearest_unit(word: &str) -> Option<&'static str> {
+    const SPELT_OUT: &[(&str, &str)] = &[
+        ("meter", "m"),
+        ("metre", "m"),
+        ("mtr", "m"),
+        ("second", "s"),
+        ("sec", "s"),
+        ("degree", "deg"),
+        ("radian", "rad"),
+        ("newton", "N"),
+        ("hertz", "Hz"),
+        ("minute", "min"),
+        ("hour", "h"),
+        ("kilogram", "kg"),
+        ("gram", "g"),
+        ("millimeter", "mm"),
+        ("millimetre", "mm"),
+        ("centimeter", "cm"),
+        ("centimetre", "cm"),
+        ("joule", "J"),
+        ("watt", "W"),
+    ];
+    let lower = word.to_lowercase();
+    let singular = lower.strip_suffix('s').unwrap_or(&lower);
+    SPELT_OUT
+        .iter()
+        .find(|(long, _)| *long == lower || *long == singular)
+        .map(|(_, symbol)| *symbol)
+        .or_else(|| crate::vocabulary::UNITS.iter().find(|u| u.to_lowercase() == lower).copied())
+        .or_else(|| nearest(word, crate::vocabulary::UNITS))
+}
+
+/// True for `[A-Za-z_][A-Za-z0-9_]*`.
+pub(crate) fn is_name(word: &str) -> bool {
+    word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && word.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_')
+}
+
+/// True for what YAML may write in plain quotes although it is a text: `arm_left_*`, `*_elbow`, `arm_?_joint`.
+pub(crate) fn is_glob(word: &str) -> bool {
+    word.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'*' | b'?'))
+        && (word.starts_with('*') || word.ends_with('*') || word.contains('?'))
+}
+
+/// True for a key whose value is text.
+pub(crate) fn is_text_key(key: &str) -> bool {
+    TEXT_KEYS.contains(&key)
+}
+
+/// True where the last thing written of a value is a place where a unit may follow: a number, `)`, `]`, a unit.
+pub(crate) fn takes_unit(value: &Value) -> bool {
+    match &value.kind {
+        ValueKind::Number(_) | ValueKind::Unit(..) | ValueKind::Call(..) | ValueKind::List(_) => true,
+        ValueKind::Negate(inner) | ValueKind::Binary(_, _, inner) => takes_unit(inner) || !is_atom(inner),
+        _ => false,
+    }
+}
+
+/// True where a value is written without parentheses in any place.
+pub(crate) fn is_atom(value: &Value) -> bool {
+    !matches!(value.kind, ValueKind::Negate(_) | ValueKind::Binary(..))
+}
+
+/// A unit as it is written: `N s/m`, `/s`.
+pub(crate) fn unit_text(unit: &Unit) -> String {
+    let mut text = String::new();
+    for (symbol, power) in &unit.factors {
+        if *power < 0 {
+            text.push('/');
+        } else if !text.is_empty() {
+            text.push(' ');
+        }
+        text.push_str(symbol);
+        if power.unsigned_abs() != 1 {
+            text.push_str(&format!("^{}", power.unsigned_abs()));
+        }
+    }
+    text
+}
+
+/// True where a block stands somewhere in a value.
+pub(crate) fn has_block(value: &Value) -> bool {
+    match &value.kind {
+        ValueKind::Block(_) => true,
+        ValueKind::List(items) => items.iter().any(has_block),
+        _ => false,
+    }
+}

@@ -1,0 +1,225 @@
+//! The levels of a stack and their members.
+
+use super::Reader;
+use super::events::{Kind, NodeId, Style};
+use crate::explain::clip;
+use crate::tree::{Block, Comments, Entry, Level, Member, MemberTask, Stack, TaskDefinition, Value, ValueKind};
+use crate::words::{has_block, is_name};
+use crate::{Diagnostic, Span, Spanned, checks};
+
+impl Reader<'_> {
+    /// A stack: settings, and the sequence `levels`.
+    pub(super) fn stack(&mut self, id: NodeId, name: &Spanned<String>) -> Stack {
+        let mut settings = Block { span: self.span(id), ..Block::default() };
+        if !matches!(self.node(id).kind, Kind::Mapping(_)) {
+            self.wrong_shape(id, "a mapping with `levels`", "write `levels:` and, below it, `- name: ..`");
+            return Stack { name: name.clone(), settings, levels: Vec::new() };
+        }
+        let mut levels: Option<Vec<Level>> = None;
+        for (key, value) in self.distinct(id) {
+            if key.value == "levels" {
+                levels = Some(self.levels(value, &key));
+            } else {
+                let entry = self.setting(key, value);
+                settings.entries.push(entry);
+            }
+        }
+        self.closing(id, &mut settings.closing_comments);
+        let meant_levels = settings.get("level").is_some();
+        checks::reserved(&mut settings, &["level"], "stack", &mut self.diags);
+        if levels.is_none() && !meant_levels {
+            self.diags.push(
+                Diagnostic::error("HQ0117", name.span, format!("the stack `{}` has no `levels`", clip(&name.value)))
+                    .help("write `levels:` and, below it, `- name: ..`"),
+            );
+        }
+        Stack { name: name.clone(), settings, levels: levels.unwrap_or_default() }
+    }
+
+    /// `key: value`, as in any block.
+    fn setting(&mut self, key: Spanned<String>, value: NodeId) -> Entry {
+        let mut comments = self.key_comments(key.span);
+        let end = self.later(value, key.span).range().end;
+        let value = self.value(value, Some(&key));
+        if !matches!(value.kind, ValueKind::Block(_)) {
+            self.pool.before(end, &mut comments.before);
+        }
+        self.pool.behind(end, &[','], &mut comments.behind);
+        Entry { key, value, comments }
+    }
+
+    fn levels(&mut self, id: NodeId, key: &Spanned<String>) -> Vec<Level> {
+        let items = match &self.node(id).kind {
+            Kind::Sequence(items) => items.clone(),
+            _ => {
+                let help = "levels are ordered: write `- name: ..` for each, the most important first";
+                if self.is_null(id) {
+                    self.diags.push(Diagnostic::error("HQ0117", key.span, "`levels` is empty").help(help));
+                } else {
+                    self.wrong_shape(id, "a sequence of levels", help);
+                }
+                return Vec::new();
+            }
+        };
+        items.into_iter().filter_map(|item| self.level(item)).collect()
+    }
+
+    fn level(&mut self, id: NodeId) -> Option<Level> {
+        if !self.enter(id) {
+            return None;
+        }
+        let help = "write `- name: ..`, `hard: true` where it applies, and `tasks: [..]`";
+        if !matches!(self.node(id).kind, Kind::Mapping(_)) {
+            self.wrong_shape(id, "a mapping with `name` and `tasks`", help);
+            return None;
+        }
+        let span = self.span(id);
+        let (mut name, mut hard, mut members) = (None, None, None);
+        let mut settings = Block { span, ..Block::default() };
+        let mut comments = Comments::default();
+        self.pool.before(span.range().start, &mut comments.before);
+        for (key, value) in self.distinct(id) {
+            match key.value.as_str() {
+                "name" => {
+                    name = self.name(value, "the level");
+                    self.pool.before(key.span.range().start, &mut comments.before);
+                    self.pool.behind(self.later(value, key.span).range().end, &[','], &mut comments.behind);
+                }
+                "hard" => {
+                    self.pool.before(key.span.range().start, &mut comments.before);
+                    hard = self.hard(key.span, value);
+                }
+                "tasks" => {
+                    self.pool.before(key.span.range().start, &mut comments.before);
+                    self.pool.behind(key.span.range().end, &[':', '['], &mut comments.behind);
+                    members = Some(self.members(value));
+                }
+                _ => {
+                    let entry = self.setting(key, value);
+                    if has_block(&entry.value) {
+                        self.diags.push(
+                            Diagnostic::error("HQ0131", entry.value.span, "a setting of a level is a single value")
+                                .here("there is a mapping in this")
+                                .help("write `key: value`"),
+                        );
+                        continue;
+                    }
+                    settings.entries.push(entry);
+                }
+            }
+        }
+        self.closing(id, &mut settings.closing_comments);
+        checks::reserved(&mut settings, &["level"], "level", &mut self.diags);
+        let at = Span { end: span.start + 1, ..span };
+        if name.is_none()
+            && !self.diags.iter().any(|d| d.primary.span.start >= span.start && d.primary.span.end <= span.end)
+        {
+            self.diags.push(Diagnostic::error("HQ0116", at, "this level has no name").help(help));
+        }
+        if members.is_none() {
+            self.diags.push(Diagnostic::error("HQ0117", at, "this level has no `tasks`").help(help));
+        }
+        Some(Level { name: name?, hard, settings, members: members.unwrap_or_default(), span, comments })
+    }
+
+    fn hard(&mut self, key: Span, value: NodeId) -> Option<Span> {
+        match self.scalar(value) {
+            Some(("true", _)) => Some(key),
+            Some(("false", _)) => None,
+            other => {
+                let written = other.map_or_else(|| "this".to_owned(), |s| format!("`{}`", clip(s.0)));
+                let span = self.later(value, key);
+                self.diags.push(
+                    Diagnostic::error("HQ0118", span, format!("`hard` is true or false, not {written}"))
+                        .help("write `hard: true`, or leave the line out"),
+                );
+                None
+            }
+        }
+    }
+
+    fn members(&mut self, id: NodeId) -> Vec<Member> {
+        let items = match &self.node(id).kind {
+            Kind::Sequence(items) => items.clone(),
+            _ => {
+                self.wrong_shape(id, "a sequence of tasks", "write `[task_a, task_b]`, or `[]` for none");
+                return Vec::new();
+            }
+        };
+        items.into_iter().filter_map(|item| self.member(item)).collect()
+    }
+
+    fn member(&mut self, id: NodeId) -> Option<Member> {
+        if !self.enter(id) {
+            return None;
+        }
+        let span = self.span(id);
+        let mut comments = Comments::default();
+        self.pool.before(span.range().start, &mut comments.before);
+        let (mut task, mut weight) = (None, None);
+        let wrapped = matches!(&self.node(id).kind, Kind::Mapping(entries)
+            if entries.iter().any(|(key, _)| matches!(self.scalar(*key), Some(("task", _)))));
+        if wrapped {
+            for (key, value) in self.distinct(id) {
+                self.pool.before(key.span.range().start, &mut comments.before);
+                match key.value.as_str() {
+                    "task" => {
+                        self.pool.behind(key.span.range().end, &[':'], &mut comments.behind);
+                        task = self.member_task(value, &mut comments);
+                        self.pool.behind(self.span(value).range().end, &[','], &mut comments.behind);
+                    }
+                    "weight" => weight = Some(self.weight(value, &key)),
+                    other => self.diags.push(
+                        Diagnostic::error("HQ0132", key.span, format!("`{}` is no part of a member", clip(other)))
+                            .help("a member has `task` and `weight`; parameters stand below the kind of the task"),
+                    ),
+                }
+            }
+        } else {
+            task = self.member_task(id, &mut comments);
+        }
+        self.pool.before(span.range().end, &mut comments.before);
+        self.pool.behind(span.range().end, &[','], &mut comments.behind);
+        Some(Member { task: task?, weight, span, comments })
+    }
+
+    fn weight(&mut self, id: NodeId, key: &Spanned<String>) -> Value {
+        let mut value = self.value(id, Some(key));
+        if has_block(&value) {
+            self.wrong_shape(id, "a number", "write `weight: 2`");
+            value.kind = ValueKind::Missing;
+        }
+        value
+    }
+
+    /// A name, `kind(args)`, or `{ kind: { .. } }`.
+    fn member_task(&mut self, id: NodeId, comments: &mut Comments) -> Option<MemberTask> {
+        if let Some((text, style)) = self.scalar(id)
+            && style != Style::Block
+            && is_name(text)
+            && !self.is_null(id)
+        {
+            let name = Spanned::new(text.to_owned(), self.span(id));
+            return Some(MemberTask::Name(name));
+        }
+        if self.is_null(id) {
+            self.diags.push(
+                Diagnostic::error("HQ0116", self.span(id), "a task is missing here")
+                    .help("write the name of a task, `KIND(..)` or `KIND: { .. }`"),
+            );
+            return None;
+        }
+        let owner = Spanned::new("member".to_owned(), self.span(id));
+        let (definition, called) = self.definition(id, &owner, &mut comments.behind)?;
+        Some(self.named_or_inline(definition, called, id))
+    }
+
+    /// A scalar that turned out to be a bare name after all (`"name "`) names a task.
+    fn named_or_inline(&self, definition: TaskDefinition, called: bool, id: NodeId) -> MemberTask {
+        if self.scalar(id).is_some() && !called {
+            MemberTask::Name(definition.kind)
+        } else {
+            MemberTask::Inline(definition)
+        }
+    }
+}

@@ -1,0 +1,300 @@
+//! The reader of YAML texts: the same words, the same expressions, the same tree.
+
+mod events;
+mod items;
+mod levels;
+mod scalars;
+mod syntax;
+
+use crate::comments::Pool;
+use crate::explain::{self, clip};
+use crate::expr::missing;
+use crate::limits::{MAX_DEPTH, MAX_NODES, check_size, too_deep};
+use crate::tree::{Block, Comments, Entry, Spec, Value, ValueKind};
+use crate::words::{is_name, is_text_key};
+use crate::{Diagnostic, SourceId, Span, Spanned, checks};
+use events::{Document, Kind, Node, NodeId, Style};
+use std::collections::BTreeMap;
+
+/// Reads a text.
+pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
+    if let Some(refusal) = check_size(source, text) {
+        return (Spec::default(), vec![refusal]);
+    }
+    let (mut document, diags) = events::read(source, text);
+    let pool = Pool::new(text, std::mem::take(&mut document.comments));
+    let mut reader = Reader { source, text, document, pool, diags, visited: 0, depth: 0 };
+    let spec = reader.spec();
+    let left_out = std::mem::take(&mut reader.document.left_out);
+    reader.diags.retain(|d| !follows_from(d, text, &left_out));
+    (spec, checks::finish(reader.diags))
+}
+
+/// True for something that is missing only because the lines behind it could not be read.
+fn follows_from(diagnostic: &Diagnostic, text: &str, left_out: &[std::ops::Range<usize>]) -> bool {
+    let at = diagnostic.primary.span.range().start;
+    let line_end = text[at..].find('\n').map_or(text.len(), |n| at + n);
+    let alone =
+        text[diagnostic.primary.span.range().end.min(line_end)..line_end].trim().trim_end_matches(':').is_empty();
+    let line = text[..at].rfind('\n').map_or(0, |n| n + 1);
+    let indent = |start: usize| text[start..].len() - text[start..].trim_start_matches([' ', '\t']).len();
+    matches!(diagnostic.code, "HQ0101" | "HQ0107" | "HQ0116" | "HQ0117")
+        && left_out.iter().any(|gone| {
+            let follows = text.get(line_end..gone.start).is_some_and(|gap| gap.trim().is_empty());
+            follows && (alone || indent(gone.start) > indent(line))
+        })
+}
+
+/// The state of reading one text.
+struct Reader<'t> {
+    source: SourceId,
+    text: &'t str,
+    document: Document,
+    pool: Pool<'t>,
+    diags: Vec<Diagnostic>,
+    /// Nodes visited so far, aliases counted every time.
+    visited: usize,
+    depth: usize,
+}
+
+impl Reader<'_> {
+    fn node(&self, id: NodeId) -> &Node {
+        &self.document.nodes[id]
+    }
+
+    fn span(&self, id: NodeId) -> Span {
+        self.document.nodes[id].span
+    }
+
+    /// Counts a visit; false where the text costs too much.
+    fn enter(&mut self, id: NodeId) -> bool {
+        self.visited += 1;
+        if self.visited == MAX_NODES + 1 {
+            self.diags.push(
+                Diagnostic::error(
+                    "HQ0134",
+                    self.span(id),
+                    format!("the aliases expand to more than {MAX_NODES} nodes"),
+                )
+                .here("read up to here")
+                .help("repeat less, or name the repeated part with `params` or `tasks`"),
+            );
+        }
+        if self.depth >= MAX_DEPTH {
+            self.diags.push(too_deep(self.span(id)));
+            return false;
+        }
+        self.visited <= MAX_NODES
+    }
+
+    /// The text of a scalar.
+    fn scalar(&self, id: NodeId) -> Option<(&str, Style)> {
+        match &self.node(id).kind {
+            Kind::Scalar(text, style) => Some((text, *style)),
+            _ => None,
+        }
+    }
+
+    /// True for an empty value, `~` and `null` without quotes.
+    fn is_null(&self, id: NodeId) -> bool {
+        matches!(self.scalar(id), Some(("" | "~" | "null" | "Null" | "NULL", Style::Plain)))
+    }
+
+    fn wrong_shape(&mut self, id: NodeId, expected: &str, help: &str) {
+        let found = match &self.node(id).kind {
+            Kind::Scalar(..) if self.is_null(id) => "nothing",
+            Kind::Scalar(..) => "a single value",
+            Kind::Sequence(_) => "a sequence",
+            Kind::Mapping(_) => "a mapping",
+            Kind::Broken => return,
+        };
+        let mut span = self.span(id);
+        if !matches!(self.node(id).kind, Kind::Scalar(..)) {
+            let length = self.text.get(span.range()).and_then(|t| t.find('\n')).unwrap_or(span.len());
+            span = Span::new(self.source, span.range().start, span.range().start + length);
+        }
+        self.diags.push(
+            Diagnostic::error("HQ0131", span, format!("{expected} is expected here"))
+                .here(format!("this is {found}"))
+                .help(help),
+        );
+    }
+
+    /// The entries of a mapping, with `<<` merged in: own keys win, then earlier merges.
+    fn pairs(&mut self, id: NodeId) -> Vec<(NodeId, NodeId)> {
+        let Kind::Mapping(own) = &self.node(id).kind else { return Vec::new() };
+        let own = own.clone();
+        let is_merge = |reader: &Self, key: NodeId| matches!(reader.scalar(key), Some(("<<", Style::Plain)));
+        if !own.iter().any(|(key, _)| is_merge(self, *key)) {
+            return own;
+        }
+        let name = |reader: &Self, key: NodeId| reader.scalar(key).map(|s| s.0.to_owned());
+        let mut known: Vec<String> =
+            own.iter().filter(|(k, _)| !is_merge(self, *k)).filter_map(|(k, _)| name(self, *k)).collect();
+        let mut all = Vec::new();
+        for (key, value) in own {
+            if !is_merge(self, key) {
+                all.push((key, value));
+                continue;
+            }
+            let sources = match &self.node(value).kind {
+                Kind::Mapping(_) => vec![value],
+                Kind::Sequence(items) => items.clone(),
+                _ => {
+                    self.wrong_shape(
+                        value,
+                        "a mapping, or a sequence of mappings,",
+                        "`<<` merges `*name`, where `&name` marks a mapping",
+                    );
+                    Vec::new()
+                }
+            };
+            for source in sources {
+                if !self.enter(source) {
+                    return all;
+                }
+                if !matches!(self.node(source).kind, Kind::Mapping(_)) {
+                    self.wrong_shape(source, "a mapping", "`<<` merges mappings only");
+                    continue;
+                }
+                self.depth += 1;
+                let merged = self.pairs(source);
+                self.depth -= 1;
+                for (key, value) in merged {
+                    let Some(name) = name(self, key) else { continue };
+                    if !known.contains(&name) {
+                        known.push(name);
+                        all.push((key, value));
+                    }
+                    self.visited += 1;
+                }
+            }
+        }
+        all
+    }
+
+    /// The entries of a mapping whose keys must differ; the second of two equal keys is reported and left out.
+    fn distinct(&mut self, id: NodeId) -> Vec<(Spanned<String>, NodeId)> {
+        let mut seen: BTreeMap<String, Span> = BTreeMap::new();
+        let mut out = Vec::new();
+        for (key, value) in self.pairs(id) {
+            let Some(name) = self.key(key) else { continue };
+            if let Some(first) = seen.get(&name.value) {
+                self.diags.push(checks::duplicate(&name.value, *first, name.span));
+                continue;
+            }
+            seen.insert(name.value.clone(), name.span);
+            out.push((name, value));
+        }
+        out
+    }
+
+    /// A key that must be a name.
+    fn key(&mut self, id: NodeId) -> Option<Spanned<String>> {
+        let span = self.span(id);
+        match self.scalar(id) {
+            Some((name, _)) if is_name(name) => Some(Spanned::new(name.to_owned(), span)),
+            Some((other, _)) => {
+                let message = format!("`{}` is not a name", clip(other));
+                self.diags.push(
+                    Diagnostic::error("HQ0135", span, message)
+                        .note("a name has letters, digits and `_`, and does not begin with a digit"),
+                );
+                None
+            }
+            None => {
+                self.wrong_shape(id, "a name", "a key is a single word");
+                None
+            }
+        }
+    }
+
+    /// The name that a scalar gives, where nothing else may stand.
+    fn name(&mut self, id: NodeId, what: &str) -> Option<Spanned<String>> {
+        if self.scalar(id).is_none() || self.is_null(id) {
+            self.wrong_shape(id, &format!("the name of {what}"), "write a single word");
+            return None;
+        }
+        self.key(id)
+    }
+
+    /// Takes the comments around a key: those before it, and one behind `key:` when the value is on later lines.
+    fn key_comments(&mut self, key: Span) -> Comments {
+        let mut comments = Comments::default();
+        self.pool.before(key.range().start, &mut comments.before);
+        self.pool.behind(key.range().end, &[':', '{', '['], &mut comments.behind);
+        comments
+    }
+
+    /// A mapping as a block.
+    fn block(&mut self, id: NodeId) -> Block {
+        let span = self.span(id);
+        let mut block = Block { span, ..Block::default() };
+        if !self.enter(id) {
+            return block;
+        }
+        self.depth += 1;
+        for (key, value) in self.pairs(id) {
+            let Some(key) = self.key(key) else { continue };
+            let mut comments = self.key_comments(key.span);
+            let end = self.later(value, key.span).range().end;
+            let value = self.value(value, Some(&key));
+            if !matches!(value.kind, ValueKind::Block(_)) {
+                self.pool.before(end, &mut comments.before);
+            }
+            self.pool.behind(end, &[','], &mut comments.behind);
+            block.entries.push(Entry { key, value, comments });
+        }
+        self.depth -= 1;
+        self.closing(id, &mut block.closing_comments);
+        checks::duplicates(&block.entries, &mut self.diags);
+        block
+    }
+
+    /// Comments at the end of a mapping: before its brace, or as far to the right as its keys.
+    fn closing(&mut self, id: NodeId, comments: &mut Comments) {
+        let Node { span, flow, .. } = *self.node(id);
+        if flow {
+            self.pool.before(span.range().end.saturating_sub(1), &mut comments.before);
+        } else {
+            let start = span.range().start;
+            let column = start - self.text[..start].rfind('\n').map_or(0, |n| n + 1);
+            self.pool.indented(span.range().end, column, &mut comments.before);
+        }
+    }
+
+    /// Any value; `key` is the key it belongs to.
+    fn value(&mut self, id: NodeId, key: Option<&Spanned<String>>) -> Value {
+        let span = self.span(id);
+        let text_key = key.is_some_and(|k| is_text_key(&k.value));
+        if !self.enter(id) {
+            return missing(span);
+        }
+        match &self.node(id).kind {
+            Kind::Broken => missing(span),
+            Kind::Scalar(..) if self.is_null(id) => {
+                let name = key.map_or("this item", |k| k.value.as_str());
+                let at = if span.is_empty() { key.map_or(span, |k| k.span) } else { span };
+                let help = "write the value behind the colon, or delete the line";
+                self.diags.push(explain::no_value(name, at).help(help));
+                missing(at)
+            }
+            Kind::Scalar(text, _) if text_key => Value { kind: ValueKind::Text(text.clone()), span },
+            Kind::Scalar(..) => self.expression(id, key),
+            Kind::Sequence(items) => {
+                let items = items.clone();
+                self.depth += 1;
+                let items = items.into_iter().map(|item| self.value(item, key)).collect();
+                self.depth -= 1;
+                Value { kind: ValueKind::List(items), span }
+            }
+            Kind::Mapping(_) => {
+                let mut value = Value { kind: ValueKind::Block(self.block(id)), span };
+                if let Some(key) = key {
+                    checks::text_value(&key.value, &mut value, self.text, &mut self.diags);
+                }
+                value
+            }
+        }
+    }
+}

@@ -1,0 +1,249 @@
+//! Errors of YAML syntax in the words of this project, and the lines to leave out so that reading can go on.
+
+use crate::{Diagnostic, SourceId, Span};
+use std::ops::Range;
+
+/// Bytes of the line that holds byte `at`, without its end.
+fn line_of(text: &str, at: usize) -> Range<usize> {
+    let start = text[..at].rfind('\n').map_or(0, |n| n + 1);
+    let end = text[at..].find('\n').map_or(text.len(), |n| at + n);
+    start..end
+}
+
+/// The diagnostic for an error at byte `at`, and a byte of the line to leave out next time. `text` is the file,
+/// `current` the file with the lines of earlier errors left out.
+pub(super) fn explain(source: SourceId, text: &str, current: &str, at: usize, message: &str) -> (Diagnostic, usize) {
+    let mut at = at.min(current.len());
+    while !current.is_char_boundary(at) {
+        at -= 1;
+    }
+    let error = |span: Range<usize>, message: &str| {
+        Diagnostic::error("HQ0130", Span::new(source, span.start, span.end), message)
+    };
+    let said = format!("the YAML reader says: {message}");
+    if let Some(tab) = tab_in_indentation(current, at) {
+        let diagnostic = error(tab..tab + 1, "a tab in the indentation")
+            .here("a tab")
+            .note("YAML allows only spaces there, since a tab has no certain width")
+            .help("replace it by two spaces");
+        return (diagnostic, tab);
+    }
+    if let Some(open) = open_quote(current, at, message) {
+        let line = line_of(current, open);
+        let diagnostic = error(open..line.end, "this quote is not closed")
+            .here("opened here")
+            .help("write the closing quote at the end of the text");
+        return (diagnostic, open);
+    }
+    if let Some((open, bracket)) = open_bracket(current, at) {
+        let closer = if bracket == '[' { ']' } else { '}' };
+        let diagnostic = error(open..open + 1, &format!("this `{bracket}` is not closed"))
+            .here("opened here")
+            .note(said)
+            .help(format!("write the missing `{closer}`, or put the value in quotes"));
+        return (Diagnostic { code: "HQ0105", ..diagnostic }, open);
+    }
+    let place = visible(current, at);
+    let mut line = line_of(current, place.start);
+    if message.contains("mapping values")
+        && second_colon(current, &line).is_none()
+        && let Some(previous) = previous_line(current, line.start)
+        && missing_colon(current[previous.clone()].trim())
+    {
+        line = previous;
+    }
+    let content = text[line.clone()].trim();
+    let diagnostic = if let Some(second) = second_colon(current, &line) {
+        error(second..second + 1, "a second `:` on this line")
+            .note("an unquoted value cannot contain `: `")
+            .help("put the value in quotes, or begin a new line")
+    } else if missing_colon(content) {
+        let start = line.start + text[line.clone()].len() - text[line.clone()].trim_start().len();
+        error(start..start + content.len(), "this line is neither `key: value` nor `- value`")
+            .help("write a `:` and a space behind the key")
+    } else if let Some((own, above)) = odd_indentation(current, &line) {
+        error(line.start..line.start + own, "the indentation fits no line above")
+            .here(format!("{own} spaces, {above} above"))
+            .note("keys of one mapping begin in the same column")
+            .help(format!("indent this line by {above} spaces if it belongs to the lines above"))
+    } else {
+        error(place.clone(), "this is not YAML at this place")
+            .note(said)
+            .help("check the indentation and the quotes around here")
+    };
+    (diagnostic, line.start)
+}
+
+/// The first visible thing at or before byte `at`.
+fn visible(text: &str, at: usize) -> Range<usize> {
+    let mut at = at;
+    if text[at..].trim_start().is_empty() {
+        at = text.trim_end().len();
+        at = text[..at].char_indices().next_back().map_or(0, |c| c.0);
+    }
+    let line = line_of(text, at);
+    let skipped = text[at..line.end].len() - text[at..line.end].trim_start().len();
+    let start = if skipped < line.end - at { at + skipped } else { at };
+    let end = text[start..line.end].chars().next().map_or(start, |c| start + c.len_utf8());
+    start..end
+}
+
+/// A tab among the first blanks of the line at `at`, or of the one before it.
+fn tab_in_indentation(text: &str, at: usize) -> Option<usize> {
+    let line = line_of(text, at);
+    let previous = line.start.checked_sub(1).map(|end| line_of(text, end));
+    [Some(line), previous].into_iter().flatten().find_map(|line| {
+        let indent = text[line.clone()].len() - text[line.clone()].trim_start_matches([' ', '\t']).len();
+        let blank_line = line.start + indent == line.end;
+        text[line.start..line.start + indent].find('\t').filter(|_| !blank_line).map(|n| line.start + n)
+    })
+}
+
+/// The opening quote of a quoted scalar that the reader did not see the end of.
+fn open_quote(text: &str, at: usize, message: &str) -> Option<usize> {
+    if !message.contains("quote") {
+        return None;
+    }
+    let mut line = line_of(text, at);
+    for _ in 0..30 {
+        let content = &text[line.clone()];
+        let value = content.find(": ").map_or(0, |n| n + 2);
+        let quote = content[value..].find(['"', '\'']).map(|n| value + n);
+        if let Some(quote) = quote {
+            let mark = &content[quote..=quote];
+            if content.matches(mark).count() % 2 == 1 {
+                return Some(line.start + quote);
+            }
+        }
+        line = previous_line(text, line.start)?;
+    }
+    None
+}
+
+/// The line above the one that begins at `start`, empty ones left out.
+fn previous_line(text: &str, start: usize) -> Option<Range<usize>> {
+    let end = text[..start].trim_end().len();
+    (end > 0).then(|| line_of(text, end))
+}
+
+/// The innermost `[` or `{` of flow style that is open at byte `at`.
+fn open_bracket(text: &str, at: usize) -> Option<(usize, char)> {
+    let bytes = text.as_bytes();
+    let mut open: Vec<(usize, char)> = Vec::new();
+    let mut previous = b'\n';
+    let mut i = 0;
+    let mut value_begins = true;
+    while i < at {
+        let byte = bytes[i];
+        let in_flow = !open.is_empty();
+        match byte {
+            b'#' if matches!(previous, b' ' | b'\t' | b'\n') => {
+                i = text[i..].find('\n').map_or(at, |n| i + n);
+                continue;
+            }
+            b'"' | b'\'' if value_begins => {
+                let mut end = i + 1;
+                while end < at && bytes[end] != byte {
+                    end += if byte == b'"' && bytes[end] == b'\\' { 2 } else { 1 };
+                }
+                i = end;
+            }
+            b'[' | b'{' if value_begins || in_flow => open.push((i, byte as char)),
+            b']' | b'}' if in_flow => {
+                let top = open.pop()?;
+                if (top.1 == '[') != (byte == b']') {
+                    return Some(top);
+                }
+            }
+            _ => {}
+        }
+        previous = bytes.get(i).copied().unwrap_or(b' ');
+        value_begins = match previous {
+            b' ' | b'\t' => value_begins,
+            b'\n' | b':' | b'-' | b',' | b'[' | b'{' => true,
+            _ => false,
+        };
+        i += 1;
+    }
+    let (from, bracket) = open.pop()?;
+    (!closed_later(text, from, at)).then_some((from, bracket))
+}
+
+/// True where the brackets opened at byte `from` balance before the lines go back to the indentation of its line.
+fn closed_later(text: &str, from: usize, at: usize) -> bool {
+    let indent = |line: &str| line.len() - line.trim_start().len();
+    let own = indent(&text[line_of(text, from)]);
+    let mut depth = 0i32;
+    let mut i = from;
+    for line in text[from..].split_inclusive('\n') {
+        if i > from && !line.trim().is_empty() && indent(line) <= own && !line.trim_start().starts_with([']', '}']) {
+            return false;
+        }
+        for c in line.bytes() {
+            depth += i32::from(matches!(c, b'[' | b'{')) - i32::from(matches!(c, b']' | b'}'));
+            i += 1;
+            if depth == 0 {
+                return i > at;
+            }
+        }
+    }
+    false
+}
+
+/// Indentation of a line and of the one above it, where no line above it stands in the same column.
+fn odd_indentation(text: &str, line: &Range<usize>) -> Option<(usize, usize)> {
+    let indent = |line: Range<usize>| text[line.clone()].len() - text[line].trim_start_matches(' ').len();
+    let own = indent(line.clone());
+    let above = indent(previous_line(text, line.start)?);
+    let mut start = line.start;
+    while let Some(previous) = previous_line(text, start) {
+        match indent(previous.clone()) {
+            n if n == own => return None,
+            n if n < own => break,
+            _ => start = previous.start,
+        }
+    }
+    (own > 0 && above > own).then_some((own, above))
+}
+
+/// A second `: ` on a line of block style.
+fn second_colon(text: &str, line: &Range<usize>) -> Option<usize> {
+    let content = &text[line.clone()];
+    if content.contains(['"', '\'', '{', '[', '#']) {
+        return None;
+    }
+    let first = content.find(": ")?;
+    content[first + 2..].find(": ").map(|n| line.start + first + 2 + n)
+}
+
+fn missing_colon(content: &str) -> bool {
+    !content.is_empty()
+        && !content.contains(':')
+        && !content.starts_with(['-', '[', '{', '}', ']', '"', '\'', '&', '*', '%'])
+}
+
+/// The text with the line of byte `at`, and the lines below it that are indented more, replaced by spaces.
+pub(super) fn blank(text: &str, at: usize) -> Option<(String, Range<usize>)> {
+    let first = line_of(text, at.min(text.len()));
+    let indent = |line: &str| line.len() - line.trim_start_matches([' ', '\t']).len();
+    let depth = indent(&text[first.clone()]);
+    let mut end = first.end;
+    while end < text.len() {
+        let next = line_of(text, end + 1);
+        let content = &text[next.clone()];
+        if !content.trim().is_empty() && indent(content) <= depth {
+            break;
+        }
+        end = next.end;
+    }
+    if text[first.start..end].trim().is_empty() {
+        return None;
+    }
+    let mut bytes = text.as_bytes().to_vec();
+    for byte in &mut bytes[first.start..end] {
+        if *byte != b'\n' && *byte != b'\r' {
+            *byte = b' ';
+        }
+    }
+    String::from_utf8(bytes).ok().map(|text| (text, first.start..end))
+}

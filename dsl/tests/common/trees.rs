@@ -1,0 +1,222 @@
+//! Random trees: everything the language can say, and comments in every place that keeps them.
+
+use hierarq_dsl::tree::*;
+use hierarq_dsl::vocabulary::{TEXT_KEYS, UNITS};
+use hierarq_dsl::{Span, Spanned};
+use proptest::prelude::*;
+use std::collections::BTreeSet;
+
+fn spanned<T>(value: T) -> Spanned<T> {
+    Spanned::new(value, Span::default())
+}
+
+fn value(kind: ValueKind) -> Value {
+    Value { kind, span: Span::default() }
+}
+
+/// Names, with those that have a meaning somewhere among them.
+fn name() -> impl Strategy<Value = String> {
+    static SPECIAL: &[&str] = &[
+        "m", "s", "h", "g", "N", "param", "task", "tasks", "stack", "level", "levels", "run", "hard", "weight", "name",
+        "null", "true", "on", "no", "hierarq", "e3", "_", "w",
+    ];
+    prop_oneof![3 => "[a-zA-Z_][a-zA-Z0-9_]{0,8}", 1 => prop::sample::select(SPECIAL).prop_map(str::to_owned)]
+}
+
+fn text() -> impl Strategy<Value = String> {
+    prop_oneof![
+        "[a-z_/.*? -]{0,12}",
+        "\\PC{0,8}",
+        "[\"'\\\\:#{}\\[\\],&*!|>%@`\n\t\r\u{7}\u{85}\u{2028}\u{feff} a-z~]{0,10}",
+        Just("null".to_owned()),
+        Just("~".to_owned()),
+        Just("*_elbow".to_owned()),
+        Just("3.A".to_owned()),
+        Just("---".to_owned()),
+    ]
+}
+
+fn number() -> impl Strategy<Value = Value> {
+    prop_oneof![Just("0.5".to_owned()), Just("1e-3".to_owned()), "[0-9]{1,4}", "[0-9]{1,3}\\.[0-9]{1,3}"]
+        .prop_map(|text| value(ValueKind::Number(Number { value: text.parse().unwrap_or(f64::NAN), text })))
+}
+
+fn unit() -> impl Strategy<Value = Unit> {
+    prop::collection::vec((prop::sample::select(UNITS), prop_oneof![3 => Just(1), 2 => Just(-1), 1 => -3i32..4]), 1..4)
+        .prop_map(|f| Unit { factors: f.into_iter().map(|(s, p)| (s.to_owned(), p)).collect(), span: Span::default() })
+}
+
+fn op() -> impl Strategy<Value = Spanned<BinaryOp>> {
+    prop::sample::select(&[BinaryOp::Add, BinaryOp::Sub, BinaryOp::Mul, BinaryOp::Div, BinaryOp::Pow][..])
+        .prop_map(spanned)
+}
+
+pub fn expr() -> impl Strategy<Value = Value> {
+    let leaf = prop_oneof![
+        4 => number(),
+        3 => name().prop_map(|n| value(ValueKind::Name(n))),
+        1 => text().prop_map(|t| value(ValueKind::Text(t))),
+    ];
+    leaf.prop_recursive(5, 24, 4, |inner| {
+        let boxed = inner.clone().prop_map(Box::new).boxed();
+        prop_oneof![
+            3 => (boxed.clone(), unit()).prop_map(|(v, u)| value(ValueKind::Unit(v, u))),
+            2 => (name(), prop::collection::vec(inner.clone(), 0..4))
+                .prop_map(|(n, args)| value(ValueKind::Call(spanned(n), args))),
+            1 => (boxed.clone(), name()).prop_map(|(v, n)| value(ValueKind::Field(v, spanned(n)))),
+            2 => prop::collection::vec(inner, 0..5).prop_map(|items| value(ValueKind::List(items))),
+            2 => boxed.clone().prop_map(|v| value(ValueKind::Negate(v))),
+            5 => (op(), boxed.clone(), boxed).prop_map(|(op, a, b)| value(ValueKind::Binary(op, a, b))),
+        ]
+    })
+}
+
+fn comment() -> impl Strategy<Value = String> {
+    "kept_[a-zA-Z0-9 :{}\\[\\],\"'=/#-]{0,12}[a-z]"
+}
+
+fn comments() -> impl Strategy<Value = Comments> {
+    let some = (prop::collection::vec(comment(), 0..3), any::<bool>(), prop::option::of(comment()));
+    let some = some.prop_map(|(mut before, blank, behind)| {
+        if blank && before.len() > 1 {
+            before.insert(1, String::new());
+        }
+        Comments { before, behind }
+    });
+    prop_oneof![6 => Just(Comments::default()), 1 => some]
+}
+
+fn before() -> impl Strategy<Value = Comments> {
+    comments().prop_map(|c| Comments { before: c.before, behind: None })
+}
+
+/// A list of text, where text must stand.
+fn text_value() -> impl Strategy<Value = Value> {
+    let one = text().prop_map(|t| value(ValueKind::Text(t))).boxed();
+    prop_oneof![3 => one.clone(), 1 => prop::collection::vec(one, 0..3).prop_map(|v| value(ValueKind::List(v)))]
+}
+
+fn entry(inner: BoxedStrategy<Value>) -> impl Strategy<Value = Entry> {
+    let plain = (name(), inner).prop_filter("takes text", |(key, _)| !TEXT_KEYS.contains(&key.as_str()));
+    let texts = (prop::sample::select(TEXT_KEYS).prop_map(str::to_owned), text_value());
+    (prop_oneof![6 => plain, 1 => texts], comments()).prop_map(|((key, value), comments)| Entry {
+        key: spanned(key),
+        value,
+        comments,
+    })
+}
+
+fn distinct(mut entries: Vec<Entry>, reserved: &[&str]) -> Vec<Entry> {
+    let mut seen = BTreeSet::new();
+    entries.retain(|e| !reserved.contains(&e.key.as_str()) && seen.insert(e.key.value.clone()));
+    entries
+}
+
+fn block_of(inner: BoxedStrategy<Value>) -> impl Strategy<Value = Block> {
+    (prop::collection::vec(entry(inner), 0..5), any::<bool>(), before()).prop_map(
+        |(entries, tagged, closing_comments)| {
+            let entries = distinct(entries, &[]);
+            let tagged = tagged && entries.len() == 1 && matches!(entries[0].value.kind, ValueKind::Block(_));
+            Block { entries, tagged, closing_comments, span: Span::default() }
+        },
+    )
+}
+
+fn any_value() -> BoxedStrategy<Value> {
+    let leaf = expr().boxed();
+    leaf.prop_recursive(3, 16, 4, |inner| {
+        let inner = inner.boxed();
+        prop_oneof![
+            1 => block_of(inner.clone()).prop_map(|b| value(ValueKind::Block(b))),
+            1 => expr(),
+            1 => prop::collection::vec(inner, 0..3).prop_map(|v| value(ValueKind::List(v))),
+        ]
+    })
+    .boxed()
+}
+
+fn block() -> impl Strategy<Value = Block> {
+    block_of(any_value()).prop_map(|b| Block { tagged: false, ..b })
+}
+
+fn definition() -> impl Strategy<Value = TaskDefinition> {
+    (name(), prop::collection::vec(expr(), 0..3), prop_oneof![Just(Block::default()), block()])
+        .prop_map(|(kind, args, body)| TaskDefinition { kind: spanned(kind), args, body, span: Span::default() })
+}
+
+fn member() -> impl Strategy<Value = Member> {
+    let task =
+        prop_oneof![name().prop_map(|n| MemberTask::Name(spanned(n))), definition().prop_map(MemberTask::Inline),];
+    (task, prop::option::of(expr()), comments()).prop_map(|(task, weight, comments)| Member {
+        task,
+        weight,
+        comments,
+        span: Span::default(),
+    })
+}
+
+fn settings(
+    reserved: &'static [&'static str],
+    inner: BoxedStrategy<Value>,
+    loud: bool,
+) -> impl Strategy<Value = Block> {
+    (prop::collection::vec(entry(inner), 0..3), before()).prop_map(move |(entries, closing_comments)| {
+        let mut entries = distinct(entries, reserved);
+        if !loud {
+            entries.iter_mut().for_each(|e| e.comments = Comments::default());
+        }
+        Block { entries, closing_comments, ..Block::default() }
+    })
+}
+
+fn level() -> impl Strategy<Value = Level> {
+    let settings = settings(&["name", "tasks", "hard", "level", "hrad"], expr().boxed(), false).prop_map(|mut b| {
+        // A key that looks like `hard` misspelt is taken for that.
+        b.entries.retain(|e| e.key.len() != 4 && e.key.len() != 3 && e.key.len() != 5);
+        b
+    });
+    (name(), any::<bool>(), settings, prop::collection::vec(member(), 0..4), comments()).prop_map(
+        |(name, hard, settings, members, comments)| Level {
+            name: spanned(name),
+            hard: hard.then(Span::default),
+            settings,
+            members,
+            comments,
+            span: Span::default(),
+        },
+    )
+}
+
+fn item() -> impl Strategy<Value = ItemKind> {
+    prop_oneof![
+        (name(), expr()).prop_map(|(n, value)| ItemKind::Param(Param { name: spanned(n), value })),
+        (name(), block()).prop_map(|(n, body)| ItemKind::Robot(Robot { name: spanned(n), body })),
+        (name(), definition()).prop_map(|(n, definition)| ItemKind::Task(Task { name: spanned(n), definition })),
+        (name(), settings(&["level", "levels"], any_value(), true), prop::collection::vec(level(), 0..3))
+            .prop_map(|(n, settings, levels)| ItemKind::Stack(Stack { name: spanned(n), settings, levels })),
+        block().prop_map(|body| ItemKind::Run(Run { body })),
+    ]
+}
+
+/// A spec whose names differ within their kind, with one run at most: what both spellings can say.
+pub fn spec() -> impl Strategy<Value = Spec> {
+    (prop::collection::vec((item(), comments()), 0..6), comments(), before()).prop_map(
+        |(items, opening_comments, closing_comments)| {
+            let mut seen = BTreeSet::new();
+            let items = items
+                .into_iter()
+                .filter(|(kind, _)| {
+                    seen.insert(match kind {
+                        ItemKind::Param(p) => (0, p.name.value.clone()),
+                        ItemKind::Robot(r) => (1, r.name.value.clone()),
+                        ItemKind::Task(t) => (2, t.name.value.clone()),
+                        ItemKind::Stack(s) => (3, s.name.value.clone()),
+                        ItemKind::Run(_) => (4, String::new()),
+                    })
+                })
+                .map(|(kind, comments)| Item { kind, comments, span: Span::default() })
+                .collect();
+            Spec { opening_comments, version: Some(spanned(1)), items, closing_comments }
+        },
+    )
+}

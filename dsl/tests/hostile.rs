@@ -1,0 +1,157 @@
+//! Damaged and hostile texts: no panic, no unbounded time, spans inside the text.
+
+mod common;
+
+use common::{HQ, YAML};
+use hierarq_dsl::{SourceId, Spelling, limits, parse, print};
+use proptest::prelude::*;
+use std::time::{Duration, Instant};
+
+/// Reads, checks that every place lies on characters of the text, and prints.
+fn survive(text: &str, spelling: Spelling) -> usize {
+    let (spec, diags) = parse(SourceId(0), text, spelling);
+    assert!(diags.len() <= limits::MAX_DIAGNOSTICS + 1);
+    for d in &diags {
+        for span in std::iter::once(d.primary.span).chain(d.labels.iter().map(|l| l.span)) {
+            assert!(text.get(span.range()).is_some(), "{d:?} points outside of {text:?}");
+        }
+        assert!(hierarq_dsl::codes::explain(d.code).is_some(), "{} is not in the table", d.code);
+    }
+    print(&spec, Spelling::Hq);
+    print(&spec, Spelling::Yaml);
+    diags.len()
+}
+
+fn code(text: &str, spelling: Spelling) -> Vec<&'static str> {
+    parse(SourceId(0), text, spelling).1.iter().map(|d| d.code).collect()
+}
+
+fn timed(text: &str, spelling: Spelling) {
+    let start = Instant::now();
+    survive(text, spelling);
+    let limit = if cfg!(debug_assertions) { 15 } else { 2 };
+    assert!(start.elapsed() < Duration::from_secs(limit), "{:?} for {} bytes", start.elapsed(), text.len());
+}
+
+/// Replaces a few pieces of a valid text.
+fn mutated(text: &'static str) -> impl Strategy<Value = String> {
+    let piece = prop_oneof![
+        Just(String::new()),
+        "[\\[\\](){}\"':=,;#/*^+\\-.&|>%!@$\\\\\n\t ]{1,3}",
+        "[a-z0-9_ ]{1,6}",
+        "\\PC{1,2}",
+        Just("task ".to_owned()),
+        Just("\nrun {".to_owned()),
+        Just(" m".to_owned()),
+    ];
+    proptest::collection::vec((0..text.len(), 0usize..6, piece), 1..6).prop_map(|edits| {
+        let mut chars: Vec<char> = text.chars().collect();
+        for (at, gone, new) in edits {
+            let at = at.min(chars.len());
+            let end = (at + gone).min(chars.len());
+            chars.splice(at..end, new.chars());
+        }
+        chars.into_iter().collect()
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(150))]
+
+    #[test]
+    fn any_text(text in "\\PC{0,120}|[ -~\n\t]{0,200}") {
+        survive(&text, Spelling::Hq);
+        survive(&text, Spelling::Yaml);
+    }
+
+    #[test]
+    fn pieces_of_the_language(words in proptest::collection::vec("task|stack|level|run|param|robot|hard|weight|a|b|m|=|\\{|\\}|\\[|\\]|\\(|\\)|,|\\+|-|\\^|/|:|1|0.5|\"|\n| |  |- |//|#|'|&a|\\*a|<<", 0..60)) {
+        let text = words.concat();
+        survive(&text, Spelling::Hq);
+        survive(&text, Spelling::Yaml);
+    }
+
+    #[test]
+    fn damaged_hq(text in mutated(HQ)) {
+        survive(&text, Spelling::Hq);
+    }
+
+    #[test]
+    fn damaged_yaml(text in mutated(YAML)) {
+        survive(&text, Spelling::Yaml);
+    }
+}
+
+#[test]
+fn deep_brackets_are_refused() {
+    for open in ["[", "(", "{", "f(", "{ a ", "-(", "a b {"] {
+        for count in [100, 1_000_000] {
+            let text = format!("hierarq 1\nrobot r {{ a {}", open.repeat(count));
+            assert_eq!(code(&text, Spelling::Hq), ["HQ0191"], "{open}");
+            let text = format!("hierarq: 1\nparams: {{ a: \"{}\" }}", open.repeat(count));
+            assert_eq!(code(&text, Spelling::Yaml), ["HQ0191"], "{open}");
+        }
+    }
+    assert!(code(&format!("hierarq: 1\nparams:\n a: {}", "[".repeat(100_000)), Spelling::Yaml).contains(&"HQ0191"));
+    assert!(code(&format!("hierarq: 1\nparams:\n {}", "- ".repeat(100_000)), Spelling::Yaml).contains(&"HQ0191"));
+    // Sixty are fine, on a small stack too.
+    let deep = format!("{}1{}", "[".repeat(60), "]".repeat(60));
+    let text = format!("hierarq 1\nparam a = {deep}\n");
+    let thread = std::thread::Builder::new().stack_size(1 << 20);
+    let codes = thread.spawn(move || code(&text, Spelling::Hq)).unwrap().join().unwrap();
+    assert!(codes.is_empty(), "{codes:?}");
+}
+
+#[test]
+fn long_chains_are_refused() {
+    for chain in ["-", "1+", "a^", "2*-"] {
+        let value = format!("{}1", chain.repeat(100_000));
+        assert_eq!(code(&format!("hierarq 1\nparam a = {value}\n"), Spelling::Hq), ["HQ0195"], "{chain}");
+    }
+    let fields = format!("hierarq 1\nparam a = x{}\n", ".y".repeat(50_000));
+    assert_eq!(code(&fields, Spelling::Hq), ["HQ0195"]);
+}
+
+#[test]
+fn alias_bombs_are_refused() {
+    let mut text = String::from("hierarq: 1\nrobots:\n  r:\n    a0: &a0 [x, x, x, x, x, x, x, x, x]\n");
+    for i in 1..20 {
+        let aliases = vec![format!("*a{}", i - 1); 9].join(", ");
+        text.push_str(&format!("    a{i}: &a{i} [{aliases}]\n"));
+    }
+    timed(&text, Spelling::Yaml);
+    assert!(code(&text, Spelling::Yaml).contains(&"HQ0134"));
+    let mut text = String::from("hierarq: 1\nrobots:\n  r:\n    a0: &a0 { x: 1 }\n");
+    for i in 1..40 {
+        text.push_str(&format!("    a{i}: &a{i} {{ <<: [*a{0}, *a{0}, *a{0}] }}\n", i - 1));
+    }
+    timed(&text, Spelling::Yaml);
+}
+
+#[test]
+fn large_texts_are_bounded() {
+    let fill = |line: &str| line.repeat((8 << 20) / line.len() - 1);
+    for line in ["a 1\n", "[ ", "} ", "// x\n", "run {\n", "\"", "task x = y { a }\n", "a: b\n", "- ", "'", "$ "] {
+        timed(&format!("hierarq 1\n{}", fill(line)), Spelling::Hq);
+    }
+    for line in ["a: 1\n", "[ ", "# x\n", "\"", "- a\n", "{ ", "'", "a: [\n", "&a "] {
+        timed(&format!("hierarq: 1\n{}", fill(line)), Spelling::Yaml);
+    }
+    let huge = " ".repeat(limits::MAX_BYTES + 1);
+    assert_eq!(code(&huge, Spelling::Hq), ["HQ0190"]);
+    assert_eq!(code(&huge, Spelling::Yaml), ["HQ0190"]);
+    assert_eq!(code(&format!("hierarq 1\n{}", "$\n".repeat(5000)), Spelling::Hq).len(), 101);
+}
+
+#[test]
+fn byte_order_marks_and_bad_bytes() {
+    let text = "\u{feff}hierarq 1\nparam a = 1 mtr\n";
+    let (spec, diags) = parse(SourceId(0), text, Spelling::Hq);
+    assert_eq!((spec.items.len(), &text[diags[0].primary.span.range()]), (1, "mtr"));
+    let text = "\u{feff}hierarq: 1\nparams: { é: 2, a: 1 mtr }\n";
+    let (_, diags) = parse(SourceId(0), text, Spelling::Yaml);
+    assert_eq!(&text[diags[1].primary.span.range()], "mtr");
+    let error = limits::decode(SourceId(0), b"hierarq 1\n\xff").unwrap_err();
+    assert_eq!((error.code, error.primary.span.range()), ("HQ0193", 10..11));
+    assert_eq!(code("hierarq 1\n// bell \u{7}\n", Spelling::Hq), ["HQ0194"]);
+}

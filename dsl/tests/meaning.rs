@@ -1,0 +1,139 @@
+//! How expressions, units, blocks and YAML forms are taken apart, written out by hand.
+
+mod common;
+
+use common::good;
+use hierarq_dsl::tree::*;
+use hierarq_dsl::{SourceId, Spelling, parse};
+
+/// A value with every operation in parentheses.
+fn shape(value: &Value) -> String {
+    let all = |items: &[Value]| items.iter().map(shape).collect::<Vec<_>>().join(" ");
+    match &value.kind {
+        ValueKind::Number(n) => n.text.clone(),
+        ValueKind::Name(n) => n.clone(),
+        ValueKind::Text(t) => format!("{t:?}"),
+        ValueKind::Unit(of, unit) => {
+            let unit: Vec<String> = unit.factors.iter().map(|(s, p)| format!("{s}{p}")).collect();
+            format!("<{} {}>", shape(of), unit.join(" "))
+        }
+        ValueKind::Call(name, args) => format!("{}:({})", name.value, all(args)),
+        ValueKind::Field(of, name) => format!("{}.{}", shape(of), name.value),
+        ValueKind::List(items) => format!("[{}]", all(items)),
+        ValueKind::Negate(of) => format!("(neg {})", shape(of)),
+        ValueKind::Binary(op, a, b) => format!("({:?} {} {})", op.value, shape(a), shape(b)),
+        ValueKind::Block(block) => {
+            let entries: Vec<String> =
+                block.entries.iter().map(|e| format!("{}={}", e.key.value, shape(&e.value))).collect();
+            format!("{{{}}}", entries.join(" "))
+        }
+        ValueKind::Missing => "missing".to_owned(),
+    }
+}
+
+fn run_body(text: &str, spelling: Spelling) -> String {
+    let spec = good(text, spelling);
+    match &spec.items[0].kind {
+        ItemKind::Run(run) => shape(&Value { kind: ValueKind::Block(run.body.clone()), span: run.body.span }),
+        other => panic!("{other:?} is no run"),
+    }
+}
+
+/// Reads an entry `v` in a block of each spelling; what else the block holds is shown too.
+fn check(text: &str, expected: &str) {
+    assert_eq!(
+        run_body(&format!("hierarq 1\nrun {{ v {text} }}"), Spelling::Hq),
+        format!("{{v={expected}}}"),
+        "{text}"
+    );
+    if !text.contains(['\n', '"']) && !expected.contains('=') {
+        let yaml = format!("hierarq: 1\nrun: {{ v: '{text}' }}");
+        assert_eq!(run_body(&yaml, Spelling::Yaml), format!("{{v={expected}}}"), "{text}");
+    }
+}
+
+#[test]
+fn operators() {
+    check("-a^2", "(neg (Pow a 2))");
+    check("a^b^c", "(Pow a (Pow b c))");
+    check("a^-b*c", "(Mul (Pow a (neg b)) c)");
+    check("-a*b", "(Mul (neg a) b)");
+    check("a - b - c", "(Sub (Sub a b) c)");
+    check("a/b*c", "(Mul (Div a b) c)");
+    check("1 - -2", "(Sub 1 (neg 2))");
+    check("a + b*c^2", "(Add a (Mul b (Pow c 2)))");
+    check("1 -2", "(Sub 1 2)");
+}
+
+#[test]
+fn units() {
+    check("5 /s", "<5 s-1>");
+    check("5/s", "<5 s-1>");
+    check("5 / s", "(Div 5 s)");
+    check("5/(2 s)", "(Div 5 <2 s1>)");
+    check("1/4 s", "(Div 1 <4 s1>)");
+    check("0.5 m/s^2", "<0.5 m1 s-2>");
+    check("253 N s/m", "<253 N1 s1 m-1>");
+    check("3 kg m^2", "<3 kg1 m2>");
+    check("3 kg*m^2", "<3 kg1 m2>");
+    check("3 kg * m", "(Mul <3 kg1> m)");
+    check("[0, 0, 1] m", "<[0 0 1] m1>");
+    check("(a + b) rad/s", "<(Add a b) rad1 s-1>");
+    check("2*sin(x) m", "(Mul 2 <sin:(x) m1>)");
+    check("-5 m", "(neg <5 m1>)");
+    check("0.2m", "<0.2 m1>");
+    check("2ms", "<2 ms1>");
+    check("1e-3 m", "<1e-3 m1>");
+    check("[0.1, 0.2] m * (1 - t)", "(Mul <[0.1 0.2] m1> (Sub 1 t))");
+    // A word that only begins like a unit, and a unit on the next line, are the next key.
+    check("0.2  max 3", "0.2 max=3");
+    check("0.2\n m 3", "0.2 m=3");
+    check("0.2, m 3", "0.2 m=3");
+    check("left  m 3", "left m=3");
+}
+
+#[test]
+fn lines_and_brackets() {
+    check("a\n  + b\n  * c", "(Add a (Mul b c))");
+    check("a // half\n + b", "(Add a b)");
+    check("f(x, [1, 2],)", "f:(x [1 2])");
+    check("a  b [1]", "a b=[1]");
+    check("frame(tool).position.x", "frame:(tool).position.x");
+    check("trapezoid { to [1] m }", "{trapezoid={to=<[1] m1>}}");
+    check("{ trapezoid { to [1] m } }", "{trapezoid={to=<[1] m1>}}");
+    check("[{ a x }, pair { b y }]", "[{a=x} {pair={b=y}}]");
+    check(r#""a \"b\" \\ \n \u{e9} //""#, r#""a \"b\" \\ \n é //""#);
+}
+
+#[test]
+fn yaml_forms() {
+    let check = |yaml: &str, expected: &str| {
+        let text = format!("hierarq: 1\nrun:\n{yaml}");
+        assert_eq!(run_body(&text, Spelling::Yaml), expected, "{yaml}");
+    };
+    check("  title: 3.10\n  urdf: 'a # b'\n", "{title=\"3.10\" urdf=\"a # b\"}");
+    check("  package_path: [a/b, \"c d\"]\n", "{package_path=[\"a/b\" \"c d\"]}");
+    check(
+        "  x: \"arm_*\"\n  y: \"*_arm\"\n  z: arm_?\n  w: a*b\n",
+        "{x=\"arm_*\" y=\"*_arm\" z=\"arm_?\" w=(Mul a b)}",
+    );
+    check("  x: '\"some text\"'\n", "{x=\"some text\"}");
+    check("  x: yes\n  y: on\n  z: true\n  w: 'null'\n", "{x=yes y=on z=true w=null}");
+    check("  x: >-\n    a\n    + b\n", "{x=(Add a b)}");
+    check("  a: &a { x: 1, y: 2 }\n  b: { <<: *a, y: 3 }\n  c: *a\n", "{a={x=1 y=2} b={x=1 y=3} c={x=1 y=2}}");
+    check("  x:\n    - 1 m\n    - [a, b]\n    - c: d\n", "{x=[<1 m1> [a b] {c=d}]}");
+}
+
+#[test]
+fn spans_in_yaml_are_exact() {
+    let text = "hierarq: 1\nrun:\n  a: ünknown\n  é: 1\n  b: 1 +  left.tip\n  c: \"2*right\"\n  d: \"\\u0032*right\"\n";
+    let (spec, _) = parse(SourceId(0), text, Spelling::Yaml);
+    let ItemKind::Run(run) = &spec.items[0].kind else { panic!("no run") };
+    let right = |key: &str| match &run.body.get(key).unwrap().value.kind {
+        ValueKind::Binary(_, _, right) => &text[right.span.range()],
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(right("b"), "left.tip");
+    assert_eq!(right("c"), "right");
+    assert_eq!(right("d"), "\"\\u0032*right\"");
+}

@@ -1,0 +1,46 @@
+//! Tables that must agree: unit symbols of grammar and vocabulary, codes of readers and explanations.
+
+use hierarq_dsl::codes::CODES;
+use hierarq_dsl::tree::{ItemKind, ValueKind};
+use hierarq_dsl::vocabulary::UNITS;
+use hierarq_dsl::{SourceId, Spelling, parse};
+use std::collections::BTreeSet;
+
+#[test]
+fn the_grammar_knows_the_units_of_the_vocabulary_and_no_others() {
+    let grammar = include_str!("../src/grammar.pest");
+    let rule = grammar.split_once("unit_symbol = @{").and_then(|g| g.1.split_once('}')).unwrap().0;
+    let symbols: BTreeSet<&str> = rule.split('"').skip(1).step_by(2).collect();
+    assert_eq!(symbols, UNITS.iter().copied().collect());
+    for unit in UNITS {
+        let (spec, diags) = parse(SourceId(0), &format!("hierarq 1\nparam a = 1 {unit}"), Spelling::Hq);
+        assert!(diags.is_empty());
+        let ItemKind::Param(param) = &spec.items[0].kind else { panic!("no param") };
+        let ValueKind::Unit(_, read) = &param.value.kind else { panic!("no unit") };
+        assert_eq!(read.factors, [(unit.to_string(), 1)]);
+    }
+}
+
+#[test]
+fn codes_rise_and_every_reported_one_is_explained() {
+    assert!(CODES.windows(2).all(|w| w[0].0 < w[1].0));
+    let sources = [
+        include_str!("../src/checks.rs"),
+        include_str!("../src/explain.rs"),
+        include_str!("../src/expr.rs"),
+        include_str!("../src/limits.rs"),
+        include_str!("../src/hq/blocks.rs"),
+        include_str!("../src/hq/items.rs"),
+        include_str!("../src/hq/levels.rs"),
+        include_str!("../src/yaml/mod.rs"),
+        include_str!("../src/yaml/events.rs"),
+        include_str!("../src/yaml/items.rs"),
+        include_str!("../src/yaml/levels.rs"),
+        include_str!("../src/yaml/scalars.rs"),
+        include_str!("../src/yaml/syntax.rs"),
+    ]
+    .concat();
+    let used: BTreeSet<&str> = sources.split("\"HQ").skip(1).map(|s| &s[..4]).collect();
+    let table: BTreeSet<&str> = CODES.iter().map(|c| &c.0[2..]).collect();
+    assert_eq!(used, table);
+}
