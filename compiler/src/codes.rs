@@ -43,6 +43,7 @@ pub static CODES: &[(&str, &str, &str)] = &[
     ("HQ0604", "no freedom left", "The levels above leave no degree of freedom for this level at the home configuration: its tasks will never have any influence there. Lower the demands above, or unlock joints."),
     ("HQ0605", "more than a run can be", "The run has more ticks than the tool will count."),
     ("HQ0606", "soft level above a hard one", "A hard level that stands below a soft one must live with whatever the soft one has taken; it can become infeasible through it, which is a fault. Put hard levels first."),
+    ("HQ0607", "not a compiled program", "The file is not a program as `hierarq compile --format json` writes it, or it was written by another version, or edited in a way that makes no sense. Compile the spec again."),
 ];
 
 /// The page of a code of any family.

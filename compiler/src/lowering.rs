@@ -219,19 +219,19 @@ impl<'a> Lowerer<'a> {
         robot: &BoundRobot,
         params: &BTreeMap<String, crate::expr::Symbol>,
     ) -> Vec<(String, Option<BoundTask>)> {
-        let mut definitions: Vec<(String, &TaskDefinition)> =
-            declared.tasks.iter().map(|t| (t.name.value.clone(), &t.definition)).collect();
+        let mut definitions: Vec<(String, TaskDefinition)> =
+            declared.tasks.iter().map(|t| (t.name.value.clone(), t.definition.clone())).collect();
         for s in &declared.stacks {
             for l in &s.levels {
                 for m in &l.members {
-                    if let MemberTask::Inline(d) = &m.task {
-                        definitions.push((inline_name(&s.name.value, l, d, &definitions), d));
+                    if let Some(d) = in_place(&m.task, &declared.tasks) {
+                        definitions.push((inline_name(&s.name.value, l, &d, &definitions), d));
                     }
                 }
             }
         }
         let mut out = Vec::new();
-        for (i, (name, d)) in definitions.into_iter().enumerate() {
+        for (i, (name, d)) in definitions.iter().enumerate() {
             let mut binder = Binder {
                 robot,
                 params,
@@ -241,7 +241,7 @@ impl<'a> Lowerer<'a> {
                 sources: self.sources,
                 diagnostics: self.diagnostics,
             };
-            out.push((name, binder.task(d, i)));
+            out.push((name.clone(), binder.task(d, i)));
         }
         out
     }
@@ -280,7 +280,7 @@ impl<'a> Lowerer<'a> {
         let mut stacks = Vec::new();
         let mut places = Vec::new();
         for s in &declared.stacks {
-            let mut program = self.stack(s, robot, &names, declared.tasks.len(), &mut inline);
+            let mut program = self.stack(s, robot, &names, &declared.tasks, &mut inline);
             program.name.clone_from(&s.name.value);
             places.push((s.name.span, s.levels.iter().map(|l| l.name.span).collect()));
             stacks.push(program);
@@ -325,7 +325,8 @@ impl<'a> Lowerer<'a> {
         Some((program, Places { tasks: task_places, stacks: places, rate: robot.rate_span, home: robot.home_span }))
     }
 
-    fn stack(&mut self, s: &Stack, robot: &BoundRobot, names: &[String], declared: usize, inline: &mut usize) -> StackProgram {
+    fn stack(&mut self, s: &Stack, robot: &BoundRobot, names: &[String], tasks: &[&Task], inline: &mut usize) -> StackProgram {
+        let declared = tasks.len();
         check_keys(&s.settings, &["lock"], "a stack", self.diagnostics);
         let locked = s.settings.get("lock").and_then(|e| {
             joints(items_of(&e.value), &robot.model, &robot.joint_groups, self.diagnostics)
@@ -359,6 +360,11 @@ impl<'a> Lowerer<'a> {
             let mut members = Vec::new();
             for m in &l.members {
                 let task = match &m.task {
+                    task if in_place(task, tasks).is_some() => {
+                        *inline += 1;
+                        *inline - 1
+                    }
+                    MemberTask::Inline(_) => continue,
                     MemberTask::Name(n) => match names[..declared].iter().position(|x| *x == n.value) {
                         Some(t) => t,
                         None => {
@@ -366,10 +372,6 @@ impl<'a> Lowerer<'a> {
                             continue;
                         }
                     },
-                    MemberTask::Inline(_) => {
-                        *inline += 1;
-                        *inline - 1
-                    }
                 };
                 if let Some(first) = seen.insert(task, m.span) {
                     self.push(
@@ -394,9 +396,8 @@ impl<'a> Lowerer<'a> {
         let d = Diagnostic::error("HQ0201", name.span, format!("there is no task `{}`", name.value));
         let d = if let Some(near) = suggest(&name.value, names.iter().map(String::as_str)) {
             d.help(format!("did you mean `{near}`?"))
-        } else if let Some(kind) = stdlib_tasks::find(&name.value) {
-            d.note(format!("`{}` is a task type", kind.name))
-                .help(format!("write `{} {{ .. }}` in place, or declare `task NAME = {} {{ .. }}`", kind.name, kind.name))
+        } else if let Some(near) = suggest(&name.value, stdlib_tasks::KINDS.iter().map(|k| k.name)) {
+            d.help(format!("did you mean the task type `{near}`?"))
         } else if names.is_empty() {
             d.help("declare it: `task NAME = TYPE { .. }`")
         } else {
@@ -483,12 +484,26 @@ impl<'a> Lowerer<'a> {
     }
 }
 
+/// The definition of a task that is written in place: with parameters, or just the name of its type.
+fn in_place(task: &MemberTask, declared: &[&Task]) -> Option<TaskDefinition> {
+    match task {
+        MemberTask::Inline(d) => Some(d.clone()),
+        MemberTask::Name(n) if declared.iter().any(|t| t.name == *n) => None,
+        MemberTask::Name(n) => {
+            let kind = stdlib_tasks::find(&n.value)?;
+            let kind = Spanned::new(kind.name.to_string(), n.span);
+            let body = dsl::tree::Block { span: n.span, ..Default::default() };
+            Some(TaskDefinition { kind, args: Vec::new(), body, span: n.span })
+        }
+    }
+}
+
 fn twice(name: &Spanned<String>, first: Span) -> Diagnostic {
     Diagnostic::error("HQ0202", name.span, format!("`{}` is declared twice", name.value)).label(first, "first here")
 }
 
 /// The name of a task written in place: its type, with the level and the stack before it where that is not unique.
-fn inline_name(stack: &str, level: &Level, d: &TaskDefinition, known: &[(String, &TaskDefinition)]) -> String {
+fn inline_name(stack: &str, level: &Level, d: &TaskDefinition, known: &[(String, TaskDefinition)]) -> String {
     let kind = d.kind.value.as_str();
     let candidates = [kind.to_string(), format!("{}.{kind}", level.name.value), format!("{stack}.{}.{kind}", level.name.value)];
     let free = |name: &String| !known.iter().any(|k| k.0 == *name);

@@ -1,6 +1,6 @@
 //! The robot of a spec: its URDF read and reduced, its arms, points, groups and home bound to the model.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use dsl::tree::{Block, Entry, Robot, Value, ValueKind};
@@ -40,8 +40,6 @@ pub struct BoundRobot {
     pub groups: BTreeMap<String, Vec<String>>,
     /// Groups of joints.
     pub joint_groups: BTreeMap<String, Vec<usize>>,
-    /// Joints that the URDF can move and the spec locks.
-    pub locked: BTreeSet<String>,
 }
 
 /// What the compiler needs to read files.
@@ -209,7 +207,6 @@ pub fn bind(robot: &Robot, files: &mut Files, constants: &mut Constants) -> Opti
         geometries,
         groups,
         joint_groups,
-        locked: locks.iter().map(|l| l.0.value.clone()).collect(),
     })
 }
 

@@ -10,6 +10,7 @@ pub mod program;
 pub mod record;
 pub mod simulate;
 pub mod simulated_robot;
+pub mod text;
 
 pub use controller::{Command, Controller, Observation};
 pub use evaluator::{Evaluator, Member, build_tasks};

@@ -9,6 +9,8 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use robot::{LinkId, Shape};
 use serde::{Deserialize, Serialize};
 
+use crate::task::{BuildError, Context};
+
 /// A run of numbers in the table of values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Slot {
@@ -87,3 +89,44 @@ pub enum Bound {
 
 /// The bound parameters of a task, by name. Optional ones that were left out are absent.
 pub type BoundParams = BTreeMap<String, Bound>;
+
+/// Makes sure that every index in the parameters points somewhere, so that a built task never looks outside a table.
+///
+/// # Errors
+/// A link, a joint or a place in the table of values does not exist, or a shape has no sound size and placement.
+pub fn check(params: &BoundParams, ctx: &Context) -> Result<(), BuildError> {
+    for (name, bound) in params {
+        check_one(bound, ctx).map_err(|message| BuildError::new(name, message))?;
+    }
+    Ok(())
+}
+
+fn check_one(bound: &Bound, ctx: &Context) -> Result<(), &'static str> {
+    let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };
+    let link = |l: &LinkId| ensure(l.index() < ctx.model.links.len(), "a frame does not exist");
+    let dof = |d: &usize| ensure(*d < ctx.model.nv() && *d < ctx.speed.len(), "a joint does not exist");
+    let slot = |s: &Slot| {
+        let inside = s.at.checked_add(s.len).is_some_and(|end| end <= ctx.slot_count());
+        ensure(inside, "a number has no place in the table of values")
+    };
+    let one = |s: &Slot| ensure(s.len == 1, "a single number is needed").and_then(|()| slot(s));
+    let arm = |a: &Arm| [Some(&a.tip), a.shoulder.as_ref(), a.elbow.as_ref(), a.wrist.as_ref()].into_iter().flatten().try_for_each(link);
+    match bound {
+        Bound::Value(s) => slot(s),
+        Bound::Frame(_, l) => link(l),
+        Bound::Frames(list) => list.iter().try_for_each(|(_, l)| link(l)),
+        Bound::Arm(a) => arm(a),
+        Bound::Geometries(list) => list.iter().try_for_each(|g| {
+            link(&g.link)?;
+            let turn = g.origin.rotation.norm();
+            let placed = g.origin.translation.vector.iter().all(|x| x.is_finite()) && (turn - 1.0).abs() < 1e-6;
+            ensure(placed, "the placement of a shape is not finite")?;
+            ensure(g.shape.is_sound(), "a shape has a negative or infinite size")
+        }),
+        Bound::Joints(list) => list.iter().try_for_each(dof),
+        Bound::PerJoint(list) => list.iter().try_for_each(|(d, s)| dof(d).and_then(|()| one(s))),
+        Bound::PerArm(list) => list.iter().try_for_each(|(a, s)| arm(a).and_then(|()| one(s))),
+        Bound::Choice(_) => Ok(()),
+        Bound::Group(group) => group.values().try_for_each(|b| check_one(b, ctx)),
+    }
+}

@@ -1,88 +1,129 @@
 //! How much a distance can bend between two ticks: the sampled-time margin of curved barrier functions.
 //!
 //! A row `h' >= -φ (h - δ)` held constant over a period T gives `h_next >= (1 - φT) h + φT δ - A T²/2`, where A bounds
-//! how fast the distance can curve downwards. With `δ = A T / (2 φ)` the right side stays at or above zero
-//! (mathematics, sampled time). For a point and a convex set carried by another link, A is at most the acceleration of
-//! the point relative to that link at constant joint speeds: a distance to a convex set is a convex function of the point.
+//! how fast the distance can curve downwards. With `δ = A T / (2 φ)` the right side stays at or above zero as long as
+//! `φ T <= 1` (mathematics, sampled time). For a point and a convex set carried by another link, A is at most the
+//! acceleration of the point relative to that link at constant joint speeds: a distance to a convex set is a convex
+//! function of the point.
 //!
 //! ```text
-//! |p''| <= sum_i w_i (w_i + 2 sum_{j<i} w_j) r_i + 2 sum_k u_k sum_{j<k} w_j
+//! |p''| <= W² r_0 + U W + sum_i w_i (w_i + 2 W + 2 sum_{j<i} w_j) r_i + 2 sum_k u_k (W + sum_{j<k} w_j)
 //! ```
 //!
-//! with `w_i` the largest speeds of revolute joints along the way from the set's link to the point, `u_k` those of prismatic
-//! joints, and `r_i` the greatest distance that the point can have from joint i.
+//! with `w_i` the largest speeds of revolute joints along the way from the set's link to the point, `u_k` those of
+//! prismatic joints, and `r_i` the greatest distance that the point can have from joint i. The base takes part where the
+//! set is fixed to the world: its velocity is constant in its own axes, `U` bounds the linear and `W` the angular part,
+//! and `r_0` is the greatest distance of the point from the root.
 
-use robot::{Drive, JointKind, LinkId, Model};
+use robot::{DofUnit, Drive, Joint, JointId, JointKind, LinkId, Model};
+
+/// A joint on the way: how it moves, and the distance from it to the next one (to the point, for the last).
+struct Step {
+    turns: bool,
+    speed: f64,
+    reach: f64,
+}
 
 /// A bound of the acceleration of a point of link `to`, at `offset` m from that link's origin, as seen from link `from`
-/// (`None`: from the world), in m/s^2. Infinite where a joint on the way has no speed limit.
+/// (`None`: from the world), in m/s². `speed` bounds the velocity of each degree of freedom in rad/s or m/s, and joints
+/// stand inside their position limits. Infinite where a joint on the way that matters has no speed limit, or slides
+/// without end.
 pub fn acceleration_bound(model: &Model, from: Option<LinkId>, to: LinkId, offset: f64, speed: &[f64]) -> f64 {
-    let ancestors = |mut link: LinkId| {
-        let mut joints = Vec::new();
-        while let Some(j) = model.link_ref(link).parent_joint {
-            joints.push(j);
-            link = model.joint_ref(j).parent;
-        }
-        joints
-    };
-    let mut up = ancestors(to);
-    let mut down = from.map(ancestors).unwrap_or_default();
-    while let (Some(a), Some(b)) = (up.last(), down.last()) {
-        if a != b {
-            break;
-        }
+    let mut up = ancestors(model, to);
+    let mut down = from.map(|link| ancestors(model, link)).unwrap_or_default();
+    while up.last().is_some() && up.last() == down.last() {
         up.pop();
         down.pop();
     }
-    // Steps from the set to the point: joints, each with its speed and how far it is from the next one.
-    let mut steps: Vec<(bool, f64, f64)> = Vec::new();
+    let (mut linear, mut angular) = (0.0, 0.0);
     if from.is_none() {
-        for (dof, d) in model.dofs.iter().enumerate().take(model.base.nv()) {
-            steps.push((d.unit == robot::DofUnit::Radian, speed[dof], 0.0));
+        for (dof, s) in model.dofs.iter().zip(speed).take(model.base.nv()) {
+            let sum = if dof.unit == DofUnit::Radian { &mut angular } else { &mut linear };
+            *sum = f64::hypot(*sum, *s);
         }
     }
-    for j in down.into_iter().chain(up.into_iter().rev()) {
-        let joint = model.joint_ref(j);
-        let reach = joint.origin.translation.vector.norm();
-        if let Some(last) = steps.last_mut() {
-            last.2 += reach;
-        }
-        let (s, stroke) = match joint.drive {
-            Drive::Dof(dof) => (speed[dof], joint.lower.abs().max(joint.upper.abs())),
-            Drive::Mimic { dof, multiplier, .. } => (speed[dof] * multiplier.abs(), joint.lower.abs().max(joint.upper.abs())),
-            Drive::Fixed | Drive::Locked(_) => (0.0, 0.0),
-        };
-        match joint.kind {
-            JointKind::Prismatic => {
-                let stroke = if stroke.is_finite() { stroke } else { 0.0 };
-                if let Some(last) = steps.last_mut() {
-                    last.2 += stroke;
-                }
-                steps.push((false, s, 0.0));
-            }
-            _ => steps.push((true, s, 0.0)),
-        }
+    // From the set to the common ancestor, and on to the point. A joint's `origin` lies between it and the joint
+    // nearer to the root, its stroke between it and the one farther out.
+    let mut root = 0.0;
+    let mut steps: Vec<Step> = Vec::new();
+    let add = |steps: &mut Vec<Step>, root: &mut f64, length: f64| match steps.last_mut() {
+        Some(last) => last.reach += length,
+        None => *root += length,
+    };
+    for joint in down.iter().map(|&j| model.joint_ref(j)) {
+        add(&mut steps, &mut root, stroke(model, joint));
+        steps.push(step(joint, speed));
+        add(&mut steps, &mut root, joint.origin.translation.vector.norm());
     }
-    if let Some(last) = steps.last_mut() {
-        last.2 += offset;
+    for joint in up.iter().rev().map(|&j| model.joint_ref(j)) {
+        add(&mut steps, &mut root, joint.origin.translation.vector.norm() + stroke(model, joint));
+        steps.push(step(joint, speed));
     }
-    let (mut turning, mut bound) = (0.0, 0.0);
-    for (i, &(revolute, s, _)) in steps.iter().enumerate() {
-        if s == 0.0 {
-            continue;
-        }
-        if revolute {
-            let r: f64 = steps[i..].iter().map(|x| x.2).sum();
-            bound += s * (s + 2.0 * turning) * r;
-            turning += s;
+    add(&mut steps, &mut root, offset);
+
+    // Zero times infinity is zero here: what stands still or turns on the spot does not accelerate.
+    let times = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a * b };
+    let reach = root + steps.iter().map(|s| s.reach).sum::<f64>();
+    let mut bound = times(times(angular, angular), reach) + times(linear, angular);
+    let mut turning = angular;
+    for (i, s) in steps.iter().enumerate() {
+        if s.turns {
+            let reach: f64 = steps[i..].iter().map(|x| x.reach).sum();
+            bound += times(times(s.speed, s.speed + 2.0 * turning), reach);
+            turning += s.speed;
         } else {
-            bound += 2.0 * s * turning;
+            bound += 2.0 * times(s.speed, turning);
         }
     }
     bound
 }
 
-/// `A T / (2 φ)`: how far below zero a row may settle, in m. Zero for a zero gain.
+/// The joints from a link to the root.
+fn ancestors(model: &Model, mut link: LinkId) -> Vec<JointId> {
+    let mut joints = Vec::new();
+    while let Some(j) = model.link_ref(link).parent_joint {
+        joints.push(j);
+        link = model.joint_ref(j).parent;
+    }
+    joints
+}
+
+fn step(joint: &Joint, speed: &[f64]) -> Step {
+    let at = |dof: usize| speed.get(dof).copied().unwrap_or(f64::INFINITY);
+    let speed = match joint.drive {
+        Drive::Dof(dof) => at(dof),
+        Drive::Mimic { dof, multiplier, .. } => at(dof) * multiplier.abs(),
+        Drive::Fixed | Drive::Locked(_) => 0.0,
+    };
+    Step { turns: joint.kind != JointKind::Prismatic, speed, reach: 0.0 }
+}
+
+/// How far a sliding joint can stand from its origin, in m.
+fn stroke(model: &Model, joint: &Joint) -> f64 {
+    if joint.kind != JointKind::Prismatic {
+        return 0.0;
+    }
+    let range = |dof: usize| model.dofs.get(dof).map_or((f64::NEG_INFINITY, f64::INFINITY), |d| (d.lower, d.upper));
+    let (low, high) = match joint.drive {
+        Drive::Dof(dof) => range(dof),
+        Drive::Mimic { dof, multiplier, offset } => {
+            let (low, high) = range(dof);
+            (multiplier * low + offset, multiplier * high + offset)
+        }
+        Drive::Locked(position) => (position, position),
+        Drive::Fixed => (0.0, 0.0),
+    };
+    low.abs().max(high.abs())
+}
+
+/// `A T / (2 φ)`: how far below zero a row may settle, in m. Without a gain nothing brings it back: infinite, unless the
+/// distance cannot bend at all.
 pub fn loss(acceleration: f64, period: f64, gain: f64) -> f64 {
-    if gain > 0.0 { acceleration * period / (2.0 * gain) } else { 0.0 }
+    if acceleration == 0.0 {
+        0.0
+    } else if gain > 0.0 {
+        acceleration * period / (2.0 * gain)
+    } else {
+        f64::INFINITY
+    }
 }

@@ -164,11 +164,11 @@ pub struct Input<const N: usize> {
 }
 
 impl<const N: usize> Input<N> {
-    /// This tick's values (or rates, from the table of rates). Zeros where the table is too short, which
-    /// [`crate::task::Context::slot_count`] excludes when a task is built.
+    /// This tick's values (or rates, from the table of rates). NaN where the table is too short, which
+    /// [`crate::bound::check`] excludes when a task is built.
     pub fn of(&self, table: &[f64]) -> [f64; N] {
-        let mut out = [0.0; N];
-        if let Some(s) = table.get(self.at..self.at + N) {
+        let mut out = [f64::NAN; N];
+        if let Some(s) = table.get(self.at..).and_then(|rest| rest.get(..N)) {
             out.copy_from_slice(s);
         }
         out

@@ -39,7 +39,8 @@ pub fn left_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
         (0.5 - t2 / 24.0, 1.0 / 6.0 - t2 / 120.0)
     } else {
         let t = t2.sqrt();
-        ((1.0 - t.cos()) / t2, (t - t.sin()) / (t2 * t))
+        let half = (0.5 * t).sin();
+        (2.0 * half * half / t2, (t - t.sin()) / (t2 * t))
     };
     let k = skew(phi);
     Matrix3::identity() + k * a + k * k * b
@@ -51,8 +52,8 @@ pub fn left_jacobian_inverse(phi: &Vector3<f64>) -> Matrix3<f64> {
     let c = if t2 < 1e-6 {
         1.0 / 12.0 + t2 / 720.0
     } else {
-        let t = t2.sqrt();
-        (1.0 - 0.5 * t * t.sin() / (1.0 - t.cos())) / t2
+        let half = 0.5 * t2.sqrt();
+        (1.0 - half * half.cos() / half.sin()) / t2
     };
     let k = skew(phi);
     Matrix3::identity() - k * 0.5 + k * k * c

@@ -12,7 +12,8 @@ pub fn axes() -> [Vector3<f64>; 3] {
     [Vector3::x(), Vector3::y(), Vector3::z()]
 }
 
-/// Three rows for the position of a frame's origin; returns the error's norm in m.
+/// Three rows from `first` on for the position of a frame's origin; returns the error's norm in m. `target` is the
+/// position in m and its rate in m/s, both in the world; `gain` is in 1/s.
 pub fn position(
     state: &State,
     rows: &mut Rows,
@@ -30,7 +31,8 @@ pub fn position(
     error.norm()
 }
 
-/// Three rows for the orientation of a frame; returns the error angle in rad.
+/// Three rows from `first` on for the orientation of a frame; returns the error angle in rad. `target` is the orientation
+/// and its angular velocity in rad/s, both in the world; `gain` is in 1/s.
 pub fn orientation(
     state: &State,
     rows: &mut Rows,
@@ -55,6 +57,13 @@ pub fn position_target(state: &State, at: crate::params::Input<3>) -> (Vector3<f
 /// An orientation target and its angular velocity from the tables.
 pub fn orientation_target(state: &State, at: crate::params::Input<4>) -> (UnitQuaternion<f64>, Vector3<f64>) {
     so3::target(at.of(state.values), at.of(state.rates))
+}
+
+/// Writes a vector.
+pub fn write_vector(v: &Vector3<f64>, out: &mut [f64]) {
+    for (o, x) in out.iter_mut().zip(v.iter()) {
+        *o = *x;
+    }
 }
 
 /// Writes a quaternion as `w x y z`.

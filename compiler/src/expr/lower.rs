@@ -1,7 +1,5 @@
 //! From a written value to a typed expression, with every mistake said where it was made.
 
-use std::collections::BTreeMap;
-
 use dsl::tree::{BinaryOp, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::Op;
@@ -297,6 +295,3 @@ fn help_for_sum(a: &Typed, b: &Typed) -> String {
         "check the units of both".to_string()
     }
 }
-
-/// Names declared with `param`, already typed.
-pub type Params = BTreeMap<String, Symbol>;

@@ -12,6 +12,10 @@ use crate::program::Program;
 use crate::record::csv;
 use crate::simulate::{Recorder, Tick};
 
+/// A margin counts as passed below minus this, in the row's SI unit. The solver meets a bound to about 1e-11 of the
+/// row's size, and a joint that rests at its limit has a margin of zero up to rounding.
+pub const MARGIN_TOLERANCE: f64 = 1e-9;
+
 /// A run in numbers. SI units throughout.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
@@ -21,7 +25,7 @@ pub struct Summary {
     pub ticks: usize,
     /// Simulated time, in s.
     pub duration_s: f64,
-    /// True where no fault occurred and no margin fell below zero.
+    /// True where no fault occurred and no margin fell below zero (by more than [`MARGIN_TOLERANCE`]).
     pub ok: bool,
     /// Faults, in order; the first one keeps the robot still, so there is at most one.
     pub faults: Vec<FaultRecord>,
@@ -53,7 +57,7 @@ pub struct TaskSummary {
     pub kind: String,
     /// Its level.
     pub level: String,
-    /// SI unit of the figures; empty where rows of several units stand in one task.
+    /// SI unit of the figures; `rad or m` where rows of several units stand in one task.
     pub unit: String,
     /// Limits: the smallest `h`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -61,6 +65,12 @@ pub struct TaskSummary {
     /// Limits: the row that had it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_margin_row: Option<String>,
+    /// Limits: the SI unit of that row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_margin_unit: Option<String>,
+    /// Limits: the smallest `h` at the last tick.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub final_margin: Option<f64>,
     /// Targets: the largest norm of the error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_error: Option<f64>,
@@ -92,6 +102,8 @@ pub struct PartError {
     /// At the last tick.
     #[serde(rename = "final")]
     pub last: f64,
+    /// When the largest was seen, in s.
+    pub at_s: f64,
 }
 
 /// How a level fared.
@@ -136,15 +148,35 @@ impl Percentiles {
     }
 }
 
+#[derive(Clone, Copy)]
+struct PartStatistics {
+    worst: f64,
+    at: f64,
+    last: f64,
+}
+
 struct TaskStatistics {
     worst: f64,
     worst_row: usize,
     at: f64,
     last: f64,
-    parts: Vec<(f64, f64)>,
+    parts: Vec<PartStatistics>,
     active: usize,
     rows_active: Vec<bool>,
     undefined: usize,
+}
+
+/// The unit of a task's figures; several where rows of several units stand in it.
+fn unit(m: &Member) -> String {
+    let infos = m.row_info.iter().map(|r| r.dimension);
+    let mut units: Vec<String> = Vec::new();
+    for d in infos {
+        let text = d.to_string();
+        if !units.contains(&text) {
+            units.push(text);
+        }
+    }
+    units.join(" or ")
 }
 
 struct LevelStatistics {
@@ -175,7 +207,7 @@ impl SummaryRecorder {
                 worst_row: 0,
                 at: 0.0,
                 last: f64::NAN,
-                parts: vec![(0.0, f64::NAN); m.measure_info.len()],
+                parts: vec![PartStatistics { worst: 0.0, at: 0.0, last: f64::NAN }; m.measure_info.len()],
                 active: 0,
                 rows_active: vec![false; m.row_info.len()],
                 undefined: 0,
@@ -198,8 +230,8 @@ impl SummaryRecorder {
                 m.row_info.iter().zip(used).filter(|(_, u)| **u).map(|(r, _)| r.name.clone()).collect::<Vec<_>>()
             };
             let errors = if m.measure_info.len() > 1 {
-                let part = |(x, p): (&stdlib_tasks::task::Measure, &(f64, f64))| {
-                    (x.name.clone(), PartError { unit: x.dimension.to_string(), max: p.0, last: p.1 })
+                let part = |(x, p): (&stdlib_tasks::task::Measure, &PartStatistics)| {
+                    (x.name.clone(), PartError { unit: x.dimension.to_string(), max: p.worst, last: p.last, at_s: p.at })
                 };
                 m.measure_info.iter().zip(&s.parts).map(part).collect()
             } else {
@@ -208,9 +240,11 @@ impl SummaryRecorder {
             let summary = TaskSummary {
                 kind: m.kind.to_string(),
                 level: stack.levels[m.level].name.clone(),
-                unit: m.dimension().map(|d| d.to_string()).unwrap_or_default(),
+                unit: unit(m),
                 min_margin: limit.then_some(s.worst),
                 min_margin_row: limit.then(|| m.row_info.get(s.worst_row).map(|r| r.name.clone())).flatten(),
+                min_margin_unit: limit.then(|| m.row_info.get(s.worst_row).map(|r| r.dimension.to_string())).flatten(),
+                final_margin: limit.then_some(s.last),
                 max_error: (!limit).then_some(s.worst),
                 final_error: (!limit).then_some(s.last),
                 errors,
@@ -235,7 +269,7 @@ impl SummaryRecorder {
             .iter()
             .map(|(time, f)| FaultRecord { time: *time, kind: f.kind().to_string(), text: controller.describe(f) })
             .collect();
-        let passed = tasks.values().any(|t| t.min_margin.is_some_and(|m| m < 0.0));
+        let passed = tasks.values().any(|t| t.min_margin.is_some_and(|m| m < -MARGIN_TOLERANCE));
         Summary {
             program: program.name.clone(),
             ticks: self.ticks,
@@ -268,6 +302,7 @@ impl Recorder for SummaryRecorder {
                             (s.worst, s.worst_row, s.at) = (h, row, tick.time);
                         }
                     }
+                    s.last = csv::margin(e, m);
                     let active = &tick.solution.levels[m.level].active;
                     let mut any = false;
                     for (row, r) in m.rows.clone().enumerate() {
@@ -284,7 +319,10 @@ impl Recorder for SummaryRecorder {
                         (s.worst, s.at) = (error, tick.time);
                     }
                     for (part, &x) in s.parts.iter_mut().zip(&e.measures()[m.measures.clone()]) {
-                        *part = (part.0.max(x), x);
+                        part.last = x;
+                        if x > part.worst {
+                            (part.worst, part.at) = (x, tick.time);
+                        }
                     }
                 }
             }

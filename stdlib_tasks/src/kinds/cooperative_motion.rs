@@ -11,7 +11,7 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use robot::LinkId;
 
-use crate::bound::{Arm, BoundParams};
+use crate::bound::{Arm, BoundParams, check};
 use crate::dimension::{LENGTH, NONE};
 use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::kinds::uncooperative_motion::Pose;
@@ -89,6 +89,7 @@ struct CooperativeMotion {
 }
 
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
     let [beta] = params.beta.of(ctx.values);
     if beta != 0.0 && beta != 1.0 {
@@ -98,12 +99,19 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     if params.left_arm.tip == params.right_arm.tip {
         return Err(BuildError::new("right_arm", "both arms end in the same tip"));
     }
+    let in_left = match params.relative_to.as_str() {
+        "left" => true,
+        "world" => false,
+        other => {
+            return Err(BuildError::new("relative_to", format!("`relative_to` is `{other}`, and only `left` and `world` have a meaning")));
+        }
+    };
     Ok(Box::new(CooperativeMotion {
         left: params.left_arm.tip,
         right: params.right_arm.tip,
         alpha: params.alpha,
         coupled: beta == 1.0,
-        in_left: params.relative_to == "left",
+        in_left,
         absolute: Pose::from_bound(&params.absolute)?,
         relative: Pose::from_bound(&params.relative)?,
         gain: params.gain,
@@ -244,7 +252,7 @@ impl Task for CooperativeMotion {
             _ => return false,
         };
         match part {
-            "position" => out.copy_from_slice(p.as_slice()),
+            "position" => tracking::write_vector(&p, out),
             "orientation" => tracking::write_rotation(&r, out),
             _ => return false,
         }

@@ -2,7 +2,7 @@
 
 use robot::LinkId;
 
-use crate::bound::BoundParams;
+use crate::bound::{BoundParams, check};
 use crate::dimension::{ANGLE, RATE};
 use crate::kinds::frame_pose::{actual_pose, pose_rows};
 use crate::params::{Input, ParamType, Presence, Quantity};
@@ -38,7 +38,8 @@ short and either may be taken.\n\nSource: thesis (2.5), (3.33), (3.34).",
 
 struct FrameOrientation(Params);
 
-fn build(bound: &BoundParams, _ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    check(bound, ctx)?;
     Ok(Box::new(FrameOrientation(Params::from_bound(bound)?)))
 }
 

@@ -2,7 +2,7 @@
 
 use robot::LinkId;
 
-use crate::bound::BoundParams;
+use crate::bound::{BoundParams, check};
 use crate::dimension::{ANGLE, LENGTH};
 use crate::params::{Input, ParamType, Presence};
 use crate::task::{Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
@@ -46,7 +46,8 @@ struct FramePose {
     params: Params,
 }
 
-fn build(bound: &BoundParams, _ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
     Ok(Box::new(FramePose { link: params.frame.1, params }))
 }
@@ -72,7 +73,7 @@ pub(crate) fn pose_measures(prefix: &str) -> Vec<Measure> {
 pub(crate) fn actual_pose(part: &str, link: LinkId, state: &State, out: &mut [f64]) -> bool {
     let pose = state.data.pose(link);
     match part {
-        "position" => out.copy_from_slice(pose.translation.vector.as_slice()),
+        "position" => tracking::write_vector(&pose.translation.vector, out),
         "orientation" => tracking::write_rotation(&pose.rotation, out),
         _ => return false,
     }

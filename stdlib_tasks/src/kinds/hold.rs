@@ -3,7 +3,7 @@
 use nalgebra::Isometry3;
 use robot::LinkId;
 
-use crate::bound::BoundParams;
+use crate::bound::{BoundParams, check};
 use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::params::{Input, ParamType, Presence};
 use crate::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
@@ -40,7 +40,8 @@ struct Hold {
     gain: Input<2>,
 }
 
-fn build(bound: &BoundParams, _ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
     let targets = vec![Isometry3::identity(); params.frames.len()];
     Ok(Box::new(Hold { frames: params.frames, targets, gain: params.gain }))

@@ -1,6 +1,6 @@
 //! Pulls joints to target positions.
 
-use crate::bound::{BoundParams, Slot};
+use crate::bound::{BoundParams, Slot, check};
 use crate::dimension::{Dimension, RATE};
 use crate::kinds::joint_position_limits::dof_dimension;
 use crate::params::{Input, ParamType, Presence, Quantity};
@@ -44,6 +44,7 @@ struct JointPosition {
 }
 
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
     let (mut rows, mut info) = (Vec::new(), Vec::new());
     for &(dof, target) in &params.target {

@@ -2,7 +2,7 @@
 
 use robot::Model;
 
-use crate::bound::{BoundParams, Slot};
+use crate::bound::{BoundParams, Slot, check};
 use crate::dimension::{ANGLE, LENGTH, RATE};
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
@@ -12,9 +12,9 @@ crate::params! {
     pub struct Params {
         /// The joints; all that have a limit where left out.
         joints: Option<Vec<usize>> = ParamType::Joints, Presence::Optional;
-        /// Lower limits that replace the robot's.
+        /// Lower limits that replace the robot's: constants.
         lower: Option<Vec<(usize, Slot)>> = ParamType::JointPositions, Presence::Optional;
-        /// Upper limits that replace the robot's.
+        /// Upper limits that replace the robot's: constants.
         upper: Option<Vec<(usize, Slot)>> = ParamType::JointPositions, Presence::Optional;
         /// φ: how fast the distance to a limit may be used up.
         gain: Input<1> = ParamType::Scalar(Quantity::above(RATE, 0.0)), Presence::Default("10 /s");
@@ -54,6 +54,7 @@ struct JointPositionLimits {
 }
 
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
     let all: Vec<usize> = (0..ctx.model.nv()).collect();
     let (mut rows, mut info) = (Vec::new(), Vec::new());
@@ -62,6 +63,9 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         let d = &ctx.model.dofs[dof];
         let lower = replaced(&params.lower, dof, ctx.values).unwrap_or(d.lower);
         let upper = replaced(&params.upper, dof, ctx.values).unwrap_or(d.upper);
+        if lower.is_nan() || upper.is_nan() {
+            return Err(BuildError::new("lower", format!("joint `{}` would get a limit that is no number", d.name)));
+        }
         if lower > upper {
             return Err(BuildError::new(
                 "lower",

@@ -1,6 +1,6 @@
 //! Drives joints at given velocities.
 
-use crate::bound::{BoundParams, Slot};
+use crate::bound::{BoundParams, Slot, check};
 use crate::dimension::{ANGULAR_VELOCITY, VELOCITY};
 use crate::kinds::joint_position::common_dimension;
 use crate::params::{ParamType, Presence};
@@ -36,6 +36,7 @@ struct JointVelocity {
 }
 
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
     let info: Vec<RowInfo> = params
         .velocity

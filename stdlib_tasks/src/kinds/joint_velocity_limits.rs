@@ -1,6 +1,6 @@
 //! Keeps joint velocities inside their limits.
 
-use crate::bound::{BoundParams, Slot};
+use crate::bound::{BoundParams, Slot, check};
 use crate::dimension::{ANGULAR_VELOCITY, VELOCITY};
 use crate::kinds::joint_position_limits::replaced;
 use crate::params::{ParamType, Presence};
@@ -11,7 +11,8 @@ crate::params! {
     pub struct Params {
         /// The joints; all that have a velocity limit where left out, the base included.
         joints: Option<Vec<usize>> = ParamType::Joints, Presence::Optional;
-        /// Largest speeds that replace the robot's: one value for all joints of its unit, or one for each joint or group.
+        /// Largest speeds that replace the robot's: one value for all joints of its unit, or one for each joint or group:
+        /// constants.
         max: Option<Vec<(usize, Slot)>> = ParamType::JointVelocities, Presence::Optional;
     }
 }
@@ -38,6 +39,7 @@ struct JointVelocityLimits {
 }
 
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
     let all: Vec<usize> = (0..ctx.model.nv()).collect();
     let (mut rows, mut info) = (Vec::new(), Vec::new());

@@ -2,16 +2,16 @@
 //!
 //! ```text
 //! h(q) = |p_j - p_l| - d_min          [m]    safe where h >= 0            thesis (3.21), (3.22)
-//! n·(J_j - J_l) v >= -φ (h - δ)       [m/s]  n from p_l to p_j            thesis (3.23), (3.24)
+//! n·(J_j - J_l) v >= d_min' - φ (h - δ)      [m/s]   n from p_l to p_j    thesis (3.23), (3.24)
 //! ```
 
 use nalgebra::Vector3;
-use robot::geometry;
+use robot::{Shape, geometry};
 
-use crate::bound::{BoundParams, Geometry};
+use crate::bound::{BoundParams, Geometry, check};
 use crate::clearance;
 use crate::dimension::{LENGTH, RATE};
-use crate::kinds::virtual_wall::reserve;
+use crate::kinds::virtual_wall::{Reserve, extent, is_ball};
 use crate::params::{Auto, Input, ParamType, Presence, Quantity};
 use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 
@@ -35,18 +35,18 @@ crate::params! {
 pub static KIND: TaskKind = TaskKind {
     name: "self_collision",
     summary: "keeps parts of the robot apart",
-    docs: "One inequality row for each pair of a part of `between` and a part of `and`, the same part and parts of the same \
-link excepted:\n\n\
+    docs: "One inequality row for each pair of a part of `between` and a part of `and`, parts that cannot move against each \
+other excepted:\n\n\
 ```text\n\
-h = |p_j - p_l| - d_min           [m]     safe where h >= 0\n\
-n·(J_j - J_l) v  >=  -φ (h - δ)   [m/s]   n = (p_j - p_l)/|p_j - p_l|\n\
+h = |p_j - p_l| - d_min                   [m]     safe where h >= 0\n\
+n·(J_j - J_l) v  >=  d_min' - φ (h - δ)   [m/s]   n = (p_j - p_l)/|p_j - p_l|\n\
 ```\n\n\
 `p_j`, `p_l` are the closest points: exact closed forms for points, segments, spheres, capsules and boxes in all pairs. \
 A cylinder of the URDF counts as the capsule that contains it, a mesh as its bounding capsule. Where two parts touch so \
 deeply that no direction leads apart (a distance of zero between their cores), the last valid direction is kept; if \
 there was none, that is a fault.\n\n\
 `sampled_margin auto` sets `δ = A T / (2 φ)`, where A bounds the relative acceleration at the speed limits in force: \
-then `h` stays at or above zero at every tick, for a point or sphere against any part. Between two long parts that turn \
+then `h` stays at or above zero at every tick, for a point or sphere against any part and while `φ T <= 1`. Between two long parts that turn \
 parallel the closest points can jump, and more can be lost.\n\n\
 Source: thesis (3.21)-(3.24); printed there with `h` and `J` both negated, which would bound the distance from above.",
     example: "task arms_apart = self_collision { between left_elbow  and right_elbow  d_min 0.2 m  gain 10 /s }",
@@ -67,37 +67,51 @@ struct SelfCollision {
     pairs: Vec<Pair>,
     d_min: Input<1>,
     gain: Input<1>,
-    reserve: Vec<f64>,
-    loss: Vec<f64>,
+    reserve: Reserve,
 }
 
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
     let mut pairs: Vec<Pair> = Vec::new();
     for a in &params.between {
         for b in &params.and {
             let seen = pairs.iter().any(|p| p.a == *b && p.b == *a);
-            if a.link != b.link && !seen {
+            if ctx.model.moves_between(a.link, b.link) && !seen {
                 pairs.push(Pair { a: a.clone(), b: b.clone(), last_normal: None });
             }
         }
     }
     if pairs.is_empty() {
-        return Err(BuildError::new("and", "both sides name parts of the same link only, which cannot move apart")
-            .help("name parts of another link on one side"));
+        return Err(BuildError::new("and", "the two sides name only parts that cannot move against each other")
+            .help("name parts of other links on one side"));
     }
-    let [gain] = params.gain.of(ctx.values);
-    let loss: Vec<f64> = pairs
-        .iter()
-        .map(|p| {
-            let extent = p.a.origin.translation.vector.norm() + p.a.shape.bounding_radius();
-            let a = clearance::acceleration_bound(ctx.model, Some(p.b.link), p.a.link, extent, ctx.speed);
-            clearance::loss(a, ctx.period, gain)
-        })
-        .collect();
-    let moving: Vec<Geometry> = pairs.iter().map(|p| p.a.clone()).collect();
-    let reserve = reserve(params.sampled_margin, &loss, &moving, ctx)?;
-    Ok(Box::new(SelfCollision { pairs, d_min: params.d_min, gain: params.gain, reserve, loss }))
+    let bends = pairs.iter().map(|p| (p.a.name.as_str(), bend(p, ctx))).collect();
+    let reserve = Reserve::new(params.sampled_margin, params.gain, bends, ctx)?;
+    Ok(Box::new(SelfCollision { pairs, d_min: params.d_min, gain: params.gain, reserve }))
+}
+
+/// How fast the distance of a pair can curve downwards, in m/s²: a ball's centre is seen from the other part, which is
+/// convex. Of two long parts either may be the moving one.
+fn bend(p: &Pair, ctx: &Context) -> f64 {
+    let seen = |from: &Geometry, to: &Geometry| {
+        clearance::acceleration_bound(ctx.model, Some(from.link), to.link, extent(to), ctx.speed)
+    };
+    match (is_ball(&p.a.shape), is_ball(&p.b.shape)) {
+        (true, true) => seen(&p.a, &p.b).min(seen(&p.b, &p.a)),
+        (true, false) => seen(&p.b, &p.a),
+        (false, true) => seen(&p.a, &p.b),
+        (false, false) => seen(&p.a, &p.b).max(seen(&p.b, &p.a)),
+    }
+}
+
+/// The distance of two parts whose cores meet, in m: less by the radius around each.
+fn overlap(a: &Shape, b: &Shape) -> f64 {
+    let radius = |s: &Shape| match *s {
+        Shape::Sphere { radius } | Shape::Capsule { radius, .. } => radius,
+        Shape::Box { .. } => 0.0,
+    };
+    -radius(a) - radius(b)
 }
 
 impl Task for SelfCollision {
@@ -128,25 +142,28 @@ impl Task for SelfCollision {
                     (c.distance, c.on_a, c.on_b, c.normal)
                 }
                 Err(_) => {
+                    if !pose_a.translation.vector.iter().chain(&pose_b.translation.vector).all(|x| x.is_finite()) {
+                        return Err(TaskFault::NotFinite { row: i });
+                    }
                     let n = p.last_normal.ok_or(TaskFault::Overlap { row: i })?;
-                    (0.0, pose_a.translation.vector, pose_b.translation.vector, n)
+                    (overlap(&p.a.shape, &p.b.shape), pose_a.translation.vector, pose_b.translation.vector, n)
                 }
             };
             let h = distance - d_min;
             let row = rows.row(i);
             state.data.add_point(state.model, p.a.link, &on_a, &n, row);
             state.data.add_point(state.model, p.b.link, &on_b, &-n, row);
-            rows.lower[i] = d_min_rate - gain * (h - self.reserve[i]);
+            rows.lower[i] = d_min_rate - gain * h + self.reserve.rate(i, gain);
             rows.margins[i] = h;
         }
         Ok(())
     }
 
     fn sampled_loss(&self) -> Vec<f64> {
-        self.loss.clone()
+        self.reserve.loss.clone()
     }
 
     fn reserve(&self) -> Vec<f64> {
-        self.reserve.clone()
+        self.reserve.kept.clone()
     }
 }

@@ -5,14 +5,20 @@
 //! cos φ = (a×c)·(b×d) / (|a×c| |b×d|),   sgn φ = sgn((a×b)·c)            thesis (3.39)
 //! ```
 //!
-//! `A = a×c` and `B = b×d = e×... ` are the normals of the vertical plane through shoulder and wrist and of the plane of
-//! the arm; both are square to `c`, so that φ is the angle from one to the other about `c` and has the smooth form
-//! `atan2((A×B)·c/|c|, A·B)` up to the sign that (3.39) fixes. Its gradient is that of a dihedral angle.
+//! `A = a×c` and `B = b×d = c×d` are the normals of the vertical plane through shoulder and wrist and of the plane of
+//! the arm. Both are square to `c`, so that φ is the angle from A to B about `c`, and the two equations are one:
+//!
+//! ```text
+//! φ = atan2((A×B)·c, |c| A·B)         because (A×B)·c = |c|² a·B = |c|² (a×b)·c
+//! ```
+//!
+//! φ is pi less the dihedral angle of the points (s + a, s, w, e), whose gradient is that of
+//! Blondel and Karplus, J. Comput. Chem. 17 (1996).
 
 use nalgebra::Vector3;
 use robot::LinkId;
 
-use crate::bound::{Arm, BoundParams, Slot};
+use crate::bound::{Arm, BoundParams, Slot, check};
 use crate::dimension::{ANGLE, RATE};
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::task::{Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
@@ -37,8 +43,8 @@ a = z,  b = s - e,  c = s - w,  d = e - w\n\
 φ = sgn(a×b · c) arccos( (a×c)·(b×d) / (|a×c| |b×d|) )\n\
 ```\n\n\
 `s`, `e`, `w` are the arm's shoulder, elbow and wrist. φ is undefined where the wrist stands straight above or below \
-the shoulder, or the arm is stretched: there the row is left free, and `run` counts those ticks. The sign is that of \
-the thesis; mirrored arms have opposite angles.\n\n\
+the shoulder, or the arm is stretched: there the row is left free, and `run` counts those ticks; `initial(angle.ARM)` has no value \
+there. The sign is that of the thesis; mirrored arms have opposite angles.\n\n\
 Source: thesis (3.35)-(3.42). The gradient is that of the dihedral angle, checked by central differences.",
     example: "task elbows = swivel_angle { angle { left 45 deg  right 45 deg }  gain 1 /s }",
     nature: Nature::Target,
@@ -61,7 +67,8 @@ struct SwivelAngle {
     gain: Input<1>,
 }
 
-fn build(bound: &BoundParams, _ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
     let mut rows = Vec::new();
     for (arm, target) in params.angle {
@@ -76,7 +83,7 @@ fn build(bound: &BoundParams, _ctx: &Context) -> Result<Box<dyn Task>, BuildErro
 
 /// A swivel angle and its gradients with respect to shoulder, elbow and wrist, in rad/m.
 pub struct Swivel {
-    /// The angle in (-pi, pi], rad.
+    /// The angle in [-pi, pi], rad.
     pub angle: f64,
     /// Gradient with respect to the shoulder's position.
     pub by_shoulder: Vector3<f64>,
@@ -86,30 +93,26 @@ pub struct Swivel {
     pub by_wrist: Vector3<f64>,
 }
 
-/// The swivel angle of three points; `None` where it is undefined (a normal shorter than 1e-6 m^2, or of the lengths'
-/// product, whichever is larger).
+/// The swivel angle of three points in the world (m). `None` where it is undefined: shoulder and wrist are nearer than
+/// 1e-6 m, the line between them is within 1e-4 rad of the vertical, or the elbow is nearer to that line than 1e-4 of
+/// its length.
 pub fn swivel(s: &Vector3<f64>, e: &Vector3<f64>, w: &Vector3<f64>) -> Option<Swivel> {
-    let up = Vector3::z();
-    // The dihedral angle of the points (s + up, s, w, e) about the edge g = s - w, in the notation of Blondel & Karplus:
-    // F = up, G = g, H = e - w; A = F×G, B = H×G.
-    let (f, g, h) = (up, s - w, e - w);
-    let (a, b) = (f.cross(&g), h.cross(&g));
-    let gn = g.norm();
-    if gn < 1e-6 || a.norm() < 1e-4 * gn || b.norm() < 1e-4 * gn * gn {
+    let (up, c, d) = (Vector3::z(), s - w, e - w);
+    let (a, b) = (up.cross(&c), c.cross(&d));
+    let length = c.norm();
+    if length < 1e-6 || a.norm() < 1e-4 * length || b.norm() < 1e-4 * length * length {
         return None;
     }
     let (a2, b2) = (a.norm_squared(), b.norm_squared());
-    // b×d of the thesis is (s - e)×(e - w) = g×h... = -(h×g) + .. : it equals -(e - w)×(s - w)·(-1) = b, see the test.
-    let angle = b.cross(&a).dot(&g).atan2(gn * a.dot(&b));
-    let by_first = a * (-gn / a2);
-    let by_elbow = b * (gn / b2);
-    let shared = a * (f.dot(&g) / (a2 * gn)) - b * (h.dot(&g) / (b2 * gn));
+    let by_elbow = b * (length / b2);
+    // The shoulder carries the vertical with it: the two parts that turn A about c cancel.
+    let by_shoulder = -(a * (up.dot(&c) / (a2 * length)) + b * (d.dot(&c) / (b2 * length)));
     Some(Swivel {
-        angle,
-        // the first point s + up moves with s
-        by_shoulder: by_first + a * (gn / a2) + shared,
+        angle: a.cross(&b).dot(&c).atan2(length * a.dot(&b)),
+        by_shoulder,
         by_elbow,
-        by_wrist: -shared - b * (gn / b2),
+        // shifting all three points changes nothing
+        by_wrist: -by_shoulder - by_elbow,
     })
 }
 

@@ -2,7 +2,7 @@
 
 use robot::LinkId;
 
-use crate::bound::{Arm, BoundParams};
+use crate::bound::{Arm, BoundParams, check};
 use crate::dimension::LENGTH;
 use crate::kinds::frame_pose::{actual_pose, pose_measures, pose_rows};
 use crate::params::{Input, ParamType, Presence};
@@ -62,8 +62,12 @@ struct UncooperativeMotion {
     gain: Input<2>,
 }
 
-fn build(bound: &BoundParams, _ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
+    if params.left_arm.tip == params.right_arm.tip {
+        return Err(BuildError::new("right_arm", "both arms end in the same tip").help("name two different arms"));
+    }
     let left = Pose::from_bound(&params.left)?;
     let right = Pose::from_bound(&params.right)?;
     let sides = [(params.left_arm.tip, left), (params.right_arm.tip, right)];

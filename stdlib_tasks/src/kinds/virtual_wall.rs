@@ -2,13 +2,16 @@
 //!
 //! ```text
 //! h(q) = n·(p - a) - d_min            [m]    safe where h >= 0            thesis (3.17), (3.18)
-//! n·J_p v >= -φ (h - δ)               [m/s]  δ: the sampled-time reserve  thesis (3.19), (3.20)
+//! n·J_p v >= d_min' - φ (h - δ)       [m/s]  δ: the sampled-time reserve  thesis (3.19), (3.20)
 //! ```
+//!
+//! where n and a are constants of the world or of the link that carries the plane, and `J_p` is then the Jacobian of the
+//! point relative to that link.
 
 use nalgebra::{Point3, Vector3};
-use robot::{LinkId, geometry};
+use robot::{LinkId, Shape, geometry};
 
-use crate::bound::{BoundParams, Geometry, Slot};
+use crate::bound::{BoundParams, Geometry, Slot, check};
 use crate::clearance;
 use crate::dimension::{LENGTH, RATE};
 use crate::params::{Auto, FromBound, Input, ParamType, Presence, Quantity};
@@ -54,12 +57,12 @@ pub static KIND: TaskKind = TaskKind {
 ```text\n\
 n = (p2 - p1)×(p3 - p1) / |..|\n\
 h = n·(p - p1) - d_min        [m]     safe where h >= 0\n\
-n·J_p v  >=  -φ (h - δ)       [m/s]\n\
+n·J_p v  >=  d_min' - φ (h - δ)       [m/s]\n\
 ```\n\n\
 For a shape, `p` is its point nearest to the plane (of equally near ones, the first). With `on LINK` the plane moves \
 with the link and its motion is part of the row.\n\n\
 `sampled_margin auto` sets `δ = A T / (2 φ)`, where A bounds the acceleration of the point at the speed limits in force: \
-then `h` stays at or above zero at every tick, for points and spheres. Flat shapes that turn parallel to the plane can \
+then `h` stays at or above zero at every tick, for points and spheres and while `φ T <= 1`. Flat shapes that turn parallel to the plane can \
 lose more, because the nearest point jumps.\n\n\
 Source: thesis (3.17)-(3.20); the Jacobian has the sign that follows from `h`, not the printed one.",
     example: "task deck = virtual_wall { points left_elbow  through [[0, 0, 0.4], [1, 0, 0.4], [0, 1, 0.4]] m  d_min 0.3 m }",
@@ -77,56 +80,76 @@ struct VirtualWall {
     n: Vector3<f64>,
     d_min: Input<1>,
     gain: Input<1>,
-    reserve: Vec<f64>,
-    loss: Vec<f64>,
+    reserve: Reserve,
 }
 
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
     let t = params.through.0.of(ctx.values);
     let p = |i: usize| Vector3::new(t[3 * i], t[3 * i + 1], t[3 * i + 2]);
     let (u, v) = (p(1) - p(0), p(2) - p(0));
     let normal = u.cross(&v);
     // sin of the angle at p1: below a thousandth of a degree nobody means a plane
-    if normal.norm() <= 1e-5 * u.norm() * v.norm() || normal.norm() == 0.0 {
+    let is_plane = normal.norm() > 1e-5 * u.norm() * v.norm() && normal.norm().is_finite();
+    if !is_plane {
         return Err(BuildError::new("through", "the three points lie on one line, and no plane is given by them")
             .help("move one of them off the line"));
     }
     let on = params.on.map(|f| f.1);
-    let [gain] = params.gain.of(ctx.values);
-    let loss: Vec<f64> = params
-        .points
-        .iter()
-        .map(|g| {
-            let extent = g.origin.translation.vector.norm() + g.shape.bounding_radius();
-            clearance::loss(clearance::acceleration_bound(ctx.model, on, g.link, extent, ctx.speed), ctx.period, gain)
-        })
-        .collect();
-    let reserve = reserve(params.sampled_margin, &loss, &params.points, ctx)?;
+    let bend = |g: &Geometry| clearance::acceleration_bound(ctx.model, on, g.link, extent(g), ctx.speed);
+    let bends = params.points.iter().map(|g| (g.name.as_str(), bend(g))).collect();
+    let reserve = Reserve::new(params.sampled_margin, params.gain, bends, ctx)?;
     let (a, n) = (Point3::from(p(0)), normal.normalize());
-    Ok(Box::new(VirtualWall { points: params.points, on, a, n, d_min: params.d_min, gain: params.gain, reserve, loss }))
+    Ok(Box::new(VirtualWall { points: params.points, on, a, n, d_min: params.d_min, gain: params.gain, reserve }))
 }
 
-/// The reserve of each row: what was given, or all of the loss for `auto`.
-pub(crate) fn reserve(
-    auto: Auto,
-    loss: &[f64],
-    points: &[Geometry],
-    ctx: &Context,
-) -> Result<Vec<f64>, BuildError> {
-    match auto {
-        Auto::Given(x) => Ok(vec![x.of(ctx.values)[0]; loss.len()]),
-        Auto::Auto => match loss.iter().position(|l| !l.is_finite()) {
-            None => Ok(loss.to_vec()),
-            Some(i) => Err(BuildError::new(
-                "sampled_margin",
-                format!(
-                    "`auto` needs a speed limit for every joint that moves `{}`",
-                    points.get(i).map_or("it", |g| g.name.as_str())
-                ),
-            )
-            .help("give the limits in the robot, or add `joint_velocity_limits` with `max` to the stack")),
-        },
+/// The greatest distance of the points of a shape that can be nearest to something from the origin of its link, in m. A
+/// ball's distance is that of its centre less a constant, so that the centre counts.
+pub(crate) fn extent(g: &Geometry) -> f64 {
+    let around = if is_ball(&g.shape) { 0.0 } else { g.shape.bounding_radius() };
+    g.origin.translation.vector.norm() + around
+}
+
+/// True for a point and a sphere.
+pub(crate) fn is_ball(shape: &Shape) -> bool {
+    matches!(shape, Shape::Sphere { .. }) || matches!(shape, Shape::Capsule { half_length, .. } if *half_length == 0.0)
+}
+
+/// What curved rows can lose to sampling in time, and what they hold in reserve against it.
+pub(crate) struct Reserve {
+    auto: bool,
+    /// A T / 2 of each row, in m/s.
+    bend: Vec<f64>,
+    /// A T / (2 φ) of each row at the gain that a stack starts with, in m.
+    pub(crate) loss: Vec<f64>,
+    /// δ of each row at that gain, in m.
+    pub(crate) kept: Vec<f64>,
+}
+
+impl Reserve {
+    /// From the name and the acceleration bound of each row.
+    pub(crate) fn new(auto: Auto, gain: Input<1>, rows: Vec<(&str, f64)>, ctx: &Context) -> Result<Self, BuildError> {
+        let [gain] = gain.of(ctx.values);
+        let loss: Vec<f64> = rows.iter().map(|&(_, a)| clearance::loss(a, ctx.period, gain)).collect();
+        let bend = rows.iter().map(|&(_, a)| 0.5 * a * ctx.period).collect();
+        let kept = match auto {
+            Auto::Given(x) => vec![x.of(ctx.values)[0]; loss.len()],
+            Auto::Auto => match rows.iter().find(|(_, a)| !a.is_finite()) {
+                None => loss.clone(),
+                Some((name, _)) => {
+                    let text = format!("`auto` needs a speed limit for every joint that moves `{name}`, and a stroke for those that slide");
+                    return Err(BuildError::new("sampled_margin", text)
+                        .help("give the limits in the robot, or add `joint_velocity_limits` with `max` to the stack"));
+                }
+            },
+        };
+        Ok(Reserve { auto: auto == Auto::Auto, bend, loss, kept })
+    }
+
+    /// `φ δ` of a row, in m/s: `auto` follows a gain that moves.
+    pub(crate) fn rate(&self, row: usize, gain: f64) -> f64 {
+        if self.auto { self.bend[row] } else { gain * self.kept[row] }
     }
 }
 
@@ -158,17 +181,17 @@ impl Task for VirtualWall {
             if let Some(link) = self.on {
                 state.data.add_point(state.model, link, &nearest.on_a, &-n, row);
             }
-            rows.lower[i] = d_min_rate - gain * (h - self.reserve[i]);
+            rows.lower[i] = d_min_rate - gain * h + self.reserve.rate(i, gain);
             rows.margins[i] = h;
         }
         Ok(())
     }
 
     fn sampled_loss(&self) -> Vec<f64> {
-        self.loss.clone()
+        self.reserve.loss.clone()
     }
 
     fn reserve(&self) -> Vec<f64> {
-        self.reserve.clone()
+        self.reserve.kept.clone()
     }
 }

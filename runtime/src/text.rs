@@ -1,0 +1,267 @@
+//! A program as text: stable, for people to review and for snapshots to hold.
+
+use std::fmt::Write;
+
+use robot::{Base, DofUnit};
+use stdlib_tasks::bound::{Bound, Slot};
+use stdlib_tasks::task::Nature;
+
+use crate::controller::{Controller, Observation};
+use crate::evaluator::{Evaluator, build_tasks};
+use crate::program::{CaptureSource, Op, Program, StackProgram, TaskProgram};
+
+/// The text of a program. `None` where the program cannot be executed.
+pub fn text(program: &Program) -> Option<String> {
+    program.check().ok()?;
+    let mut out = String::new();
+    // Writing to a String does not fail.
+    let _ = write(program, &mut out);
+    Some(out)
+}
+
+fn write(p: &Program, out: &mut String) -> std::fmt::Result {
+    writeln!(out, "program {}  \"{}\"", p.name, p.title)?;
+    robot(p, out)?;
+    for (i, stack) in p.stacks.iter().enumerate() {
+        stack_text(p, i, stack, out)?;
+    }
+    values(p, out)?;
+    let ticks = (p.run.duration / p.robot.period).round();
+    writeln!(out, "\nrun stack {} for {} s, {ticks} ticks", p.stacks[p.run.stack].name, p.run.duration)?;
+    let s = &p.run.simulator;
+    if s.lag > 0.0 || s.noise > 0.0 {
+        writeln!(out, "  simulator lag {} s, noise {} rad or m, seed {}", s.lag, s.noise, s.seed)?;
+    }
+    Ok(())
+}
+
+fn robot(p: &Program, out: &mut String) -> std::fmt::Result {
+    let r = &p.robot;
+    let base = match r.model.base {
+        Base::Fixed => "fixed",
+        Base::Planar => "planar",
+        Base::Unicycle => "unicycle",
+        Base::Floating => "floating",
+    };
+    writeln!(out, "\nrobot {}  urdf {}  base {base}  period {} s", r.name, r.urdf, r.period)?;
+    if r.tracking_gain > 0.0 {
+        writeln!(out, "  tracking gain {} /s", r.tracking_gain)?;
+    }
+    writeln!(out, "  {} degrees of freedom, {} configuration numbers", r.model.nv(), r.model.nq())?;
+    writeln!(out, "    {:<16} {:>9} {:>9} {:>9} {:>9}", "joint", "home", "lower", "upper", "speed")?;
+    for d in &r.model.dofs {
+        let home = d.q_index.map_or_else(|| "-".to_string(), |i| number(r.home[i]));
+        let unit = if d.unit == DofUnit::Radian { "rad" } else { "m" };
+        writeln!(out, "    {:<16} {home:>9} {:>9} {:>9} {:>9} {unit}", d.name, number(d.lower), number(d.upper), number(d.velocity))?;
+    }
+    Ok(())
+}
+
+fn stack_text(p: &Program, index: usize, stack: &StackProgram, out: &mut String) -> std::fmt::Result {
+    writeln!(out, "\nstack {}", stack.name)?;
+    if !stack.locked.is_empty() {
+        let names: Vec<&str> = stack.locked.iter().map(|&d| p.robot.model.dofs[d].name.as_str()).collect();
+        writeln!(out, "  locked {}", names.join(", "))?;
+    }
+    let Ok((evaluator, problem)) = Evaluator::new(p, index) else {
+        return writeln!(out, "  cannot be built");
+    };
+    let built = build_tasks(&p.robot.model, p.robot.period, &p.values.initial, &p.tasks, stack);
+    let freedom = freedom(p, index);
+    let mut members = evaluator.members().iter().zip(built);
+    for (i, level) in stack.levels.iter().enumerate() {
+        let mut flags = String::new();
+        if level.hard {
+            flags.push_str("  hard");
+        }
+        if level.damping > 0.0 {
+            let _ = write!(flags, "  damping {}", level.damping);
+        }
+        let left = freedom.get(i).map_or_else(|| "?".to_string(), usize::to_string);
+        writeln!(out, "  level {} {}{flags}  {} rows, freedom left at home {left}", i + 1, level.name, problem.levels[i].rows())?;
+        for member in &level.members {
+            let Some((m, task)) = members.next() else { break };
+            let kind = if m.nature == Nature::Limit { "inequalities" } else { "equalities" };
+            let weight = if member.weight == 1.0 { String::new() } else { format!("  weight {}", member.weight) };
+            writeln!(out, "    {}: {}  {} {kind}{weight}", m.name, m.kind, m.rows.len())?;
+            let Ok(task) = task else { continue };
+            let mut gains = task.gains(&p.values.initial);
+            gains.dedup();
+            if !gains.is_empty() {
+                let products: Vec<String> = gains.iter().map(|g| number(g * p.robot.period)).collect();
+                let gains: Vec<String> = gains.iter().map(|g| number(*g)).collect();
+                writeln!(out, "      gain {} /s, gain × period {}", gains.join(", "), products.join(", "))?;
+            }
+            parameters(p, &p.tasks[m.program_index], out)?;
+            let (loss, reserve) = (worst(&task.sampled_loss()), worst(&task.reserve()));
+            if let Some(loss) = loss {
+                let bound = if loss.is_finite() { format!("{} mm", number(loss * 1e3)) } else { "unbounded, speeds are".to_string() };
+                writeln!(out, "      sampled-time loss at most {bound}, held in reserve {} mm", number(reserve.unwrap_or(0.0) * 1e3))?;
+            }
+            let names: Vec<&str> = m.row_info.iter().map(|r| r.name.as_str()).collect();
+            if m.nature == Nature::Limit {
+                wrapped(&names, out)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Degrees of freedom left after each level at the home configuration.
+fn freedom(p: &Program, stack: usize) -> Vec<usize> {
+    let mut p = p.clone();
+    p.run.stack = stack;
+    let Ok(mut controller) = Controller::new(&p) else { return Vec::new() };
+    let home = p.robot.home.clone();
+    if controller.step(&Observation { time: 0.0, q: &home }).fault.is_some() {
+        return Vec::new();
+    }
+    controller.solution().levels.iter().map(|l| l.freedom).collect()
+}
+
+fn worst(list: &[f64]) -> Option<f64> {
+    list.iter().copied().reduce(f64::max)
+}
+
+fn wrapped(names: &[&str], out: &mut String) -> std::fmt::Result {
+    let mut line = String::from("      rows");
+    for (i, n) in names.iter().enumerate() {
+        let comma = if i + 1 < names.len() { "," } else { "" };
+        if line.chars().count() + n.chars().count() + 2 > 110 {
+            writeln!(out, "{line}")?;
+            line = "          ".to_string();
+        }
+        line.push(' ');
+        line.push_str(n);
+        line.push_str(comma);
+    }
+    writeln!(out, "{line}")
+}
+
+fn parameters(p: &Program, task: &TaskProgram, out: &mut String) -> std::fmt::Result {
+    for (name, bound) in &task.params {
+        if let Some(text) = bound_text(p, bound) {
+            writeln!(out, "      {name} {text}")?;
+        }
+    }
+    Ok(())
+}
+
+fn bound_text(p: &Program, bound: &Bound) -> Option<String> {
+    let dof = |d: usize| p.robot.model.dofs[d].name.as_str();
+    match bound {
+        Bound::Value(s) => Some(slot(p, s)),
+        Bound::Frame(name, _) => Some(name.clone()),
+        Bound::Frames(list) => Some(list.iter().map(|f| f.0.as_str()).collect::<Vec<_>>().join(", ")),
+        Bound::Arm(a) => Some(format!("{} (tip {})", a.name, p.robot.model.link_ref(a.tip).name)),
+        // The rows name them.
+        Bound::Geometries(_) => None,
+        Bound::Joints(list) => Some(list.iter().map(|&d| dof(d)).collect::<Vec<_>>().join(", ")),
+        Bound::PerJoint(list) => {
+            let same = list.windows(2).all(|w| w[0].1 == w[1].1 || slot(p, &w[0].1) == slot(p, &w[1].1));
+            match list.first() {
+                Some(first) if same && list.len() > 2 => Some(format!("{} for {} joints", slot(p, &first.1), list.len())),
+                _ => Some(list.iter().map(|(d, s)| format!("{} {}", dof(*d), slot(p, s))).collect::<Vec<_>>().join(", ")),
+            }
+        }
+        Bound::PerArm(list) => Some(list.iter().map(|(a, s)| format!("{} {}", a.name, slot(p, s))).collect::<Vec<_>>().join(", ")),
+        Bound::Choice(word) => Some(word.clone()),
+        Bound::Group(map) => {
+            let inner: Vec<String> = map.iter().filter_map(|(k, b)| Some(format!("{k} {}", bound_text(p, b)?))).collect();
+            Some(format!("{{ {} }}", inner.join("  ")))
+        }
+    }
+}
+
+/// The numbers of a slot; moving ones as the tape's result that they read.
+fn slot(p: &Program, s: &Slot) -> String {
+    let one = |at: usize| match p.values.tape.outputs.iter().find(|o| o.at == at) {
+        Some(o) => format!("%{}", o.value),
+        None => number(p.values.initial[at]),
+    };
+    let parts: Vec<String> = (s.at..s.at + s.len).map(one).collect();
+    if parts.len() == 1 { parts[0].clone() } else { format!("[{}]", parts.join(", ")) }
+}
+
+fn values(p: &Program, out: &mut String) -> std::fmt::Result {
+    let v = &p.values;
+    writeln!(
+        out,
+        "\nvalues {} constant, {} moving by {} operations",
+        v.initial.len() - v.tape.outputs.len(),
+        v.tape.outputs.len(),
+        v.tape.ops.len()
+    )?;
+    for c in &v.captures {
+        let source = match &c.source {
+            CaptureSource::Task(t, name) => format!("{name} of {}", p.tasks[*t].name),
+            CaptureSource::FramePosition(l) => format!("position of {}", p.robot.model.link_ref(*l).name),
+            CaptureSource::FrameOrientation(l) => format!("orientation of {}", p.robot.model.link_ref(*l).name),
+            CaptureSource::Joint(q) => format!("position of joint {}", p.robot.q_names()[*q]),
+        };
+        writeln!(out, "  captured {}..{}: {source}", c.at, c.at + c.len)?;
+    }
+    for (i, op) in v.tape.ops.iter().enumerate() {
+        writeln!(out, "  %{i} = {}", operation(op))?;
+    }
+    for o in &v.tape.outputs {
+        writeln!(out, "  value %{} with rate %{}", o.value, o.rate)?;
+    }
+    Ok(())
+}
+
+fn operation(op: &Op) -> String {
+    match *op {
+        Op::Const(x) => number(x),
+        Op::T => "t".to_string(),
+        Op::Time => "time".to_string(),
+        Op::Input(k) => format!("captured {k}"),
+        Op::Add(a, b) => format!("%{a} + %{b}"),
+        Op::Sub(a, b) => format!("%{a} - %{b}"),
+        Op::Mul(a, b) => format!("%{a} * %{b}"),
+        Op::Div(a, b) => format!("%{a} / %{b}"),
+        Op::Neg(a) => format!("-%{a}"),
+        Op::Sin(a) => format!("sin %{a}"),
+        Op::Cos(a) => format!("cos %{a}"),
+        Op::Exp(a) => format!("exp %{a}"),
+        Op::Log(a) => format!("log %{a}"),
+        Op::Sqrt(a) => format!("sqrt %{a}"),
+        Op::Abs(a) => format!("abs %{a}"),
+        Op::Powi(a, n) => format!("%{a} ^ {n}"),
+        Op::Min(a, b) => format!("min %{a} %{b}"),
+        Op::Max(a, b) => format!("max %{a} %{b}"),
+        Op::Select(a, b, c) => format!("if %{a} >= 0 then %{b} else %{c}"),
+    }
+}
+
+/// A number with at most six significant digits, without trailing zeros.
+pub fn number(x: f64) -> String {
+    if !x.is_finite() {
+        return if x.is_nan() { "nan".into() } else if x > 0.0 { "inf".into() } else { "-inf".into() };
+    }
+    if x == 0.0 {
+        return "0".to_string();
+    }
+    let magnitude = x.abs().log10().floor();
+    if !(-5.0..7.0).contains(&magnitude) {
+        return format!("{x:.5e}");
+    }
+    let decimals = (5.0 - magnitude).max(0.0) as usize;
+    let text = format!("{x:.decimals$}");
+    let trimmed = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if trimmed == "-0" { "0".to_string() } else { trimmed.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::number;
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(number(0.1 + 0.2), "0.3");
+        assert_eq!(number(-1234.5678), "-1234.57");
+        assert_eq!(number(1e-9), "1.00000e-9");
+        assert_eq!(number(-1e-17), "-1.00000e-17");
+        assert_eq!(number(2e6), "2000000");
+    }
+}

@@ -1,0 +1,164 @@
+//! The task catalogue as text: for `hierarq tasks`, and for the docs, which are generated from it.
+
+use std::fmt::Write;
+
+use serde_json::{Value as Json, json};
+use stdlib_tasks::dimension::{ANGLE, LENGTH};
+use stdlib_tasks::params::{ParamInfo, ParamType, Presence, Quantity};
+use stdlib_tasks::task::{Nature, TaskKind};
+use stdlib_tasks::{KINDS, dimension::Dimension};
+
+fn nature(kind: &TaskKind) -> &'static str {
+    match kind.nature {
+        Nature::Limit => "limit",
+        Nature::Target => "target",
+    }
+}
+
+/// One line for each type.
+pub fn list() -> String {
+    let width = KINDS.iter().map(|k| k.name.len()).max().unwrap_or(0);
+    let mut out = String::new();
+    for kind in KINDS {
+        let _ = writeln!(out, "{:<width$}  {:<6}  {}", kind.name, nature(kind), kind.summary);
+    }
+    out.push_str("\n`hierarq tasks TYPE` shows parameters, equations and an example.\n");
+    out
+}
+
+fn unit(d: Dimension) -> String {
+    if d == stdlib_tasks::dimension::NONE { "no unit".to_string() } else { d.to_string() }
+}
+
+fn quantity(q: &Quantity) -> String {
+    let range = q.describe();
+    let comma = if range.is_empty() { String::new() } else { format!(", {range}") };
+    let constant = if q.constant { ", constant" } else { "" };
+    format!("number in {}{comma}{constant}", unit(q.dimension))
+}
+
+/// What a parameter may hold, in words.
+pub fn describe(ty: &ParamType) -> String {
+    match ty {
+        ParamType::Scalar(q) => quantity(q),
+        ParamType::AutoScalar(q) => format!("`auto`, or a {}", quantity(q)),
+        ParamType::Vector(d) => format!("vector in {}", unit(*d)),
+        ParamType::Vectors(n, d) => format!("{n} constant vectors in {}", unit(*d)),
+        ParamType::Rotation => "orientation".to_string(),
+        ParamType::Gains(names) => format!("rate in 1/s, or `{{ {} }}`", names.join(" .. ") + " .."),
+        ParamType::Frame => "link".to_string(),
+        ParamType::Frames => "links or arms".to_string(),
+        ParamType::Arm => "arm".to_string(),
+        ParamType::Geometries => "points, segments, links, groups".to_string(),
+        ParamType::Joints => "joints, groups of joints".to_string(),
+        ParamType::JointPositions => format!("`{{ JOINT value .. }}` in {ANGLE} or {LENGTH}"),
+        ParamType::JointVelocities => "`{ JOINT value .. }` in rad/s or m/s".to_string(),
+        ParamType::PerArm(d) => format!("`{{ ARM value .. }}` in {d}"),
+        ParamType::Choice(words) => words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "),
+        ParamType::Group(_) => "block".to_string(),
+    }
+}
+
+fn presence(p: &Presence) -> String {
+    match p {
+        Presence::Required => "required".to_string(),
+        Presence::Optional => "optional".to_string(),
+        Presence::Default(text) => format!("default `{text}`"),
+    }
+}
+
+fn rows<'a>(params: &'a [ParamInfo], prefix: &str, out: &mut Vec<(String, &'a ParamInfo)>) {
+    for p in params {
+        out.push((format!("{prefix}{}", p.name), p));
+        if let ParamType::Group(inner) = p.ty {
+            rows(inner, &format!("{prefix}{}.", p.name), out);
+        }
+    }
+}
+
+/// A type in full, for the terminal.
+pub fn page(kind: &TaskKind) -> String {
+    let mut out = format!("{}  ({})\n{}\n\n{}\n\n", kind.name, nature(kind), kind.summary, kind.docs);
+    out.push_str("Parameters\n");
+    let mut list = Vec::new();
+    rows(kind.params, "", &mut list);
+    for (name, p) in list {
+        let _ = writeln!(out, "  {name}: {}; {}\n      {}", describe(&p.ty), presence(&p.presence), p.text());
+    }
+    if !kind.positional.is_empty() {
+        let _ = writeln!(out, "\nIn parentheses: {}({})", kind.name, kind.positional.join(", "));
+    }
+    if !kind.actuals.is_empty() {
+        let names: Vec<&str> = kind.actuals.iter().map(|a| if a.name == "*" { "angle.ARM" } else { a.name }).collect();
+        let _ = writeln!(out, "\nFor initial(..): {}", names.join(", "));
+    }
+    let _ = write!(out, "\nExample\n{}\n", kind.example.lines().map(|l| format!("  {l}\n")).collect::<String>());
+    out
+}
+
+/// A type as data.
+pub fn json(kind: &TaskKind) -> Json {
+    let mut list = Vec::new();
+    rows(kind.params, "", &mut list);
+    let params: Vec<Json> = list
+        .iter()
+        .map(|(name, p)| {
+            json!({
+                "name": name,
+                "type": describe(&p.ty),
+                "required": p.presence == Presence::Required,
+                "default": match p.presence { Presence::Default(t) => Some(t), _ => None },
+                "doc": p.text(),
+            })
+        })
+        .collect();
+    json!({
+        "name": kind.name,
+        "nature": nature(kind),
+        "summary": kind.summary,
+        "docs": kind.docs,
+        "example": kind.example,
+        "positional": kind.positional,
+        "params": params,
+    })
+}
+
+/// The page of the docs that lists all types.
+pub fn markdown() -> String {
+    let mut out = String::from(
+        "# Task catalogue\n\nGenerated from the task library; do not edit. `hierarq tasks TYPE` prints the same.\n\n\
+         A *limit* keeps a value out of a region and has margins, safe where not negative. A *target* pulls a value to where \
+         it should be and has errors.\n\n| type | | keeps or does |\n|---|---|---|\n",
+    );
+    for kind in KINDS {
+        let _ = writeln!(out, "| [`{0}`](#{0}) | {1} | {2} |", kind.name, nature(kind), kind.summary);
+    }
+    for kind in KINDS {
+        let _ = write!(out, "\n## {}\n\n{}\n\n", kind.name, kind.docs);
+        out.push_str("| parameter | holds | | is |\n|---|---|---|---|\n");
+        let mut list = Vec::new();
+        rows(kind.params, "", &mut list);
+        for (name, p) in list {
+            let _ = writeln!(out, "| `{name}` | {} | {} | {} |", describe(&p.ty).replace('|', "\\|"), presence(&p.presence), p.text());
+        }
+        if !kind.positional.is_empty() {
+            let _ = writeln!(out, "\nIn parentheses: `{}({})`.", kind.name, kind.positional.join(", "));
+        }
+        if !kind.actuals.is_empty() {
+            let names: Vec<String> =
+                kind.actuals.iter().map(|a| format!("`{}`", if a.name == "*" { "angle.ARM" } else { a.name })).collect();
+            let _ = writeln!(out, "\nFor `initial(..)`: {}.", names.join(", "));
+        }
+        let _ = write!(out, "\n```hq\n{}\n```\n", kind.example);
+    }
+    out
+}
+
+/// The page of the docs that lists all diagnostic codes.
+pub fn codes_markdown() -> String {
+    let mut out = String::from("# Diagnostic codes\n\nGenerated; do not edit. `hierarq explain CODE` prints the same.\n");
+    for (code, title, text) in compiler::codes::all() {
+        let _ = write!(out, "\n## {code}: {title}\n\n{text}\n");
+    }
+    out
+}

@@ -1,0 +1,92 @@
+//! `hierarq fmt SPEC ..`
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use compiler::Report;
+use dsl::{Severity, Spelling};
+use hierarq::project;
+
+use super::{Outcome, output};
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Specs (`*.hq`, `*.yaml`).
+    #[arg(required = true)]
+    specs: Vec<PathBuf>,
+    /// Print in this spelling to standard output instead of formatting in place.
+    #[arg(long, value_enum)]
+    to: Option<To>,
+    /// Change nothing; fail where a file is not formatted.
+    #[arg(long, conflicts_with = "to")]
+    check: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum To {
+    Hq,
+    Yaml,
+}
+
+pub fn run(a: &Arguments) -> Outcome {
+    if a.to.is_some() && a.specs.len() > 1 {
+        return Outcome::Trouble("`--to` prints one spec; give it one".to_string());
+    }
+    let mut failed = false;
+    for path in &a.specs {
+        match one(a, path) {
+            Ok(good) => failed |= !good,
+            Err(trouble) => return Outcome::Trouble(trouble),
+        }
+    }
+    if failed { Outcome::Failed } else { Outcome::Good }
+}
+
+fn one(a: &Arguments, path: &Path) -> Result<bool, String> {
+    let (spelling, text) = match project::read(path) {
+        Ok(x) => x,
+        Err(report) => {
+            output::show(&report);
+            return Ok(false);
+        }
+    };
+    let mut report = Report::default();
+    let source = report.sources.add(path.display().to_string(), text.clone());
+    let (spec, diagnostics) = dsl::parse(source, &text, spelling);
+    if diagnostics.iter().any(|d| d.severity == Severity::Error) {
+        report.diagnostics = diagnostics;
+        report.finish();
+        output::show(&report);
+        output::error_line(&format!("{}: left as it is, because it cannot be read in full", path.display()));
+        return Ok(false);
+    }
+    match a.to {
+        Some(to) => {
+            output::print(&dsl::print(&spec, if to == To::Hq { Spelling::Hq } else { Spelling::Yaml }));
+            Ok(true)
+        }
+        None => {
+            let formatted = dsl::print(&spec, spelling);
+            if formatted == text {
+                return Ok(true);
+            }
+            if a.check {
+                output::error_line(&format!("{}: not formatted", path.display()));
+                return Ok(false);
+            }
+            replace(path, &formatted).map_err(|e| format!("cannot write {}: {e}", path.display()))?;
+            Ok(true)
+        }
+    }
+}
+
+/// Replaces a file in one step, so that an interruption leaves the old one or the new one.
+fn replace(path: &Path, text: &str) -> std::io::Result<()> {
+    let target = std::fs::canonicalize(path)?;
+    let mut name = target.file_name().unwrap_or_default().to_os_string();
+    name.push(".tmp");
+    let beside = target.with_file_name(name);
+    std::fs::write(&beside, text)?;
+    std::fs::set_permissions(&beside, std::fs::metadata(&target)?.permissions())?;
+    std::fs::rename(&beside, &target)
+}

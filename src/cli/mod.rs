@@ -1,0 +1,105 @@
+//! The command line: what each command takes, and its exit code.
+//!
+//! 0 good, 1 the spec or the run fails, 2 wrong usage or a file that cannot be written.
+
+mod check;
+mod compile;
+mod explain;
+mod fmt;
+mod output;
+mod run;
+mod table;
+mod tasks;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+use hierarq::project::Settings;
+
+/// Task hierarchies for robots that work beside people: check a spec, compile it, run it.
+#[derive(Parser)]
+#[command(name = "hierarq", version, about, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Check specs and report every mistake.
+    Check(check::Arguments),
+    /// Print the compiled program.
+    Compile(compile::Arguments),
+    /// Run a spec, or a compiled program, on the simulated robot.
+    Run(run::Arguments),
+    /// List the task types, or describe one in full.
+    Tasks(tasks::Arguments),
+    /// Explain a diagnostic code.
+    Explain(explain::Arguments),
+    /// Format specs, or convert them to the other spelling.
+    Fmt(fmt::Arguments),
+}
+
+/// How specs are compiled.
+#[derive(Args, Clone, Debug)]
+struct SpecOptions {
+    /// Override a `param` of the spec, such as `--set approach=0.2m`. May be repeated.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = name_value)]
+    set: Vec<(String, String)>,
+    /// Folder in which `package://` addresses of a URDF are looked for. May be repeated.
+    #[arg(long, value_name = "DIR")]
+    package_path: Vec<PathBuf>,
+}
+
+impl SpecOptions {
+    fn settings(&self) -> Settings {
+        Settings { set: self.set.clone(), package_paths: self.package_path.clone() }
+    }
+}
+
+fn name_value(text: &str) -> Result<(String, String), String> {
+    let (name, value) = text.split_once('=').ok_or("write NAME=VALUE")?;
+    let (name, value) = (name.trim(), value.trim());
+    let plain = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') && !name.starts_with(|c: char| c.is_ascii_digit());
+    if name.is_empty() || !plain || value.is_empty() || value.contains(['\n', '\r']) {
+        return Err("write NAME=VALUE on one line, with a name of letters, digits and `_`".to_string());
+    }
+    Ok((name.to_string(), value.to_string()))
+}
+
+/// How a command ended.
+enum Outcome {
+    /// All is well.
+    Good,
+    /// The spec, or the run, failed; what is wrong has been said.
+    Failed,
+    /// Something else stood in the way, which has not been said yet.
+    Trouble(String),
+}
+
+impl From<std::io::Error> for Outcome {
+    fn from(e: std::io::Error) -> Self {
+        Outcome::Trouble(e.to_string())
+    }
+}
+
+/// Parses the command line and runs the command.
+pub fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Check(a) => check::run(&a),
+        Command::Compile(a) => compile::run(&a),
+        Command::Run(a) => run::run(&a),
+        Command::Tasks(a) => tasks::run(&a),
+        Command::Explain(a) => explain::run(&a),
+        Command::Fmt(a) => fmt::run(&a),
+    };
+    match outcome {
+        Outcome::Good => ExitCode::SUCCESS,
+        Outcome::Failed => ExitCode::from(1),
+        Outcome::Trouble(text) => {
+            output::error_line(&text);
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! `hierarq run SPEC`
+
+use std::fs::File;
+use std::io::{BufWriter, IsTerminal};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use hierarq::{project, report};
+use indicatif::{ProgressBar, ProgressStyle};
+use runtime::record::All;
+use runtime::record::csv::CsvRecorder;
+use runtime::record::series::SeriesRecorder;
+use runtime::record::summary::{Summary, SummaryRecorder};
+use runtime::{Program, Simulation};
+
+use super::{Outcome, SpecOptions, output, table};
+
+#[derive(Args)]
+pub struct Arguments {
+    /// A spec (`*.hq`, `*.yaml`), or a compiled program (`*.json`).
+    spec: PathBuf,
+    #[command(flatten)]
+    options: SpecOptions,
+    /// Folder for report.html, log.csv and summary.json [default: out/NAME].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the summary as JSON.
+    #[arg(long)]
+    json: bool,
+    /// Run for this long instead of what the spec says, in seconds.
+    #[arg(long, value_name = "SECONDS")]
+    duration: Option<f64>,
+}
+
+pub fn run(a: &Arguments) -> Outcome {
+    let compiled = project::load(&a.spec, &a.options.settings());
+    let Some(mut program) = compiled.program else {
+        if a.json {
+            output::print(&format!("{:#}\n", compiled.report.to_json()));
+        } else {
+            output::show(&compiled.report);
+        }
+        return Outcome::Failed;
+    };
+    output::show(&compiled.report);
+    if let Some(d) = a.duration {
+        program.run.duration = d;
+        if let Err(e) = program.check() {
+            return Outcome::Trouble(format!("--duration {d}: {}", e.message));
+        }
+    }
+    let folder = a.out.clone().unwrap_or_else(|| Path::new("out").join(&program.name));
+    match execute(&program, &a.spec.display().to_string(), &folder, a.json) {
+        Ok(summary) if summary.ok => Outcome::Good,
+        Ok(_) => Outcome::Failed,
+        Err(trouble) => Outcome::Trouble(trouble),
+    }
+}
+
+fn execute(program: &Program, spec: &str, folder: &Path, json: bool) -> Result<Summary, String> {
+    let mut simulation = Simulation::new(program).map_err(|e| e.to_string())?;
+    let ticks = simulation.ticks();
+    std::fs::create_dir_all(folder).map_err(|e| format!("cannot create {}: {e}", folder.display()))?;
+    let path = |name: &str| folder.join(name);
+    let failed = |p: &Path| {
+        let p = p.display().to_string();
+        move |e: std::io::Error| format!("cannot write {p}: {e}")
+    };
+    let log = path("log.csv");
+    let file = File::create(&log).map_err(failed(&log))?;
+    let controller = simulation.controller();
+    let mut csv = CsvRecorder::new(BufWriter::with_capacity(1 << 16, file), program, controller.evaluator().members()).map_err(failed(&log))?;
+    let mut statistics = SummaryRecorder::new(controller, ticks);
+    let mut series = SeriesRecorder::new(controller, ticks, report::drawn_links(program));
+
+    let bar = progress(ticks);
+    let started = Instant::now();
+    let mut clock = || started.elapsed().as_secs_f64();
+    let mut go_on = |tick: usize| {
+        if tick % 64 == 0 {
+            bar.set_position(tick as u64);
+        }
+        true
+    };
+    let mut all = All(vec![&mut csv, &mut statistics, &mut series]);
+    simulation.run(&mut all, &mut clock, &mut go_on).map_err(|e| format!("cannot write {}: {e}", log.display()))?;
+    bar.finish_and_clear();
+    let took = started.elapsed();
+    csv.finish().map_err(failed(&log))?;
+
+    let outputs: Vec<String> = ["report.html", "log.csv", "summary.json"].iter().map(|n| path(n).display().to_string()).collect();
+    let summary = statistics.summary(program, simulation.controller(), outputs);
+    let text = serde_json::to_string_pretty(&summary).map_err(|e| e.to_string())? + "\n";
+    write(&path("summary.json"), &text)?;
+    write(&path("report.html"), &report::html(program, spec, &summary, &series))?;
+    if json {
+        output::print(&text);
+    } else {
+        show(program, &summary, folder, took);
+    }
+    Ok(summary)
+}
+
+fn write(path: &Path, text: &str) -> Result<(), String> {
+    std::fs::write(path, text).map_err(|e| format!("cannot write {}: {e}", path.display()))
+}
+
+fn progress(ticks: usize) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(ticks as u64);
+    if let Ok(style) = ProgressStyle::with_template("  {bar:40.cyan/black} {percent:>3} %  {pos} of {len} ticks, {eta} left") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn show(program: &Program, summary: &Summary, folder: &Path, took: Duration) {
+    let stack = &program.stacks[program.run.stack];
+    let order: Vec<String> = stack.levels.iter().flat_map(|l| &l.members).map(|m| program.tasks[m.task].name.clone()).collect();
+    let speed = summary.duration_s / took.as_secs_f64().max(1e-9);
+    let t = &summary.tick_us;
+    let mark = if summary.ok { "held" } else { "FAILED" };
+    output::print(&format!(
+        "\n{}\n{}\n{}\n{mark}: {}\n{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\nwrote {}\n",
+        program.title,
+        table::tasks(summary, &order),
+        table::levels(summary),
+        report::verdict(summary),
+        summary.ticks,
+        program.robot.period * 1e3,
+        t.median,
+        t.p99,
+        t.max,
+        ["report.html", "log.csv", "summary.json"].map(|n| folder.join(n).display().to_string()).join(", "),
+    ));
+}

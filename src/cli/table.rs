@@ -1,0 +1,119 @@
+//! The table at the end of a run.
+
+use comfy_table::{CellAlignment, Table, presets};
+use runtime::record::summary::{LevelSummary, Summary, TaskSummary};
+
+/// A number with its SI unit, at a scale that reads well; angles in degrees.
+pub fn quantity(x: f64, unit: &str) -> String {
+    if !x.is_finite() {
+        return "-".to_string();
+    }
+    let (x, unit) = match unit {
+        "rad" => (x.to_degrees(), "deg"),
+        "rad/s" => (x.to_degrees(), "deg/s"),
+        other => (x, other),
+    };
+    // What rounding leaves of a zero is shown as zero.
+    let x = if x.abs() < 1e-12 { 0.0 } else { x };
+    let a = x.abs();
+    if a == 0.0 {
+        return format!("0 {unit}").trim_end().to_string();
+    }
+    if unit.starts_with('m') && (unit == "m" || unit == "m/s") {
+        let rest = &unit[1..];
+        return match a {
+            _ if a < 1e-6 => format!("{x:.0e} {unit}"),
+            _ if a < 1e-3 => format!("{} um{rest}", significant(x * 1e6)),
+            _ if a < 0.1 => format!("{} mm{rest}", significant(x * 1e3)),
+            _ => format!("{} {unit}", significant(x)),
+        };
+    }
+    if a < 1e-4 { format!("{x:.0e} {unit}") } else { format!("{} {unit}", significant(x)) }
+}
+
+fn significant(x: f64) -> String {
+    let a = x.abs();
+    let decimals = if a == 0.0 || a >= 100.0 { 0 } else if a >= 10.0 { 1 } else if a >= 1.0 { 2 } else { 3 };
+    format!("{x:.decimals$}")
+}
+
+fn share(x: f64) -> String {
+    if x == 0.0 { "never".to_string() } else if x >= 0.9995 { "always".to_string() } else { format!("{:.1} %", 100.0 * x) }
+}
+
+fn new_table(header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_BORDERS_ONLY).set_header(header.to_vec());
+    table
+}
+
+/// Tasks in the order of their levels.
+pub fn tasks(summary: &Summary, order: &[String]) -> String {
+    let mut table = new_table(&["level", "task", "closest / largest error", "at", "at the end", "active"]);
+    for name in order {
+        let Some(t) = summary.tasks.get(name) else { continue };
+        for (i, row) in rows(t).into_iter().enumerate() {
+            let (level, task) = if i == 0 { (t.level.clone(), name.clone()) } else { (String::new(), String::new()) };
+            table.add_row([level, task, row.0, row.1, row.2, row.3]);
+        }
+    }
+    for i in 2..6 {
+        if let Some(c) = table.column_mut(i) {
+            c.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    format!("{table}\n")
+}
+
+fn rows(t: &TaskSummary) -> Vec<(String, String, String, String)> {
+    let at = |s: f64| format!("{s:.2} s");
+    let note = if t.undefined_ticks > 0 { format!("undefined on {} ticks", t.undefined_ticks) } else { String::new() };
+    if let Some(m) = t.min_margin {
+        let row = t.min_margin_row.as_deref().map(|r| format!("  {r}")).unwrap_or_default();
+        let last = t.final_margin.map(|x| quantity(x, &t.unit)).unwrap_or_default();
+        let unit = t.min_margin_unit.as_deref().unwrap_or(&t.unit);
+        return vec![(format!("{}{row}", quantity(m, unit)), at(t.at_s), last, t.active_share.map(share).unwrap_or_default())];
+    }
+    if t.errors.is_empty() {
+        let value = |x: Option<f64>| x.map(|x| quantity(x, &t.unit)).unwrap_or_default();
+        return vec![(value(t.max_error), at(t.at_s), value(t.final_error), note)];
+    }
+    (t.errors.iter().enumerate())
+        .map(|(i, (part, e))| {
+            let note = if i == 0 { note.clone() } else { String::new() };
+            (format!("{}  {part}", quantity(e.max, &e.unit)), at(e.at_s), quantity(e.last, &e.unit), note)
+        })
+        .collect()
+}
+
+/// Levels, the most important first.
+pub fn levels(summary: &Summary) -> String {
+    let mut table = new_table(&["level", "rows", "at a bound", "could not be met in full", "freedom left, at least"]);
+    for LevelSummary { name, hard, rows, saturated_share, relaxed_share, min_freedom, .. } in &summary.levels {
+        let name = if *hard { format!("{name} (hard)") } else { name.clone() };
+        table.add_row([name, rows.to_string(), share(*saturated_share), share(*relaxed_share), min_freedom.to_string()]);
+    }
+    for i in 1..5 {
+        if let Some(c) = table.column_mut(i) {
+            c.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    format!("{table}\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quantity;
+
+    #[test]
+    fn quantities_read_well() {
+        assert_eq!(quantity(0.0031, "m"), "3.10 mm");
+        assert_eq!(quantity(-0.25, "m"), "-0.250 m");
+        assert_eq!(quantity(2e-5, "m"), "20.0 um");
+        assert_eq!(quantity(std::f64::consts::PI, "rad"), "180 deg");
+        assert_eq!(quantity(1e-10, "rad"), "6e-9 deg");
+        assert_eq!(quantity(-1e-17, "m"), "0 m");
+        assert_eq!(quantity(0.0, "m"), "0 m");
+        assert_eq!(quantity(f64::NAN, "m"), "-");
+    }
+}

@@ -1,0 +1,110 @@
+//! Files of a user: reading a spec or a compiled program, and where results go.
+
+use std::path::{Path, PathBuf};
+
+use compiler::{Compiled, Input, Report};
+use dsl::{Diagnostic, Span, Spelling};
+use runtime::Program;
+
+/// How a file is compiled.
+#[derive(Clone, Debug, Default)]
+pub struct Settings {
+    /// Parameters that are overridden, as `(name, value)`.
+    pub set: Vec<(String, String)>,
+    /// Where `package://` addresses are looked for, beside the usual places.
+    pub package_paths: Vec<PathBuf>,
+}
+
+/// A report that holds one diagnostic about a file as a whole.
+fn about(name: &str, text: &str, code: &'static str, message: String, help: &str) -> Report {
+    let mut report = Report::default();
+    let source = report.sources.add(name, text);
+    report.diagnostics.push(Diagnostic::error(code, Span::new(source, 0, 0), message).help(help));
+    report
+}
+
+/// The spelling and text of a file.
+///
+/// # Errors
+/// A report that says why it cannot be read.
+pub fn read(path: &Path) -> Result<(Spelling, String), Box<Report>> {
+    let name = path.display().to_string();
+    let Some(spelling) = Spelling::of_path(path) else {
+        return Err(Box::new(about(
+            &name,
+            "",
+            "HQ0401",
+            format!("`{name}` is no spec: its name ends neither in .hq nor in .yaml"),
+            "rename the file, or give a spec",
+        )));
+    };
+    let bytes = match std::fs::read(path) {
+        Ok(b) => b,
+        Err(e) => {
+            let help = similar(path).map_or_else(|| "check the path".to_string(), |n| format!("did you mean `{n}`?"));
+            return Err(Box::new(about(&name, "", "HQ0401", format!("cannot read `{name}`: {e}"), &help)));
+        }
+    };
+    let mut report = Report::default();
+    let source = report.sources.add(&name, String::from_utf8_lossy(&bytes));
+    match dsl::limits::decode(source, &bytes) {
+        Ok(text) => Ok((spelling, text.to_string())),
+        Err(d) => {
+            report.diagnostics.push(*d);
+            Err(Box::new(report))
+        }
+    }
+}
+
+fn similar(path: &Path) -> Option<String> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let wanted = path.file_name()?.to_str()?;
+    let mut names: Vec<String> = std::fs::read_dir(folder).ok()?.filter_map(|e| e.ok()?.file_name().into_string().ok()).collect();
+    names.sort();
+    let near = compiler::names::suggest(wanted, names.iter().map(String::as_str))?;
+    Some(path.with_file_name(near).display().to_string())
+}
+
+/// Compiles a spec file.
+pub fn compile(path: &Path, settings: &Settings) -> Compiled {
+    match read(path) {
+        Ok((spelling, text)) => {
+            let name = path.display().to_string();
+            compiler::compile(&Input {
+                name: &name,
+                text: &text,
+                spelling,
+                folder: path.parent().unwrap_or(Path::new("")),
+                set: &settings.set,
+                package_paths: &settings.package_paths,
+            })
+        }
+        Err(report) => Compiled { program: None, report: *report },
+    }
+}
+
+/// Loads a file that can be run: a spec, or a compiled program (`*.json`).
+pub fn load(path: &Path, settings: &Settings) -> Compiled {
+    if path.extension().and_then(|e| e.to_str()) != Some("json") {
+        return compile(path, settings);
+    }
+    let name = path.display().to_string();
+    let refuse = |message: String| Compiled {
+        program: None,
+        report: about(&name, "", "HQ0607", message, "compile the spec again: `hierarq compile SPEC --format json`"),
+    };
+    let text = match std::fs::read_to_string(path) {
+        Ok(t) => t,
+        Err(e) => return refuse(format!("cannot read `{name}`: {e}")),
+    };
+    if !settings.set.is_empty() {
+        return refuse("`--set` changes a spec, and this is a program that was compiled already".to_string());
+    }
+    match serde_json::from_str::<Program>(&text) {
+        Ok(program) => match program.check() {
+            Ok(()) => Compiled { program: Some(program), report: Report::default() },
+            Err(e) => refuse(format!("`{name}` is no program that can be run: {e}")),
+        },
+        Err(e) => refuse(format!("`{name}` is no compiled program: {e}")),
+    }
+}

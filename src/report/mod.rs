@@ -1,0 +1,118 @@
+//! The report of a run: one HTML file with plots and a 3D replay that opens offline.
+//!
+//! The page itself is built from `assets/` (see its README); here its data is put together from what was recorded.
+
+mod plots;
+mod scene;
+
+use runtime::Program;
+use runtime::record::series::SeriesRecorder;
+use runtime::record::summary::{MARGIN_TOLERANCE, Summary, TaskSummary};
+use serde_json::{Value as Json, json};
+
+static TEMPLATE: &str = include_str!("assets/report.html");
+static PLACEHOLDER: &str = "@@HIERARQ_DATA@@";
+
+pub use scene::drawn_links;
+
+/// The report as HTML.
+pub fn html(program: &Program, spec: &str, summary: &Summary, series: &SeriesRecorder) -> String {
+    let data = data(program, spec, summary, series).to_string().replace('<', "\\u003c");
+    TEMPLATE.replacen(PLACEHOLDER, &data, 1)
+}
+
+/// The data of the page, version 1.
+pub fn data(program: &Program, spec: &str, summary: &Summary, series: &SeriesRecorder) -> Json {
+    json!({
+        "version": 1,
+        "title": program.title,
+        "program": program.name,
+        "spec": spec,
+        "generated_by": concat!("hierarq ", env!("CARGO_PKG_VERSION")),
+        "duration": summary.duration_s,
+        "period": program.robot.period,
+        "ticks": summary.ticks,
+        "verdict": { "ok": summary.ok, "text": verdict(summary) },
+        "summary_rows": rows(program, summary),
+        "levels": summary.levels.iter().map(|l| json!({
+            "name": l.name, "hard": l.hard, "rows": l.rows, "freedom": l.min_freedom,
+            "saturated_share": l.saturated_share, "worst_violation": l.max_violation,
+        })).collect::<Vec<_>>(),
+        "tick_us": summary.tick_us,
+        "faults": summary.faults,
+        "time": series.times,
+        "plots": plots::all(program, series),
+        "scene": scene::scene(program, series),
+    })
+}
+
+/// One sentence: did everything hold, and what came closest.
+pub fn verdict(summary: &Summary) -> String {
+    if let Some(f) = summary.faults.first() {
+        return format!("Fault at {:.2} s: {}. The robot was kept still from then on.", f.time, f.text);
+    }
+    // Distances only: a joint that rests at its limit has a margin of zero, and that is as it should be.
+    let closest = |t: &&(&String, &TaskSummary)| t.1.unit == "m" && t.1.min_margin.is_some();
+    let limits: Vec<(&String, &TaskSummary)> = summary.tasks.iter().filter(|t| t.1.min_margin.is_some()).collect();
+    let passed: Vec<String> = limits
+        .iter()
+        .filter(|(_, t)| t.min_margin.is_some_and(|m| m < -MARGIN_TOLERANCE))
+        .map(|(name, t)| format!("`{name}` ({})", t.min_margin_row.as_deref().unwrap_or("?")))
+        .collect();
+    if !passed.is_empty() {
+        return format!("Passed: {}.", passed.join(", "));
+    }
+    let distance = limits.iter().filter(closest).min_by(|a, b| a.1.min_margin.partial_cmp(&b.1.min_margin).unwrap_or(std::cmp::Ordering::Equal));
+    match distance {
+        Some((name, t)) => {
+            let row = t.min_margin_row.as_deref().unwrap_or("?");
+            format!("No limit was passed. Smallest distance to one: {} (`{name}`, {row}).", length(t.min_margin.unwrap_or(0.0)))
+        }
+        None if limits.is_empty() => "No fault. The stack has no limits.".to_string(),
+        None => "No limit was passed.".to_string(),
+    }
+}
+
+/// A length with a unit that fits it.
+pub fn length(x: f64) -> String {
+    let a = x.abs();
+    if a == 0.0 {
+        "0 m".to_string()
+    } else if a < 1e-6 {
+        format!("{x:.1e} m")
+    } else if a < 1e-3 {
+        format!("{:.1} um", x * 1e6)
+    } else if a < 0.1 {
+        format!("{:.1} mm", x * 1e3)
+    } else {
+        format!("{x:.3} m")
+    }
+}
+
+fn rows(program: &Program, summary: &Summary) -> Vec<Json> {
+    let stack = &program.stacks[program.run.stack];
+    let ordered = stack.levels.iter().flat_map(|l| &l.members).map(|m| &program.tasks[m.task].name);
+    ordered
+        .filter_map(|name| Some((name, summary.tasks.get(name)?)))
+        .map(|(name, t)| {
+            let measures: Vec<Json> = if let Some(m) = t.min_margin {
+                vec![json!({ "name": "margin", "unit": t.unit, "smallest": finite(m), "final": t.final_margin.and_then(finite), "at": t.at_s })]
+            } else if t.errors.is_empty() {
+                vec![json!({ "name": "error", "unit": t.unit, "largest": t.max_error, "final": t.final_error, "at": t.at_s })]
+            } else {
+                (t.errors.iter())
+                    .map(|(part, e)| json!({ "name": part, "unit": e.unit, "largest": e.max, "final": finite(e.last), "at": e.at_s }))
+                    .collect()
+            };
+            json!({
+                "task": name, "kind": t.kind, "level": t.level, "measures": measures,
+                "active_share": t.active_share, "active_rows": t.active_rows,
+            })
+        })
+        .collect()
+}
+
+/// A number, or null.
+fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}
