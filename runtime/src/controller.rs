@@ -181,6 +181,12 @@ impl Controller {
         &self.problem
     }
 
+    /// Degrees of freedom left after a level at the last tick, without those that the stack locks.
+    pub fn freedom(&self, level: usize) -> usize {
+        let left = self.solution.levels.get(level).map_or(0, |l| l.freedom);
+        left.saturating_sub(self.evaluator.locked().len())
+    }
+
     /// Names of the levels.
     pub fn level_names(&self) -> &[String] {
         &self.level_names

@@ -176,6 +176,11 @@ impl Evaluator {
         &self.members
     }
 
+    /// Degrees of freedom that the stack keeps still.
+    pub fn locked(&self) -> &[usize] {
+        &self.locked
+    }
+
     /// `h` of every row of every limit.
     pub fn margins(&self) -> &[f64] {
         &self.margins

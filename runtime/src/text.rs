@@ -92,7 +92,7 @@ fn stack_text(p: &Program, index: usize, stack: &StackProgram, out: &mut String)
                 let gains: Vec<String> = gains.iter().map(|g| number(*g)).collect();
                 writeln!(out, "      gain {} /s, gain × period {}", gains.join(", "), products.join(", "))?;
             }
-            parameters(p, &p.tasks[m.program_index], out)?;
+            parameters(p, &p.tasks[m.program_index], !gains.is_empty(), out)?;
             let (loss, reserve) = (worst(&task.sampled_loss()), worst(&task.reserve()));
             if let Some(loss) = loss {
                 let bound = if loss.is_finite() { format!("{} mm", number(loss * 1e3)) } else { "unbounded, speeds are".to_string() };
@@ -116,7 +116,7 @@ fn freedom(p: &Program, stack: usize) -> Vec<usize> {
     if controller.step(&Observation { time: 0.0, q: &home }).fault.is_some() {
         return Vec::new();
     }
-    controller.solution().levels.iter().map(|l| l.freedom).collect()
+    (0..controller.solution().levels.len()).map(|level| controller.freedom(level)).collect()
 }
 
 fn worst(list: &[f64]) -> Option<f64> {
@@ -138,8 +138,8 @@ fn wrapped(names: &[&str], out: &mut String) -> std::fmt::Result {
     writeln!(out, "{line}")
 }
 
-fn parameters(p: &Program, task: &TaskProgram, out: &mut String) -> std::fmt::Result {
-    for (name, bound) in &task.params {
+fn parameters(p: &Program, task: &TaskProgram, gain_is_said: bool, out: &mut String) -> std::fmt::Result {
+    for (name, bound) in task.params.iter().filter(|(name, _)| !(gain_is_said && *name == "gain")) {
         if let Some(text) = bound_text(p, bound) {
             writeln!(out, "      {name} {text}")?;
         }
@@ -148,7 +148,6 @@ fn parameters(p: &Program, task: &TaskProgram, out: &mut String) -> std::fmt::Re
 }
 
 fn bound_text(p: &Program, bound: &Bound) -> Option<String> {
-    let dof = |d: usize| p.robot.model.dofs[d].name.as_str();
     match bound {
         Bound::Value(s) => Some(slot(p, s)),
         Bound::Frame(name, _) => Some(name.clone()),
@@ -156,14 +155,8 @@ fn bound_text(p: &Program, bound: &Bound) -> Option<String> {
         Bound::Arm(a) => Some(format!("{} (tip {})", a.name, p.robot.model.link_ref(a.tip).name)),
         // The rows name them.
         Bound::Geometries(_) => None,
-        Bound::Joints(list) => Some(list.iter().map(|&d| dof(d)).collect::<Vec<_>>().join(", ")),
-        Bound::PerJoint(list) => {
-            let same = list.windows(2).all(|w| w[0].1 == w[1].1 || slot(p, &w[0].1) == slot(p, &w[1].1));
-            match list.first() {
-                Some(first) if same && list.len() > 2 => Some(format!("{} for {} joints", slot(p, &first.1), list.len())),
-                _ => Some(list.iter().map(|(d, s)| format!("{} {}", dof(*d), slot(p, s))).collect::<Vec<_>>().join(", ")),
-            }
-        }
+        Bound::Joints(list) => Some(list.iter().map(|&d| p.robot.model.dofs[d].name.as_str()).collect::<Vec<_>>().join(", ")),
+        Bound::PerJoint(list) => Some(runs(p, list)),
         Bound::PerArm(list) => Some(list.iter().map(|(a, s)| format!("{} {}", a.name, slot(p, s))).collect::<Vec<_>>().join(", ")),
         Bound::Choice(word) => Some(word.clone()),
         Bound::Group(map) => {
@@ -171,6 +164,24 @@ fn bound_text(p: &Program, bound: &Bound) -> Option<String> {
             Some(format!("{{ {} }}", inner.join("  ")))
         }
     }
+}
+
+/// Runs of joints that share a value: `0 for torso_yaw .. head_tilt`.
+fn runs(p: &Program, list: &[(usize, Slot)]) -> String {
+    let mut runs: Vec<(String, Vec<&str>)> = Vec::new();
+    for (dof, s) in list {
+        let (value, name) = (slot(p, s), p.robot.model.dofs[*dof].name.as_str());
+        match runs.last_mut() {
+            Some(run) if run.0 == value => run.1.push(name),
+            _ => runs.push((value, vec![name])),
+        }
+    }
+    let one = |(value, names): &(String, Vec<&str>)| match names.as_slice() {
+        [only] => format!("{only} {value}"),
+        [first, .., last] => format!("{first}..{last} {value}"),
+        [] => String::new(),
+    };
+    runs.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
 /// The numbers of a slot; moving ones as the tape's result that they read.
@@ -204,8 +215,12 @@ fn values(p: &Program, out: &mut String) -> std::fmt::Result {
     for (i, op) in v.tape.ops.iter().enumerate() {
         writeln!(out, "  %{i} = {}", operation(op))?;
     }
+    let mut said = Vec::new();
     for o in &v.tape.outputs {
-        writeln!(out, "  value %{} with rate %{}", o.value, o.rate)?;
+        if !said.contains(&o.value) {
+            said.push(o.value);
+            writeln!(out, "  value %{} with rate %{}", o.value, o.rate)?;
+        }
     }
     Ok(())
 }

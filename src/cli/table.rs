@@ -69,9 +69,10 @@ fn rows(t: &TaskSummary) -> Vec<(String, String, String, String)> {
     let at = |s: f64| format!("{s:.2} s");
     let note = if t.undefined_ticks > 0 { format!("undefined on {} ticks", t.undefined_ticks) } else { String::new() };
     if let Some(m) = t.min_margin {
-        let row = t.min_margin_row.as_deref().map(|r| format!("  {r}")).unwrap_or_default();
-        let last = t.final_margin.map(|x| quantity(x, &t.unit)).unwrap_or_default();
         let unit = t.min_margin_unit.as_deref().unwrap_or(&t.unit);
+        let row = t.min_margin_row.as_deref().map(|r| format!("  {r}")).unwrap_or_default();
+        // Rows of several units have no common last value.
+        let last = t.final_margin.filter(|_| unit == t.unit).map(|x| quantity(x, unit)).unwrap_or_default();
         return vec![(format!("{}{row}", quantity(m, unit)), at(t.at_s), last, t.active_share.map(share).unwrap_or_default())];
     }
     if t.errors.is_empty() {

@@ -96,7 +96,10 @@ fn rows(program: &Program, summary: &Summary) -> Vec<Json> {
         .filter_map(|name| Some((name, summary.tasks.get(name)?)))
         .map(|(name, t)| {
             let measures: Vec<Json> = if let Some(m) = t.min_margin {
-                vec![json!({ "name": "margin", "unit": t.unit, "smallest": finite(m), "final": t.final_margin.and_then(finite), "at": t.at_s })]
+                let unit = t.min_margin_unit.as_deref().unwrap_or(&t.unit);
+                // Rows of several units have no common last value.
+                let last = t.final_margin.filter(|_| unit == t.unit).and_then(finite).map(tidy);
+                vec![json!({ "name": "margin", "unit": unit, "smallest": finite(m).map(tidy), "final": last, "at": t.at_s })]
             } else if t.errors.is_empty() {
                 vec![json!({ "name": "error", "unit": t.unit, "largest": t.max_error, "final": t.final_error, "at": t.at_s })]
             } else {
@@ -110,6 +113,11 @@ fn rows(program: &Program, summary: &Summary) -> Vec<Json> {
             })
         })
         .collect()
+}
+
+/// What rounding leaves of a zero is shown as zero.
+fn tidy(x: f64) -> f64 {
+    if x.abs() < MARGIN_TOLERANCE { 0.0 } else { x }
 }
 
 /// A number, or null.

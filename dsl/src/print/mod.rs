@@ -12,7 +12,7 @@ use crate::tree::Comments;
 use crate::words::has_block;
 
 /// Columns that a line with several parts may have.
-const WIDTH: usize = 100;
+const WIDTH: usize = 120;
 
 /// Lines under construction.
 struct Lines {

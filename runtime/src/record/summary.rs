@@ -262,7 +262,7 @@ impl SummaryRecorder {
             relaxed_share: share(s.relaxed),
             saturated_share: share(s.saturated),
             max_violation: s.violation,
-            min_freedom: s.freedom,
+            min_freedom: s.freedom.saturating_sub(controller.evaluator().locked().len()),
         };
         let faults: Vec<FaultRecord> = self
             .fault

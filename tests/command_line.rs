@@ -1,0 +1,210 @@
+//! The command line as a user or a script meets it: exit codes, files, JSON.
+
+mod common;
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+fn hierarq(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hierarq"))
+        .args(args)
+        .env("NO_COLOR", "1")
+        .env("COLUMNS", "100")
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("the binary runs")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// A folder of this test's own, empty at the start.
+fn folder(name: &str) -> PathBuf {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&path);
+    std::fs::create_dir_all(&path).expect("writable");
+    path
+}
+
+#[test]
+fn check_says_good_or_what_is_wrong() {
+    let good = hierarq(&["check", "examples/hello.hq", "examples/hello.yaml"]);
+    assert_eq!(good.status.code(), Some(0), "{}", text(&good.stderr));
+    assert_eq!(text(&good.stdout), "examples/hello.hq: good\nexamples/hello.yaml: good\n");
+
+    let missing = hierarq(&["check", "examples/helo.hq"]);
+    assert_eq!(missing.status.code(), Some(1));
+    assert!(text(&missing.stderr).contains("did you mean `examples/hello.hq`?"), "{}", text(&missing.stderr));
+
+    let usage = hierarq(&["check"]);
+    assert_eq!(usage.status.code(), Some(2));
+}
+
+#[test]
+fn check_json_has_codes_and_places() {
+    let dir = folder("check_json");
+    let spec = dir.join("bad.hq");
+    std::fs::write(&spec, "hierarq 1\nstack s { level l { frame_pos(tool) } }\n").expect("writable");
+    let out = hierarq(&["check", "--json", spec.to_str().expect("UTF-8")]);
+    assert_eq!(out.status.code(), Some(1));
+    let data: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
+    assert_eq!(data["ok"], false);
+    assert!(data["errors"].as_u64() >= Some(1));
+    let first = &data["diagnostics"][0];
+    assert!(first["code"].as_str().expect("a code").starts_with("HQ"));
+    assert!(first["place"]["line"].as_u64() >= Some(1));
+}
+
+#[test]
+fn run_writes_its_three_files_and_prints_the_summary() {
+    let dir = folder("run");
+    let out = dir.join("out");
+    let path = out.to_str().expect("UTF-8");
+    let run = hierarq(&["run", "examples/cooperative_motion.yaml", "--duration", "0.5", "--json", "--out", path]);
+    assert_eq!(run.status.code(), Some(0), "{}", text(&run.stderr));
+    let summary: serde_json::Value = serde_json::from_slice(&run.stdout).expect("JSON");
+    assert_eq!(summary["program"], "cooperative_motion");
+    assert_eq!(summary["ticks"], 50);
+    assert_eq!(summary["duration_s"], 0.5);
+    assert_eq!(summary["faults"], serde_json::json!([]));
+    assert!(summary["tasks"]["deck"]["min_margin"].as_f64() > Some(0.0));
+    assert!(summary["tasks"]["motion"]["max_error"].as_f64() < Some(1e-3));
+    assert!(summary["tasks"]["motion"]["final_error"].is_number());
+    for key in ["median", "p99", "max"] {
+        assert!(summary["tick_us"][key].is_number());
+    }
+    assert_eq!(summary["outputs"].as_array().map(Vec::len), Some(3));
+    let written: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(out.join("summary.json")).expect("written")).expect("JSON");
+    assert_eq!(written, summary);
+
+    let log = std::fs::read_to_string(out.join("log.csv")).expect("written");
+    let mut lines = log.lines();
+    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    for column in ["time", "q.base_x", "q.arm_left_4", "v.base_forward", "cmd.torso_lift", "margin.deck", "error.motion", "error.motion.absolute.position"] {
+        assert!(header.contains(&column), "{column} in {header:?}");
+    }
+    let rows: Vec<Vec<&str>> = lines.map(|l| l.split(',').collect()).collect();
+    assert_eq!(rows.len(), 50);
+    assert!(rows.iter().all(|r| r.len() == header.len()));
+    assert_eq!(rows[49][0].parse::<f64>().expect("a number"), 0.49);
+
+    let html = std::fs::read_to_string(out.join("report.html")).expect("written");
+    assert!(!html.contains("@@HIERARQ_DATA@@") && html.contains("\"program\":\"cooperative_motion\""));
+    let data = html.split("id=\"hierarq-data\">").nth(1).and_then(|s| s.split("</script>").next()).expect("the data element");
+    let data: serde_json::Value = serde_json::from_str(data).expect("the data is JSON");
+    assert_eq!(data["ticks"], 50);
+    assert!(data["plots"].as_array().is_some_and(|p| p.len() > 5));
+}
+
+#[test]
+fn a_compiled_program_runs_without_its_source_and_to_the_last_bit() {
+    let dir = folder("compiled");
+    let file = dir.join("hello.json");
+    let compiled = hierarq(&["compile", "examples/hello.hq", "--format", "json"]);
+    assert_eq!(compiled.status.code(), Some(0));
+    std::fs::write(&file, &compiled.stdout).expect("writable");
+    let mut logs = Vec::new();
+    for (i, spec) in ["examples/hello.hq", file.to_str().expect("UTF-8"), "examples/hello.yaml"].iter().enumerate() {
+        let out = dir.join(format!("out{i}"));
+        let run = hierarq(&["run", spec, "--duration", "1", "--out", out.to_str().expect("UTF-8")]);
+        assert_eq!(run.status.code(), Some(0), "{}", text(&run.stderr));
+        logs.push(std::fs::read(out.join("log.csv")).expect("written"));
+    }
+    assert_eq!(logs[0], logs[1]);
+    assert_eq!(logs[0], logs[2]);
+}
+
+#[test]
+fn broken_programs_and_unwritable_places_are_said() {
+    let dir = folder("broken");
+    let file = dir.join("p.json");
+    std::fs::write(&file, "{\"format\": 1}").expect("writable");
+    let run = hierarq(&["run", file.to_str().expect("UTF-8")]);
+    assert_eq!(run.status.code(), Some(1));
+    assert!(text(&run.stderr).contains("HQ0607"), "{}", text(&run.stderr));
+
+    let blocker = dir.join("file");
+    std::fs::write(&blocker, "").expect("writable");
+    let run = hierarq(&["run", "examples/hello.hq", "--out", blocker.join("x").to_str().expect("UTF-8")]);
+    assert_eq!(run.status.code(), Some(2));
+    assert!(text(&run.stderr).contains("cannot create"), "{}", text(&run.stderr));
+
+    let run = hierarq(&["run", "examples/hello.hq", "--duration", "-3"]);
+    assert_eq!(run.status.code(), Some(2));
+}
+
+#[test]
+fn a_run_that_fails_exits_with_one() {
+    let dir = folder("fails");
+    let spec = dir.join("fails.hq");
+    let urdf = common::example("robots/arm7.urdf");
+    let body = format!(
+        "hierarq 1\nrobot arm {{ urdf \"{}\"  rate 100 Hz  home {{ all [0, 0.4, 0, 1.6, 0, 1.14, 0] rad }} }}\n\
+         stack s {{ level motion {{ frame_position(tool) {{ position initial(position) + [0, 0, 0.01] m / (0.5 - t/(1 s)) }} }} }}\n\
+         run {{ duration 1 s }}\n",
+        urdf.display()
+    );
+    std::fs::write(&spec, body).expect("writable");
+    let out = dir.join("out");
+    let run = hierarq(&["run", spec.to_str().expect("UTF-8"), "--out", out.to_str().expect("UTF-8")]);
+    assert_eq!(run.status.code(), Some(1), "{}", text(&run.stdout));
+    assert!(text(&run.stdout).contains("FAILED"), "{}", text(&run.stdout));
+    assert!(out.join("report.html").exists() && out.join("log.csv").exists(), "what happened is kept");
+}
+
+#[test]
+fn tasks_and_explain() {
+    let list = text(&hierarq(&["tasks"]).stdout);
+    for kind in stdlib_tasks::KINDS {
+        assert!(list.contains(kind.name));
+        let page = hierarq(&["tasks", kind.name]);
+        assert_eq!(page.status.code(), Some(0));
+        assert!(text(&page.stdout).contains("Source:"), "{}", kind.name);
+    }
+    assert_eq!(hierarq(&["tasks", "virtual_wal"]).status.code(), Some(2));
+    assert!(text(&hierarq(&["tasks", "virtual_wal"]).stderr).contains("`virtual_wall`"));
+    for code in compiler::codes::all() {
+        assert_eq!(hierarq(&["explain", code.0]).status.code(), Some(0));
+    }
+    assert_eq!(hierarq(&["explain", "HQ9999"]).status.code(), Some(2));
+}
+
+#[test]
+fn fmt_changes_the_file_only_when_it_can_read_all_of_it() {
+    let dir = folder("fmt");
+    let spec = dir.join("a.hq");
+    let name = spec.to_str().expect("UTF-8");
+    std::fs::write(&spec, "hierarq 1\n\n// kept\nparam   a=1 m\n").expect("writable");
+    assert_eq!(hierarq(&["fmt", "--check", name]).status.code(), Some(1));
+    assert_eq!(hierarq(&["fmt", name]).status.code(), Some(0));
+    assert_eq!(std::fs::read_to_string(&spec).expect("readable"), "hierarq 1\n\n// kept\nparam a = 1 m\n");
+    assert_eq!(hierarq(&["fmt", "--check", name]).status.code(), Some(0));
+
+    let broken = "hierarq 1\nparam a = \nstack { \n";
+    std::fs::write(&spec, broken).expect("writable");
+    assert_eq!(hierarq(&["fmt", name]).status.code(), Some(1));
+    assert_eq!(std::fs::read_to_string(&spec).expect("readable"), broken, "nothing of the user's is lost");
+}
+
+#[test]
+fn set_overrides_a_parameter() {
+    let dir = folder("set");
+    let spec = dir.join("p.hq");
+    let urdf = common::example("robots/arm7.urdf");
+    let body = format!(
+        "hierarq 1\nparam speed = 0.1 rad/s\nrobot arm {{ urdf \"{}\"  rate 100 Hz }}\n\
+         stack s {{ level l {{ joint_velocity {{ velocity {{ joint_1 speed }} }} }} }}\nrun {{ duration 1 s }}\n",
+        urdf.display()
+    );
+    std::fs::write(&spec, body).expect("writable");
+    let name = spec.to_str().expect("UTF-8");
+    assert!(text(&hierarq(&["compile", name]).stdout).contains("joint_1 0.1"));
+    assert!(text(&hierarq(&["compile", name, "--set", "speed=20 deg/s"]).stdout).contains("joint_1 0.349066"));
+    let wrong = hierarq(&["check", name, "--set", "speed=2 m"]);
+    assert_eq!(wrong.status.code(), Some(1));
+    let unknown = hierarq(&["check", name, "--set", "sped=2 rad/s"]);
+    assert!(text(&unknown.stderr).contains("did you mean `speed`?"), "{}", text(&unknown.stderr));
+    assert_eq!(hierarq(&["check", name, "--set", "speed"]).status.code(), Some(2));
+}

@@ -1,0 +1,80 @@
+//! What several whole-program tests need: examples, compiled, and a recorder that keeps every tick.
+
+#![allow(dead_code, reason = "each test binary uses a part of it")]
+
+use std::path::{Path, PathBuf};
+
+use hierarq::project::{Settings, compile};
+use runtime::{Evaluator, Fault, Program, Recorder, Simulation, Tick};
+
+/// Stems of the examples; each exists in both spellings.
+pub const EXAMPLES: &[&str] = &["hello", "safety_tasks", "uncooperative_motion", "cooperative_motion", "swivel_angle"];
+
+/// A file of the `examples` folder.
+pub fn example(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name)
+}
+
+/// The program of an example; panics with the diagnostics where it does not compile.
+pub fn program(name: &str) -> Program {
+    let compiled = compile(&example(name), &Settings::default());
+    compiled.program.unwrap_or_else(|| panic!("{}", compiled.report.render(compiler::Style::Plain, 100)))
+}
+
+/// A program from text, with `examples` as its folder; panics with the diagnostics.
+pub fn program_of(text: &str) -> Program {
+    let folder = example("");
+    let compiled = compiler::compile(&compiler::Input {
+        name: "test.hq",
+        text,
+        spelling: dsl::Spelling::Hq,
+        folder: &folder,
+        set: &[],
+        package_paths: &[],
+    });
+    compiled.program.unwrap_or_else(|| panic!("{}", compiled.report.render(compiler::Style::Plain, 100)))
+}
+
+/// One recorded tick.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    pub time: f64,
+    pub q: Vec<f64>,
+    pub v: Vec<f64>,
+    pub command: Vec<f64>,
+    pub margins: Vec<f64>,
+    pub measures: Vec<f64>,
+    pub fault: Option<Fault>,
+}
+
+/// Keeps everything.
+#[derive(Default)]
+pub struct Everything(pub Vec<Sample>);
+
+impl Recorder for Everything {
+    fn tick(&mut self, t: &Tick) -> std::io::Result<()> {
+        self.0.push(Sample {
+            time: t.time,
+            q: t.q.to_vec(),
+            v: t.v.to_vec(),
+            command: t.command.to_vec(),
+            margins: t.evaluator.margins().to_vec(),
+            measures: t.evaluator.measures().to_vec(),
+            fault: t.fault,
+        });
+        Ok(())
+    }
+}
+
+/// Runs a program to its end.
+pub fn run(program: &Program) -> Vec<Sample> {
+    let mut simulation = Simulation::new(program).expect("a compiled program can be executed");
+    let mut all = Everything::default();
+    simulation.run(&mut all, &mut || 0.0, &mut |_| true).expect("memory does not fail");
+    all.0
+}
+
+/// The evaluator of a program's run stack, for names and places of rows.
+pub fn evaluator(program: &Program) -> Evaluator {
+    Evaluator::new(program, program.run.stack).expect("a compiled program can be executed").0
+}

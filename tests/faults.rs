@@ -1,0 +1,214 @@
+//! Bad days: whatever the controller is told, its command stays finite and within limits, and a fault keeps the robot still.
+
+mod common;
+
+use proptest::prelude::*;
+use runtime::{Controller, Fault, Observation, Program};
+
+fn first_step(program: &Program) -> (Controller, Vec<f64>) {
+    let mut controller = Controller::new(program).expect("a compiled program can be executed");
+    let home = program.robot.home.clone();
+    let command = controller.step(&Observation { time: 0.0, q: &home });
+    assert_eq!(command.fault, None);
+    (controller, home)
+}
+
+fn still(controller: &mut Controller, time: f64, q: &[f64]) -> Fault {
+    let command = controller.step(&Observation { time, q });
+    assert!(command.velocity.iter().all(|v| *v == 0.0), "the robot must be kept still");
+    command.fault.expect("a fault")
+}
+
+#[test]
+fn a_number_that_is_not_finite_keeps_the_robot_still_for_good() {
+    let program = common::program("safety_tasks.hq");
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let (mut controller, home) = first_step(&program);
+        let mut q = home.clone();
+        q[7] = bad;
+        let fault = still(&mut controller, 0.01, &q);
+        assert_eq!(fault, Fault::Observation { index: Some(7) });
+        assert_eq!(fault.kind(), "not_finite");
+        // Good observations do not bring it back by themselves ..
+        assert_eq!(still(&mut controller, 0.02, &home), fault);
+        // .. a restart does.
+        controller.restart();
+        assert_eq!(controller.step(&Observation { time: 0.0, q: &home }).fault, None);
+    }
+    let (mut controller, home) = first_step(&program);
+    assert_eq!(still(&mut controller, f64::NAN, &home), Fault::Observation { index: None });
+    let (mut controller, home) = first_step(&program);
+    assert!(matches!(still(&mut controller, 0.01, &home[..3]), Fault::Observation { index: Some(3) }));
+}
+
+#[test]
+fn a_robot_that_does_not_follow_is_a_fault() {
+    let program = common::program("hello.hq");
+    let (mut controller, mut q) = first_step(&program);
+    q[2] += 0.6;
+    let fault = still(&mut controller, 0.01, &q);
+    assert_eq!(fault, Fault::Tracking { dof: 2 });
+    assert!(controller.describe(&fault).contains("joint_3"), "{}", controller.describe(&fault));
+}
+
+const ARM: &str = "hierarq 1\nrobot arm { urdf \"robots/arm7.urdf\"  rate 100 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }\n";
+
+#[test]
+fn a_hard_level_that_becomes_impossible_is_a_fault_with_names() {
+    // The floor rises at 1 m/s under an arm that may move at 0.1 rad/s.
+    let text = format!(
+        "{ARM}stack s {{
+           level limits hard {{ joint_velocity_limits {{ max 0.1 rad/s }} }}
+           level floor hard {{ virtual_wall(tool) {{ through [[0, 0, 0], [1, 0, 0], [0, 1, 0]] m  d_min 1 m/s * t }} }}
+         }}
+         run {{ duration 5 s }}"
+    )
+    .replace("virtual_wall(tool)", "virtual_wall(link_7)");
+    let program = common::program_of(&text);
+    let run = common::run(&program);
+    let at = run.iter().position(|s| s.fault.is_some()).expect("the floor wins");
+    assert_eq!(run[at].fault, Some(Fault::Infeasible { level: 1 }));
+    for s in &run[at..] {
+        assert!(s.command.iter().all(|v| *v == 0.0));
+        assert_eq!(s.fault, run[at].fault);
+    }
+    for s in &run[..at] {
+        assert!(s.command.iter().all(|v| v.abs() <= 0.1 + 1e-9));
+    }
+    let mut controller = Controller::new(&program).expect("it can be executed");
+    for s in &run[..=at] {
+        controller.step(&Observation { time: s.time, q: &s.q });
+    }
+    let text = controller.describe(&Fault::Infeasible { level: 1 });
+    assert!(text.contains("`floor`") && text.contains("virtual_wall"), "{text}");
+}
+
+#[test]
+fn a_value_that_leaves_its_range_is_a_fault() {
+    let text = format!(
+        "{ARM}stack s {{
+           level limits hard {{ joint_position_limits  joint_velocity_limits }}
+           level motion {{ frame_position(tool) {{ position initial(position)  gain 2 /s * (1 - t/(1 s)) }} }}
+         }}
+         run {{ duration 2 s }}"
+    );
+    let run = common::run(&common::program_of(&text));
+    let first = run.iter().find(|s| s.fault.is_some()).expect("the gain becomes negative after one second");
+    assert!((first.time - 1.01).abs() < 0.011, "{}", first.time);
+    assert!(matches!(first.fault, Some(Fault::Value { .. })));
+}
+
+#[test]
+fn a_division_by_zero_on_the_way_is_a_fault() {
+    let text = format!(
+        "{ARM}stack s {{ level motion {{ frame_position(tool) {{ position initial(position) + [0, 0, 0.01] m / (1 - t/(1 s)) }} }} }}
+         run {{ duration 2 s }}"
+    );
+    let run = common::run(&common::program_of(&text));
+    let at = run.iter().position(|s| s.fault.is_some()).expect("1/0 at one second");
+    assert!(run[at].time <= 1.0 + 1e-9);
+    assert!(run.iter().all(|s| s.command.iter().all(|v| v.is_finite())));
+}
+
+#[test]
+fn the_robot_keeps_within_its_limits_with_lag_and_noise() {
+    let text = std::fs::read_to_string(common::example("safety_tasks.hq")).expect("readable");
+    let text = text.replace("duration 50 s", "duration 5 s  simulator { lag 0.03 s  noise 0.0005 rad  seed 7 }");
+    let text = text.replace("rate 100 Hz", "rate 100 Hz  tracking_gain 5 /s");
+    let program = common::program_of(&text);
+    let (a, b) = (common::run(&program), common::run(&program));
+    for (x, y) in a.iter().zip(&b) {
+        assert_eq!((&x.q, &x.command), (&y.q, &y.command), "a seeded run is the same every time");
+        assert!(x.fault.is_none());
+        for (d, v) in program.robot.model.dofs.iter().zip(&x.command) {
+            assert!(v.abs() <= d.velocity, "{}", d.name);
+        }
+    }
+    let other = common::program_of(&text.replace("seed 7", "seed 8"));
+    assert_ne!(common::run(&other)[10].command, a[10].command, "another seed is another run");
+}
+
+#[test]
+fn the_lag_is_first_order() {
+    // A step of the commanded speed: q(t) = v (t - lag (1 - exp(-t/lag))).
+    let text = format!(
+        "{ARM}stack s {{ level motion {{ joint_velocity {{ velocity {{ joint_1 0.5 rad/s }} }} }} }}
+         run {{ duration 1 s  simulator {{ lag 0.2 s }} }}"
+    );
+    let run = common::run(&common::program_of(&text));
+    for s in &run {
+        let expected = 0.5 * (s.time - 0.2 * (1.0 - (-s.time / 0.2).exp()));
+        assert!((s.q[0] - expected).abs() < 1e-9, "{} and {expected} at {} s", s.q[0], s.time);
+    }
+}
+
+fn mutate(json: &mut serde_json::Value, path: &[usize], what: &serde_json::Value) {
+    use serde_json::Value::{Array, Object};
+    let Some((&first, rest)) = path.split_first() else {
+        *json = what.clone();
+        return;
+    };
+    match json {
+        Array(a) if !a.is_empty() => {
+            let n = a.len();
+            mutate(&mut a[first % n], rest, what);
+        }
+        Object(o) if !o.is_empty() => {
+            let n = o.len();
+            if let Some(v) = o.values_mut().nth(first % n) {
+                mutate(v, rest, what);
+            }
+        }
+        leaf => *leaf = what.clone(),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
+    /// A compiled program that somebody edited is refused, or runs without a panic and with finite commands.
+    #[test]
+    fn an_edited_program_never_panics(
+        path in prop::collection::vec(0usize..1000, 2..9),
+        what in prop_oneof![
+            Just(serde_json::json!(null)), Just(serde_json::json!(-1)), Just(serde_json::json!(1e300)),
+            Just(serde_json::json!(99999)), Just(serde_json::json!("x")), Just(serde_json::json!([])), Just(serde_json::json!({})),
+        ],
+    ) {
+        let mut json = serde_json::to_value(common::program("swivel_angle.hq")).unwrap();
+        mutate(&mut json, &path, &what);
+        let Ok(program) = serde_json::from_value::<Program>(json) else { return Ok(()) };
+        if program.run.duration > 1e4 || program.robot.period < 1e-5 {
+            return Ok(());
+        }
+        let Ok(mut controller) = Controller::new(&program) else { return Ok(()) };
+        for k in 0..3 {
+            let home = program.robot.home.clone();
+            let command = controller.step(&Observation { time: 0.01 * f64::from(k), q: &home });
+            prop_assert!(command.velocity.iter().all(|v| v.is_finite()));
+        }
+    }
+
+    /// Random observations: finite commands within the robot's speeds, whatever comes.
+    #[test]
+    fn random_observations_give_finite_commands(
+        noise in prop::collection::vec(-0.4..0.4f64, 21 * 5),
+        bad in prop::option::of((0usize..5, 0usize..21)),
+    ) {
+        let program = common::program("safety_tasks.hq");
+        let mut controller = Controller::new(&program).unwrap();
+        for k in 0..5 {
+            let mut q = program.robot.home.clone();
+            for (x, e) in q.iter_mut().zip(&noise[21 * k..]) {
+                *x += e;
+            }
+            if bad == Some((k, k)) {
+                q[k] = f64::NAN;
+            }
+            let command = controller.step(&Observation { time: 0.01 * k as f64, q: &q });
+            for (d, v) in program.robot.model.dofs.iter().zip(command.velocity) {
+                prop_assert!(v.is_finite() && v.abs() <= d.velocity + 1e-9);
+            }
+        }
+    }
+}
