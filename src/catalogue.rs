@@ -139,14 +139,23 @@ pub fn markdown() -> String {
         let mut list = Vec::new();
         rows(kind.params, "", &mut list);
         for (name, p) in list {
-            let _ = writeln!(out, "| `{name}` | {} | {} | {} |", describe(&p.ty).replace('|', "\\|"), presence(&p.presence), p.text());
+            let _ = writeln!(
+                out,
+                "| `{name}` | {} | {} | {} |",
+                describe(&p.ty).replace('|', "\\|"),
+                presence(&p.presence),
+                p.text()
+            );
         }
         if !kind.positional.is_empty() {
             let _ = writeln!(out, "\nIn parentheses: `{}({})`.", kind.name, kind.positional.join(", "));
         }
         if !kind.actuals.is_empty() {
-            let names: Vec<String> =
-                kind.actuals.iter().map(|a| format!("`{}`", if a.name == "*" { "angle.ARM" } else { a.name })).collect();
+            let names: Vec<String> = kind
+                .actuals
+                .iter()
+                .map(|a| format!("`{}`", if a.name == "*" { "angle.ARM" } else { a.name }))
+                .collect();
             let _ = writeln!(out, "\nFor `initial(..)`: {}.", names.join(", "));
         }
         let _ = write!(out, "\n```hq\n{}\n```\n", kind.example);
@@ -156,7 +165,8 @@ pub fn markdown() -> String {
 
 /// The page of the docs that lists all diagnostic codes.
 pub fn codes_markdown() -> String {
-    let mut out = String::from("# Diagnostic codes\n\nGenerated; do not edit. `hierarq explain CODE` prints the same.\n");
+    let mut out =
+        String::from("# Diagnostic codes\n\nGenerated; do not edit. `hierarq explain CODE` prints the same.\n");
     for (code, title, text) in compiler::codes::all() {
         let _ = write!(out, "\n## {code}: {title}\n\n{text}\n");
     }

@@ -59,7 +59,8 @@ pub fn read(path: &Path) -> Result<(Spelling, String), Box<Report>> {
 fn similar(path: &Path) -> Option<String> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let wanted = path.file_name()?.to_str()?;
-    let mut names: Vec<String> = std::fs::read_dir(folder).ok()?.filter_map(|e| e.ok()?.file_name().into_string().ok()).collect();
+    let mut names: Vec<String> =
+        std::fs::read_dir(folder).ok()?.filter_map(|e| e.ok()?.file_name().into_string().ok()).collect();
     names.sort();
     let near = compiler::names::suggest(wanted, names.iter().map(String::as_str))?;
     Some(path.with_file_name(near).display().to_string())

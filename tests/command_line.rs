@@ -82,7 +82,16 @@ fn run_writes_its_three_files_and_prints_the_summary() {
     let log = std::fs::read_to_string(out.join("log.csv")).expect("written");
     let mut lines = log.lines();
     let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
-    for column in ["time", "q.base_x", "q.arm_left_4", "v.base_forward", "cmd.torso_lift", "margin.deck", "error.motion", "error.motion.absolute.position"] {
+    for column in [
+        "time",
+        "q.base_x",
+        "q.arm_left_4",
+        "v.base_forward",
+        "cmd.torso_lift",
+        "margin.deck",
+        "error.motion",
+        "error.motion.absolute.position",
+    ] {
         assert!(header.contains(&column), "{column} in {header:?}");
     }
     let rows: Vec<Vec<&str>> = lines.map(|l| l.split(',').collect()).collect();
@@ -92,7 +101,8 @@ fn run_writes_its_three_files_and_prints_the_summary() {
 
     let html = std::fs::read_to_string(out.join("report.html")).expect("written");
     assert!(!html.contains("@@HIERARQ_DATA@@") && html.contains("\"program\":\"cooperative_motion\""));
-    let data = html.split("id=\"hierarq-data\">").nth(1).and_then(|s| s.split("</script>").next()).expect("the data element");
+    let data =
+        html.split("id=\"hierarq-data\">").nth(1).and_then(|s| s.split("</script>").next()).expect("the data element");
     let data: serde_json::Value = serde_json::from_str(data).expect("the data is JSON");
     assert_eq!(data["ticks"], 50);
     assert!(data["plots"].as_array().is_some_and(|p| p.len() > 5));

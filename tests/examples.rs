@@ -44,7 +44,8 @@ fn both_spellings_are_the_same_program() {
 #[test]
 fn conversion_and_formatting_keep_the_program() {
     for name in common::EXAMPLES {
-        for (ending, spelling, other) in [("hq", Spelling::Hq, Spelling::Yaml), ("yaml", Spelling::Yaml, Spelling::Hq)] {
+        for (ending, spelling, other) in [("hq", Spelling::Hq, Spelling::Yaml), ("yaml", Spelling::Yaml, Spelling::Hq)]
+        {
             let file = format!("{name}.{ending}");
             let text = std::fs::read_to_string(common::example(&file)).expect("readable");
             let program = common::program(&file);

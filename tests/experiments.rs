@@ -53,7 +53,12 @@ fn a_safety_tasks_hold_for_fifty_seconds() {
         }
         for d in dofs {
             let Some(i) = d.q_index else { continue };
-            assert!(s.q[i] >= d.lower - MARGIN_TOLERANCE && s.q[i] <= d.upper + MARGIN_TOLERANCE, "{} at {} s", d.name, s.time);
+            assert!(
+                s.q[i] >= d.lower - MARGIN_TOLERANCE && s.q[i] <= d.upper + MARGIN_TOLERANCE,
+                "{} at {} s",
+                d.name,
+                s.time
+            );
         }
         for (d, v) in dofs.iter().zip(&s.command) {
             let limit = if d.name.starts_with("arm_") { 0.5 } else { d.velocity };
@@ -65,7 +70,13 @@ fn a_safety_tasks_hold_for_fifty_seconds() {
         assert!(worst >= -MARGIN_TOLERANCE, "{} was passed by {worst}", m.name);
     }
     // The point of the experiment: the motion runs into every kind of limit.
-    for (name, near) in [("position_limits", 1e-3), ("velocity_limits", 1e-6), ("deck", 0.05), ("head_clear", 0.05), ("arms_apart", 0.1)] {
+    for (name, near) in [
+        ("position_limits", 1e-3),
+        ("velocity_limits", 1e-6),
+        ("deck", 0.05),
+        ("head_clear", 0.05),
+        ("arms_apart", 0.1),
+    ] {
         let m = evaluator.members().iter().find(|m| m.name == name).expect("declared");
         let worst = closest[m.margins.clone()].iter().copied().fold(f64::INFINITY, f64::min);
         assert!(worst < near, "{name} never came into play: {worst}");
@@ -150,7 +161,11 @@ fn d_swivel_angles_reach_their_target_while_the_hands_stay() {
         assert!(s.margins.iter().all(|h| *h >= -MARGIN_TOLERANCE));
         let (left, right) = poses.at(&s.q);
         for (now, before) in [(left, left0), (right, right0)] {
-            assert!((now.translation.vector - before.translation.vector).norm() < 0.5 * MILLIMETRE, "a hand moved at {} s", s.time);
+            assert!(
+                (now.translation.vector - before.translation.vector).norm() < 0.5 * MILLIMETRE,
+                "a hand moved at {} s",
+                s.time
+            );
         }
     }
     let last = run.last().expect("ticks");

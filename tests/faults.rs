@@ -202,8 +202,10 @@ proptest! {
             for (x, e) in q.iter_mut().zip(&noise[21 * k..]) {
                 *x += e;
             }
-            if bad == Some((k, k)) {
-                q[k] = f64::NAN;
+            if let Some((tick, i)) = bad
+                && tick == k
+            {
+                q[i] = f64::NAN;
             }
             let command = controller.step(&Observation { time: 0.01 * k as f64, q: &q });
             for (d, v) in program.robot.model.dofs.iter().zip(command.velocity) {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::tree::{Block, Entry, TaskDefinition, Value, ValueKind};
-use dsl::{Diagnostic, Span, Spelling, Spanned};
+use dsl::{Diagnostic, Span, Spanned, Spelling};
 use robot::LinkId;
 use runtime::program::{Capture, CaptureSource, Op};
 use stdlib_tasks::bound::{Arm, Bound, BoundParams, Geometry, Slot};
@@ -14,7 +14,9 @@ use stdlib_tasks::task::{ActualType, TaskKind};
 use crate::constants::{fits, joint_dimension};
 use crate::expr::{Graph, Kind, Lowering, Scope, Symbol, Typed};
 use crate::names::{list, suggest};
-use crate::robot_binding::{BoundRobot, block_of, items_of, joints, path_of, text_of, unknown_geometry, unknown_key, unknown_link};
+use crate::robot_binding::{
+    BoundRobot, block_of, items_of, joints, path_of, text_of, unknown_geometry, unknown_key, unknown_link,
+};
 
 /// The table of values while it is being laid out: for each place the node that gives it.
 #[derive(Debug, Default)]
@@ -106,8 +108,10 @@ impl Scope for TaskScope<'_> {
     fn initial(&mut self, graph: &mut Graph, argument: &Value, span: Span) -> Result<Typed, Box<Diagnostic>> {
         let (source, ty) = self.source(argument, span)?;
         if !self.moving {
-            return Err(Box::new(Diagnostic::error("HQ0307", span, "this parameter is needed before anything is captured")
-                .help("write a constant")));
+            return Err(Box::new(
+                Diagnostic::error("HQ0307", span, "this parameter is needed before anything is captured")
+                    .help("write a constant"),
+            ));
         }
         let len = ty.len();
         let at = self.table.capture(source, len);
@@ -167,17 +171,24 @@ impl TaskScope<'_> {
         };
         for candidate in [format!("{}{path}", self.prefix), path.clone()] {
             let found = self.kind.actuals.iter().find(|a| {
-                a.name == candidate || (a.name == "*" && self.robot.arms.iter().any(|arm| candidate == format!("angle.{}", arm.name)))
+                a.name == candidate
+                    || (a.name == "*" && self.robot.arms.iter().any(|arm| candidate == format!("angle.{}", arm.name)))
             });
             if let Some(actual) = found {
                 return Ok((CaptureSource::Task(self.task, candidate), actual.ty));
             }
         }
-        let mut d = Diagnostic::error("HQ0311", span, format!("`{}` has no value `{path}` that could be captured", self.kind.name));
+        let mut d = Diagnostic::error(
+            "HQ0311",
+            span,
+            format!("`{}` has no value `{path}` that could be captured", self.kind.name),
+        );
         if let Some(near) = suggest(&path, own.iter().copied()) {
             d = d.help(format!("did you mean `initial({near})`?"));
         } else if own.is_empty() {
-            d = d.help("use `initial(frame(LINK).position)`, `initial(frame(LINK).orientation)` or `initial(joint(NAME))`");
+            d = d.help(
+                "use `initial(frame(LINK).position)`, `initial(frame(LINK).orientation)` or `initial(joint(NAME))`",
+            );
         } else {
             d = d.help(format!("it has {}", list(own.iter().copied(), 8).replace("`*`", "`angle.ARM`")));
         }
@@ -190,7 +201,11 @@ impl Binder<'_> {
     pub fn task(&mut self, definition: &TaskDefinition, index: usize) -> Option<BoundTask> {
         let Some(kind) = stdlib_tasks::find(&definition.kind.value) else {
             let names = stdlib_tasks::KINDS.iter().map(|k| k.name);
-            let d = Diagnostic::error("HQ0204", definition.kind.span, format!("there is no task type `{}`", definition.kind.value));
+            let d = Diagnostic::error(
+                "HQ0204",
+                definition.kind.span,
+                format!("there is no task type `{}`", definition.kind.value),
+            );
             self.diagnostics.push(match suggest(&definition.kind.value, names) {
                 Some(near) => d.help(format!("did you mean `{near}`?")),
                 None => d.help("`hierarq tasks` lists all types"),
@@ -213,8 +228,12 @@ impl Binder<'_> {
         let names = kind.positional;
         if names.is_empty() && !definition.args.is_empty() {
             self.diagnostics.push(
-                Diagnostic::error("HQ0310", definition.args[0].span, format!("`{}` takes nothing in parentheses", kind.name))
-                    .help("write its parameters in braces"),
+                Diagnostic::error(
+                    "HQ0310",
+                    definition.args[0].span,
+                    format!("`{}` takes nothing in parentheses", kind.name),
+                )
+                .help("write its parameters in braces"),
             );
             return;
         }
@@ -243,9 +262,11 @@ impl Binder<'_> {
         let last_takes_all = names.last().is_some_and(|n| takes_list(n));
         if definition.args.len() > names.len() && !last_takes_all {
             let extra = &definition.args[names.len()];
-            self.diagnostics.push(
-                Diagnostic::error("HQ0310", extra.span, format!("`{}` takes {} in parentheses", kind.name, list(names.iter().copied(), 4))),
-            );
+            self.diagnostics.push(Diagnostic::error(
+                "HQ0310",
+                extra.span,
+                format!("`{}` takes {} in parentheses", kind.name, list(names.iter().copied(), 4)),
+            ));
         }
     }
 
@@ -271,22 +292,23 @@ impl Binder<'_> {
         let mut bound = BoundParams::new();
         for info in infos {
             let written = body.get(info.name);
-            let default = match (written, info.presence) {
-                (Some(_), _) => None,
-                (None, Presence::Default(text)) => Some(self.default(text)),
-                (None, Presence::Optional) => continue,
-                (None, Presence::Required) => {
-                    let unknown = body.entries.iter().any(|e| !keys.contains(&e.key.value.as_str()));
-                    let d = Diagnostic::error("HQ0206", owner, format!("{what} needs `{}`", info.name))
-                        .help(format!("`{}`: {}", info.name, info.text()));
-                    // A misspelt key explains the missing one already.
-                    if !unknown {
-                        self.diagnostics.push(d);
+            let default =
+                match (written, info.presence) {
+                    (Some(_), _) => None,
+                    (None, Presence::Default(text)) => Some(self.default(text)),
+                    (None, Presence::Optional) => continue,
+                    (None, Presence::Required) => {
+                        let unknown = body.entries.iter().any(|e| !keys.contains(&e.key.value.as_str()));
+                        let d = Diagnostic::error("HQ0206", owner, format!("{what} needs `{}`", info.name))
+                            .help(format!("`{}`: {}", info.name, info.text()));
+                        // A misspelt key explains the missing one already.
+                        if !unknown {
+                            self.diagnostics.push(d);
+                        }
+                        good = false;
+                        continue;
                     }
-                    good = false;
-                    continue;
-                }
-            };
+                };
             let value = match (written, &default) {
                 (Some(e), _) => &e.value,
                 (None, Some(v)) => v,
@@ -332,13 +354,19 @@ impl Binder<'_> {
     }
 
     fn wrong<T>(&mut self, value: &Value, info: &ParamInfo, wanted: &str) -> Option<T> {
-        self.diagnostics.push(
-            Diagnostic::error("HQ0304", value.span, format!("`{}` is {wanted}", info.name)).help(info.text()),
-        );
+        self.diagnostics
+            .push(Diagnostic::error("HQ0304", value.span, format!("`{}` is {wanted}", info.name)).help(info.text()));
         None
     }
 
-    fn typed(&mut self, kind: &'static TaskKind, task: usize, prefix: &str, value: &Value, moving: bool) -> Option<Typed> {
+    fn typed(
+        &mut self,
+        kind: &'static TaskKind,
+        task: usize,
+        prefix: &str,
+        value: &Value,
+        moving: bool,
+    ) -> Option<Typed> {
         let mut scope = TaskScope {
             robot: self.robot,
             params: self.params,
@@ -382,21 +410,30 @@ impl Binder<'_> {
         for (i, &n) in typed.nodes.iter().enumerate() {
             match self.graph.constant(n) {
                 Some(x) if !x.is_finite() => {
-                    self.diagnostics.push(Diagnostic::error("HQ0309", value.span, format!("{what} is not a finite number")));
+                    self.diagnostics.push(Diagnostic::error(
+                        "HQ0309",
+                        value.span,
+                        format!("{what} is not a finite number"),
+                    ));
                     return None;
                 }
                 Some(x) => {
                     if let Some(q) = quantity.filter(|q| !q.contains(x)) {
                         self.diagnostics.push(
-                            Diagnostic::error("HQ0308", value.span, format!("{what} is {}, and this is {x}", q.describe()))
-                                .here(format!("{x} {}", wanted.1).replace(" 1", "")),
+                            Diagnostic::error(
+                                "HQ0308",
+                                value.span,
+                                format!("{what} is {}, and this is {x}", q.describe()),
+                            )
+                            .here(format!("{x} {}", wanted.1).replace(" 1", "")),
                         );
                         return None;
                     }
                 }
                 None if constant => {
                     self.diagnostics.push(
-                        Diagnostic::error("HQ0307", value.span, format!("{what} must not move with time")).help("write a constant"),
+                        Diagnostic::error("HQ0307", value.span, format!("{what} must not move with time"))
+                            .help("write a constant"),
                     );
                     return None;
                 }
@@ -409,7 +446,14 @@ impl Binder<'_> {
         Some(slot)
     }
 
-    fn one(&mut self, kind: &'static TaskKind, task: usize, prefix: &str, info: &'static ParamInfo, value: &Value) -> Option<Bound> {
+    fn one(
+        &mut self,
+        kind: &'static TaskKind,
+        task: usize,
+        prefix: &str,
+        info: &'static ParamInfo,
+        value: &Value,
+    ) -> Option<Bound> {
         let what = format!("`{}`", info.name);
         match info.ty {
             ParamType::Scalar(q) => {
@@ -421,7 +465,9 @@ impl Binder<'_> {
                 }
                 self.value(kind, task, prefix, value, (Kind::Scalar, q.dimension), Some(q), &what).map(Bound::Value)
             }
-            ParamType::Vector(d) => self.value(kind, task, prefix, value, (Kind::Vector, d), None, &what).map(Bound::Value),
+            ParamType::Vector(d) => {
+                self.value(kind, task, prefix, value, (Kind::Vector, d), None, &what).map(Bound::Value)
+            }
             ParamType::Rotation => {
                 let slot = self.value(kind, task, prefix, value, (Kind::Rotation, NONE), None, &what);
                 slot.map(Bound::Value)
@@ -430,21 +476,25 @@ impl Binder<'_> {
             ParamType::Gains(names) => self.gains(kind, task, prefix, value, names, info),
             ParamType::Frame => self.frame(value, info).map(|(n, l)| Bound::Frame(n, l)),
             ParamType::Frames => {
-                let frames: Vec<Option<(String, LinkId)>> = items_of(value).iter().map(|v| self.frame(v, info)).collect();
+                let frames: Vec<Option<(String, LinkId)>> =
+                    items_of(value).iter().map(|v| self.frame(v, info)).collect();
                 frames.into_iter().collect::<Option<Vec<_>>>().map(Bound::Frames)
             }
             ParamType::Arm => self.arm(value, info).map(Bound::Arm),
             ParamType::Geometries => self.geometries(value).map(Bound::Geometries),
-            ParamType::Joints => {
-                joints(items_of(value), &self.robot.model, &self.robot.joint_groups, self.diagnostics).map(Bound::Joints)
-            }
+            ParamType::Joints => joints(items_of(value), &self.robot.model, &self.robot.joint_groups, self.diagnostics)
+                .map(Bound::Joints),
             ParamType::JointPositions => self.per_joint(kind, task, prefix, value, info, NONE),
             ParamType::JointVelocities => self.per_joint(kind, task, prefix, value, info, RATE),
             ParamType::PerArm(d) => self.per_arm(kind, task, value, info, d),
             ParamType::Choice(words) => match text_of(value) {
                 Some(word) if words.contains(&word) => Some(Bound::Choice(word.to_string())),
                 other => {
-                    let d = Diagnostic::error("HQ0304", value.span, format!("{what} is one of {}", list(words.iter().copied(), 9)));
+                    let d = Diagnostic::error(
+                        "HQ0304",
+                        value.span,
+                        format!("{what} is one of {}", list(words.iter().copied(), 9)),
+                    );
                     let near = other.and_then(|o| suggest(o, words.iter().copied()));
                     self.diagnostics.push(match near {
                         Some(near) => d.help(format!("did you mean `{near}`?")),
@@ -462,7 +512,16 @@ impl Binder<'_> {
     }
 
     #[allow(clippy::too_many_arguments, reason = "see `group`")]
-    fn vectors(&mut self, kind: &'static TaskKind, task: usize, prefix: &str, value: &Value, count: usize, d: Dimension, info: &ParamInfo) -> Option<Bound> {
+    fn vectors(
+        &mut self,
+        kind: &'static TaskKind,
+        task: usize,
+        prefix: &str,
+        value: &Value,
+        count: usize,
+        d: Dimension,
+        info: &ParamInfo,
+    ) -> Option<Bound> {
         let (items, unit) = match &value.kind {
             ValueKind::Unit(inner, unit) => (items_of(inner), Some(unit)),
             _ => (items_of(value), None),
@@ -483,10 +542,19 @@ impl Binder<'_> {
         Some(Bound::Value(Slot { at: at?, len: 3 * count }))
     }
 
-    fn gains(&mut self, kind: &'static TaskKind, task: usize, prefix: &str, value: &Value, names: &'static [&'static str], info: &ParamInfo) -> Option<Bound> {
+    fn gains(
+        &mut self,
+        kind: &'static TaskKind,
+        task: usize,
+        prefix: &str,
+        value: &Value,
+        names: &'static [&'static str],
+        info: &ParamInfo,
+    ) -> Option<Bound> {
         let q = Quantity::at_least(RATE, 0.0);
         let ValueKind::Block(block) = &value.kind else {
-            let slot = self.value(kind, task, prefix, value, (Kind::Scalar, RATE), Some(q), &format!("`{}`", info.name))?;
+            let slot =
+                self.value(kind, task, prefix, value, (Kind::Scalar, RATE), Some(q), &format!("`{}`", info.name))?;
             let node = self.table.nodes[slot.at];
             let range = self.table.ranges.iter().find(|r| r.0 == slot.at).copied();
             for k in 1..names.len() {
@@ -532,7 +600,11 @@ impl Binder<'_> {
             return Some(arm.clone());
         }
         let names = self.robot.arms.iter().map(|a| a.name.as_str());
-        let d = Diagnostic::error("HQ0201", value.span, format!("robot `{}` declares no arm `{name}`", self.robot.name.value));
+        let d = Diagnostic::error(
+            "HQ0201",
+            value.span,
+            format!("robot `{}` declares no arm `{name}`", self.robot.name.value),
+        );
         self.diagnostics.push(match suggest(name, names.clone()) {
             Some(near) => d.help(format!("did you mean `{near}`?")),
             None if self.robot.arms.is_empty() => d.help("declare it in the robot: `arms { left { tip left_tool } }`"),
@@ -546,9 +618,11 @@ impl Binder<'_> {
         let mut good = true;
         for item in items_of(value) {
             let Some(path) = path_of(item) else {
-                self.diagnostics.push(
-                    Diagnostic::error("HQ0304", item.span, "the name of a point, segment, group or link is needed here"),
-                );
+                self.diagnostics.push(Diagnostic::error(
+                    "HQ0304",
+                    item.span,
+                    "the name of a point, segment, group or link is needed here",
+                ));
                 good = false;
                 continue;
             };
@@ -561,7 +635,9 @@ impl Binder<'_> {
                     if shapes.is_empty() {
                         self.diagnostics.push(
                             Diagnostic::error("HQ0201", item.span, format!("link `{name}` has no collision shape"))
-                                .help(format!("declare a point on it in the robot: `points {{ {name}_point {name} }}`")),
+                                .help(format!(
+                                    "declare a point on it in the robot: `points {{ {name}_point {name} }}`"
+                                )),
                         );
                         good = false;
                     }
@@ -572,7 +648,13 @@ impl Binder<'_> {
                         shape: s.shape,
                     }));
                 } else {
-                    let d = unknown_geometry(&self.robot.model, &self.robot.geometries, &self.robot.groups, &name, item.span);
+                    let d = unknown_geometry(
+                        &self.robot.model,
+                        &self.robot.geometries,
+                        &self.robot.groups,
+                        &name,
+                        item.span,
+                    );
                     self.diagnostics.push(d);
                     good = false;
                 }
@@ -589,7 +671,15 @@ impl Binder<'_> {
 
     /// Numbers for joints: `{ name value .. }`, or one value for all joints of its unit. `per` is what the joint's own
     /// unit is multiplied with: nothing for positions, a rate for velocities.
-    fn per_joint(&mut self, kind: &'static TaskKind, task: usize, prefix: &str, value: &Value, info: &ParamInfo, per: Dimension) -> Option<Bound> {
+    fn per_joint(
+        &mut self,
+        kind: &'static TaskKind,
+        task: usize,
+        prefix: &str,
+        value: &Value,
+        info: &ParamInfo,
+        per: Dimension,
+    ) -> Option<Bound> {
         let model = &self.robot.model;
         let dimension = |dof: usize| joint_dimension(model, dof).times(per).unwrap_or(per);
         let mut out: Vec<(usize, Slot)> = Vec::new();
@@ -620,7 +710,9 @@ impl Binder<'_> {
         let typed = self.typed(kind, task, prefix, value, true)?;
         let revolute = ANGLE.times(per).unwrap_or(per);
         let wanted = if revolute.accepts(typed.dimension) { revolute } else { LENGTH.times(per).unwrap_or(per) };
-        if typed.kind != Kind::Scalar || fits(self.graph, &typed, wanted, "").is_some_and(|d| d.severity == dsl::Severity::Error) {
+        if typed.kind != Kind::Scalar
+            || fits(self.graph, &typed, wanted, "").is_some_and(|d| d.severity == dsl::Severity::Error)
+        {
             return self.wrong(value, info, "`{ joint value .. }`, or one number in the joints' unit");
         }
         let slot = self.value(kind, task, prefix, value, (Kind::Scalar, wanted), None, &format!("`{}`", info.name))?;
@@ -643,10 +735,31 @@ impl Binder<'_> {
             _ => {
                 let same = dofs.iter().all(|&d| dimension(d) == dimension(dofs[0]));
                 if same && let Some(&first) = dofs.first() {
-                    let slot = self.value(kind, task, prefix, value, (Kind::Scalar, dimension(first)), None, "the value of these joints")?;
+                    let slot = self.value(
+                        kind,
+                        task,
+                        prefix,
+                        value,
+                        (Kind::Scalar, dimension(first)),
+                        None,
+                        "the value of these joints",
+                    )?;
                     return Some(vec![slot; dofs.len()]);
                 }
-                return dofs.iter().map(|&d| self.value(kind, task, prefix, value, (Kind::Scalar, dimension(d)), None, "the value of this joint")).collect();
+                return dofs
+                    .iter()
+                    .map(|&d| {
+                        self.value(
+                            kind,
+                            task,
+                            prefix,
+                            value,
+                            (Kind::Scalar, dimension(d)),
+                            None,
+                            "the value of this joint",
+                        )
+                    })
+                    .collect();
             }
         };
         if items.len() != dofs.len() {
@@ -662,12 +775,27 @@ impl Binder<'_> {
                 Some(u) => Value { kind: ValueKind::Unit(Box::new(item.clone()), u.clone()), span: item.span },
                 None => item.clone(),
             };
-            out.push(self.value(kind, task, prefix, &item, (Kind::Scalar, dimension(dof)), None, "the value of this joint")?);
+            out.push(self.value(
+                kind,
+                task,
+                prefix,
+                &item,
+                (Kind::Scalar, dimension(dof)),
+                None,
+                "the value of this joint",
+            )?);
         }
         Some(out)
     }
 
-    fn per_arm(&mut self, kind: &'static TaskKind, task: usize, value: &Value, info: &'static ParamInfo, d: Dimension) -> Option<Bound> {
+    fn per_arm(
+        &mut self,
+        kind: &'static TaskKind,
+        task: usize,
+        value: &Value,
+        info: &'static ParamInfo,
+        d: Dimension,
+    ) -> Option<Bound> {
         let block = block_of(value, &format!("`{}`", info.name), self.diagnostics)?;
         let prefix = format!("{}.", info.name);
         let mut out = Vec::new();
@@ -678,7 +806,8 @@ impl Binder<'_> {
         for e in &block.entries {
             let name = Value { kind: ValueKind::Name(e.key.value.clone()), span: e.key.span };
             let arm = self.arm(&name, info);
-            let slot = self.value(kind, task, &prefix, &e.value, (Kind::Scalar, d), None, &format!("`{}`", e.key.value));
+            let slot =
+                self.value(kind, task, &prefix, &e.value, (Kind::Scalar, d), None, &format!("`{}`", e.key.value));
             match (arm, slot) {
                 (Some(arm), Some(slot)) => out.push((arm, slot)),
                 _ => good = false,

@@ -56,11 +56,15 @@ fn overshoot(gain: f64, period: f64, places: &Places, task: usize) -> Diagnostic
     } else {
         "the error changes its sign at every tick, and grows above 2"
     };
-    Diagnostic::error("HQ0501", place(places, task, "gain"), format!("this gain overshoots: {gain} /s times {period} s is {:.3}, more than 1", gain * period))
-        .here(format!("gain × period = {:.3}", gain * period))
-        .label(places.rate, format!("a period of {period} s"))
-        .note(why)
-        .help(format!("keep the gain at or below {} /s, or raise the rate", 1.0 / period))
+    Diagnostic::error(
+        "HQ0501",
+        place(places, task, "gain"),
+        format!("this gain overshoots: {gain} /s times {period} s is {:.3}, more than 1", gain * period),
+    )
+    .here(format!("gain × period = {:.3}", gain * period))
+    .label(places.rate, format!("a period of {period} s"))
+    .note(why)
+    .help(format!("keep the gain at or below {} /s, or raise the rate", 1.0 / period))
 }
 
 fn cannot_build(e: &BuildError, places: &Places, task: usize) -> Diagnostic {
@@ -83,7 +87,9 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
             c.describe(&fault)
         });
         let text = text.unwrap_or_else(|e| e.to_string());
-        diagnostics.push(Diagnostic::error("HQ0502", places.home, format!("at home, {text}")).help("move the home configuration"));
+        diagnostics.push(
+            Diagnostic::error("HQ0502", places.home, format!("at home, {text}")).help("move the home configuration"),
+        );
         return;
     }
     let mut outside = false;
@@ -96,10 +102,17 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
             outside = true;
             let more = if bad.len() > 1 { format!(" and {} more", bad.len() - 1) } else { String::new() };
             diagnostics.push(
-                Diagnostic::error("HQ0502", place(places, m.program_index, "d_min"), format!("`{}` is violated at the start: {first}{more}", m.name))
-                    .label(places.home, "the robot starts here")
-                    .note(format!("a barrier function keeps a limit only from inside it; violated are {}", bad.iter().take(8).cloned().collect::<Vec<_>>().join(", ")))
-                    .help("move the home configuration or the limit"),
+                Diagnostic::error(
+                    "HQ0502",
+                    place(places, m.program_index, "d_min"),
+                    format!("`{}` is violated at the start: {first}{more}", m.name),
+                )
+                .label(places.home, "the robot starts here")
+                .note(format!(
+                    "a barrier function keeps a limit only from inside it; violated are {}",
+                    bad.iter().take(8).cloned().collect::<Vec<_>>().join(", ")
+                ))
+                .help("move the home configuration or the limit"),
             );
         }
     }

@@ -69,7 +69,8 @@ pub fn plain_joint_value(value: &Value) -> Option<f64> {
 /// The diagnostic for a value of another dimension than is needed.
 pub fn wrong_dimension(typed: &Typed, wanted: Dimension, what: &str) -> Diagnostic {
     let is = typed.dimension.describe();
-    let d = Diagnostic::error("HQ0301", typed.span, format!("{what} is {}, and this is {is}", wanted.describe())).here(is);
+    let d =
+        Diagnostic::error("HQ0301", typed.span, format!("{what} is {}, and this is {is}", wanted.describe())).here(is);
     match units::symbols_of(wanted).first() {
         _ if typed.dimension == NONE && wanted != NONE => d.help(format!("give it a unit: `{wanted}`")),
         Some(symbol) => d.help(format!("write a number in `{symbol}`")),
@@ -89,8 +90,12 @@ impl Constants<'_> {
         }
         if ["pi", "t", "time", "true", "false", "auto"].contains(&param.name.value.as_str()) {
             diagnostics.push(
-                Diagnostic::error("HQ0202", param.name.span, format!("`{}` is a word of the language", param.name.value))
-                    .help("choose another name"),
+                Diagnostic::error(
+                    "HQ0202",
+                    param.name.span,
+                    format!("`{}` is a word of the language", param.name.value),
+                )
+                .help("choose another name"),
             );
             return;
         }
@@ -113,8 +118,12 @@ impl Constants<'_> {
             match self.graph.constant(n) {
                 None => {
                     return Some(
-                        Diagnostic::error("HQ0307", typed.span, "this value depends on time, and it is needed before time begins")
-                            .help("leave `t` and `time` out"),
+                        Diagnostic::error(
+                            "HQ0307",
+                            typed.span,
+                            "this value depends on time, and it is needed before time begins",
+                        )
+                        .help("leave `t` and `time` out"),
                     );
                 }
                 Some(x) if !x.is_finite() => {
@@ -126,12 +135,20 @@ impl Constants<'_> {
         None
     }
 
-    fn numbers(&mut self, value: &Value, kind: Kind, wanted: Dimension, diagnostics: &mut Vec<Diagnostic>) -> Option<Vec<f64>> {
+    fn numbers(
+        &mut self,
+        value: &Value,
+        kind: Kind,
+        wanted: Dimension,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Vec<f64>> {
         let typed = self.typed(value, diagnostics)?;
         if typed.kind != kind {
-            diagnostics.push(
-                Diagnostic::error("HQ0304", value.span, format!("{} is needed here, and this is {}", kind.describe(), typed.kind.describe())),
-            );
+            diagnostics.push(Diagnostic::error(
+                "HQ0304",
+                value.span,
+                format!("{} is needed here, and this is {}", kind.describe(), typed.kind.describe()),
+            ));
             return None;
         }
         if let Some(d) = self.fits(&typed, wanted, "the value needed here") {
@@ -168,9 +185,11 @@ impl Constants<'_> {
     pub fn joint_value(&mut self, value: &Value, diagnostics: &mut Vec<Diagnostic>) -> Option<f64> {
         let typed = self.typed(value, diagnostics)?;
         if !ANGLE.accepts(typed.dimension) && typed.dimension != LENGTH || typed.kind != Kind::Scalar {
-            diagnostics.push(
-                Diagnostic::error("HQ0301", value.span, format!("a joint's position is an angle or a length, and this is {}", typed.dimension.describe())),
-            );
+            diagnostics.push(Diagnostic::error(
+                "HQ0301",
+                value.span,
+                format!("a joint's position is an angle or a length, and this is {}", typed.dimension.describe()),
+            ));
             return None;
         }
         if let Some(bad) = self.not_constant(&typed) {
@@ -181,7 +200,13 @@ impl Constants<'_> {
     }
 
     /// Constant positions for some joints: one number for all, or a list with one each, with or without a unit behind it.
-    pub fn per_joint(&mut self, value: &Value, dofs: &[usize], model: &Model, diagnostics: &mut Vec<Diagnostic>) -> Option<Vec<f64>> {
+    pub fn per_joint(
+        &mut self,
+        value: &Value,
+        dofs: &[usize],
+        model: &Model,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Vec<f64>> {
         let (items, unit) = match &value.kind {
             ValueKind::Unit(inner, unit) if matches!(inner.kind, ValueKind::List(_)) => (items_of(inner), Some(unit)),
             ValueKind::List(_) => (items_of(value), None),

@@ -3,9 +3,9 @@
 //! [`compile`] reads a text, binds its names to a robot and to the task library, checks types, units and safety, and
 //! lowers it to a [`runtime::Program`]. It knows nothing of how a hierarchy is solved.
 
-pub mod codes;
 mod binding;
 mod checks;
+pub mod codes;
 mod constants;
 pub mod expr;
 mod lowering;

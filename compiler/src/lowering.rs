@@ -96,7 +96,15 @@ impl<'a> Lowerer<'a> {
         sources: &'a mut dsl::Sources,
         diagnostics: &'a mut Vec<Diagnostic>,
     ) -> Self {
-        Lowerer { input, source, sources, diagnostics, graph: Graph::default(), table: Table::default(), used_params: BTreeSet::new() }
+        Lowerer {
+            input,
+            source,
+            sources,
+            diagnostics,
+            graph: Graph::default(),
+            table: Table::default(),
+            used_params: BTreeSet::new(),
+        }
     }
 
     fn push(&mut self, d: Diagnostic) {
@@ -130,7 +138,10 @@ impl<'a> Lowerer<'a> {
         if declared.robots.is_empty() {
             let at = Span::new(self.source, 0, 0);
             if !(spec.items.is_empty() && !self.diagnostics.is_empty()) {
-                self.push(Diagnostic::error("HQ0206", at, "this spec declares no robot").help("write `robot NAME { urdf \"..\"  rate 100 Hz }`"));
+                self.push(
+                    Diagnostic::error("HQ0206", at, "this spec declares no robot")
+                        .help("write `robot NAME { urdf \"..\"  rate 100 Hz }`"),
+                );
             }
         }
         let robot = robot?;
@@ -173,7 +184,8 @@ impl<'a> Lowerer<'a> {
                 }
                 ItemKind::Run(r) => {
                     if let Some((_, first)) = d.runs.first() {
-                        let d2 = Diagnostic::error("HQ0202", item.span, "there is already a `run`").label(*first, "the first one");
+                        let d2 = Diagnostic::error("HQ0202", item.span, "there is already a `run`")
+                            .label(*first, "the first one");
                         self.push(d2);
                     } else {
                         d.runs.push((r, item.span));
@@ -249,7 +261,11 @@ impl<'a> Lowerer<'a> {
     fn unused(&mut self, declared: &Declared, params: &BTreeMap<String, crate::expr::Symbol>) {
         for p in &declared.params {
             if params.contains_key(&p.name.value) && !self.used_params.contains(&p.name.value) {
-                self.push(Diagnostic::warning("HQ0203", p.name.span, format!("param `{}` is never used", p.name.value)));
+                self.push(Diagnostic::warning(
+                    "HQ0203",
+                    p.name.span,
+                    format!("param `{}` is never used", p.name.value),
+                ));
             }
         }
         let members: Vec<&str> = (declared.stacks.iter().flat_map(|s| &s.levels).flat_map(|l| &l.members))
@@ -287,8 +303,12 @@ impl<'a> Lowerer<'a> {
         }
         if declared.stacks.is_empty() {
             self.push(
-                Diagnostic::error("HQ0601", robot.name.span, "this spec has no stack, so the robot has nothing to hold to")
-                    .help("write `stack NAME { level NAME { task } }`"),
+                Diagnostic::error(
+                    "HQ0601",
+                    robot.name.span,
+                    "this spec has no stack, so the robot has nothing to hold to",
+                )
+                .help("write `stack NAME { level NAME { task } }`"),
             );
         }
         let run = self.run(run, declared, robot);
@@ -305,7 +325,9 @@ impl<'a> Lowerer<'a> {
         }
         let program = Program {
             format: FORMAT,
-            name: Path::new(self.input.name).file_stem().map_or_else(|| "spec".to_string(), |s| s.to_string_lossy().into_owned()),
+            name: Path::new(self.input.name)
+                .file_stem()
+                .map_or_else(|| "spec".to_string(), |s| s.to_string_lossy().into_owned()),
             title: run.1,
             robot: RobotProgram {
                 name: robot.name.value.clone(),
@@ -325,14 +347,25 @@ impl<'a> Lowerer<'a> {
         Some((program, Places { tasks: task_places, stacks: places, rate: robot.rate_span, home: robot.home_span }))
     }
 
-    fn stack(&mut self, s: &Stack, robot: &BoundRobot, names: &[String], tasks: &[&Task], inline: &mut usize) -> StackProgram {
+    fn stack(
+        &mut self,
+        s: &Stack,
+        robot: &BoundRobot,
+        names: &[String],
+        tasks: &[&Task],
+        inline: &mut usize,
+    ) -> StackProgram {
         let declared = tasks.len();
         check_keys(&s.settings, &["lock"], "a stack", self.diagnostics);
-        let locked = s.settings.get("lock").and_then(|e| {
-            joints(items_of(&e.value), &robot.model, &robot.joint_groups, self.diagnostics)
-        });
+        let locked = s
+            .settings
+            .get("lock")
+            .and_then(|e| joints(items_of(&e.value), &robot.model, &robot.joint_groups, self.diagnostics));
         if s.levels.is_empty() {
-            self.push(Diagnostic::error("HQ0601", s.name.span, format!("stack `{}` has no level", s.name.value)).help("write `level NAME { task }`"));
+            self.push(
+                Diagnostic::error("HQ0601", s.name.span, format!("stack `{}` has no level", s.name.value))
+                    .help("write `level NAME { task }`"),
+            );
         }
         let mut levels = Vec::new();
         let mut seen: BTreeMap<usize, Span> = BTreeMap::new();
@@ -344,7 +377,10 @@ impl<'a> Lowerer<'a> {
             check_keys(&l.settings, &["damping"], "a level", self.diagnostics);
             let damping = l.settings.get("damping").and_then(|e| self.constant(&e.value, "the damping", 0.0, true));
             if l.members.is_empty() {
-                self.push(Diagnostic::error("HQ0601", l.name.span, format!("level `{}` has no task", l.name.value)).help("add a task, or remove the level"));
+                self.push(
+                    Diagnostic::error("HQ0601", l.name.span, format!("level `{}` has no task", l.name.value))
+                        .help("add a task, or remove the level"),
+                );
             }
             match (l.hard, soft) {
                 (Some(hard), Some(soft)) => {
@@ -375,9 +411,13 @@ impl<'a> Lowerer<'a> {
                 };
                 if let Some(first) = seen.insert(task, m.span) {
                     self.push(
-                        Diagnostic::error("HQ0602", m.span, format!("task `{}` stands twice in stack `{}`", names[task], s.name.value))
-                            .label(first, "first here")
-                            .help("keep it where it matters most"),
+                        Diagnostic::error(
+                            "HQ0602",
+                            m.span,
+                            format!("task `{}` stands twice in stack `{}`", names[task], s.name.value),
+                        )
+                        .label(first, "first here")
+                        .help("keep it where it matters most"),
                     );
                     continue;
                 }
@@ -387,7 +427,12 @@ impl<'a> Lowerer<'a> {
                 };
                 members.push(MemberProgram { task, weight });
             }
-            levels.push(LevelProgram { name: l.name.value.clone(), hard: l.hard.is_some(), damping: damping.unwrap_or(0.0), members });
+            levels.push(LevelProgram {
+                name: l.name.value.clone(),
+                hard: l.hard.is_some(),
+                damping: damping.unwrap_or(0.0),
+                members,
+            });
         }
         StackProgram { name: String::new(), locked: locked.unwrap_or_default(), levels }
     }
@@ -418,7 +463,12 @@ impl<'a> Lowerer<'a> {
         Some(x)
     }
 
-    fn run(&mut self, run: Option<RunSettings>, declared: &Declared, robot: &BoundRobot) -> Option<(RunProgram, String)> {
+    fn run(
+        &mut self,
+        run: Option<RunSettings>,
+        declared: &Declared,
+        robot: &BoundRobot,
+    ) -> Option<(RunProgram, String)> {
         let stacks = &declared.stacks;
         let settings = run.unwrap_or_default();
         let stack = match &settings.stack {
@@ -479,7 +529,8 @@ impl<'a> Lowerer<'a> {
         tape.evaluate(runtime::program::Times::default(), &inputs, &mut registers, &mut initial, &mut rates);
         debug_assert!(tape.ops.iter().enumerate().all(|(i, o)| o.operands().iter().flatten().all(|&x| x < i) && !matches!(o, Op::Const(x) if x.is_nan())));
         let finite = |x: f64| x.is_finite().then_some(x);
-        let ranges = self.table.ranges.iter().map(|&(at, min, max)| ValueRange { at, min: finite(min), max: finite(max) });
+        let ranges =
+            self.table.ranges.iter().map(|&(at, min, max)| ValueRange { at, min: finite(min), max: finite(max) });
         Values { ranges: ranges.collect(), initial, tape, captures: std::mem::take(&mut self.table.captures) }
     }
 }
@@ -505,7 +556,8 @@ fn twice(name: &Spanned<String>, first: Span) -> Diagnostic {
 /// The name of a task written in place: its type, with the level and the stack before it where that is not unique.
 fn inline_name(stack: &str, level: &Level, d: &TaskDefinition, known: &[(String, TaskDefinition)]) -> String {
     let kind = d.kind.value.as_str();
-    let candidates = [kind.to_string(), format!("{}.{kind}", level.name.value), format!("{stack}.{}.{kind}", level.name.value)];
+    let candidates =
+        [kind.to_string(), format!("{}.{kind}", level.name.value), format!("{stack}.{}.{kind}", level.name.value)];
     let free = |name: &String| !known.iter().any(|k| k.0 == *name);
     if let Some(name) = candidates.iter().find(|n| free(n)) {
         return name.clone();
@@ -563,7 +615,11 @@ fn simulator(block: &dsl::tree::Block, constants: &mut Constants, diagnostics: &
         let Some(x) = constants.scalar(&e.value, wanted, diagnostics) else { continue };
         if x < 0.0 || (e.key.value == "seed" && (x.fract() != 0.0 || x > 9e15)) {
             let wanted = if e.key.value == "seed" { "a whole number from 0" } else { "zero or more" };
-            diagnostics.push(Diagnostic::error("HQ0308", e.value.span, format!("`{}` is {wanted}, and this is {x}", e.key.value)));
+            diagnostics.push(Diagnostic::error(
+                "HQ0308",
+                e.value.span,
+                format!("`{}` is {wanted}, and this is {x}", e.key.value),
+            ));
             continue;
         }
         match e.key.value.as_str() {

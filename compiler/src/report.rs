@@ -121,14 +121,14 @@ fn miette_of(d: &Diagnostic, sources: &Sources) -> Miette {
         range(d.primary.span),
     );
     let others = d.labels.iter().filter(|l| l.span.source == d.primary.span.source);
-    let labels = std::iter::once(primary).chain(others.map(|l| LabeledSpan::new_with_span(Some(l.text.clone()), range(l.span))));
-    let mut shown = MietteDiagnostic::new(d.message.clone())
-        .with_code(d.code)
-        .with_labels(labels)
-        .with_severity(match d.severity {
+    let labels =
+        std::iter::once(primary).chain(others.map(|l| LabeledSpan::new_with_span(Some(l.text.clone()), range(l.span))));
+    let mut shown = MietteDiagnostic::new(d.message.clone()).with_code(d.code).with_labels(labels).with_severity(
+        match d.severity {
             Severity::Error => miette::Severity::Error,
             Severity::Warning => miette::Severity::Warning,
-        });
+        },
+    );
     if let Some(help) = &d.help {
         shown = shown.with_help(help.clone());
     }

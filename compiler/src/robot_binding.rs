@@ -55,8 +55,19 @@ pub struct Files<'a> {
 }
 
 static KEYS: &[&str] = &[
-    "urdf", "base", "rate", "arms", "points", "segments", "groups", "joints", "home", "lock", "limits",
-    "tracking_gain", "package_path",
+    "urdf",
+    "base",
+    "rate",
+    "arms",
+    "points",
+    "segments",
+    "groups",
+    "joints",
+    "home",
+    "lock",
+    "limits",
+    "tracking_gain",
+    "package_path",
 ];
 
 /// Reports a key that has no meaning in a block.
@@ -216,11 +227,9 @@ type Locks = Vec<(Spanned<String>, Option<f64>)>;
 fn locks(body: &Block, constants: &mut Constants, diagnostics: &mut Vec<Diagnostic>) -> Locks {
     let Some(entry) = body.get("lock") else { return Vec::new() };
     match &entry.value.kind {
-        ValueKind::Block(block) => block
-            .entries
-            .iter()
-            .map(|e| (e.key.clone(), constants.joint_value(&e.value, diagnostics)))
-            .collect(),
+        ValueKind::Block(block) => {
+            block.entries.iter().map(|e| (e.key.clone(), constants.joint_value(&e.value, diagnostics))).collect()
+        }
         _ => items_of(&entry.value)
             .iter()
             .filter_map(|v| {
@@ -235,14 +244,7 @@ fn locks(body: &Block, constants: &mut Constants, diagnostics: &mut Vec<Diagnost
 }
 
 /// Reads the URDF twice where needed: once to learn the joints that patterns in `lock` mean, then reduced.
-fn read(
-    path_text: &str,
-    span: Span,
-    base: Base,
-    locks: &Locks,
-    robot: &Robot,
-    files: &mut Files,
-) -> Option<Model> {
+fn read(path_text: &str, span: Span, base: Base, locks: &Locks, robot: &Robot, files: &mut Files) -> Option<Model> {
     let path = files.folder.join(path_text);
     let bytes = match std::fs::read(&path) {
         Ok(b) => b,
@@ -280,7 +282,11 @@ fn read(
     let convert = |m: &robot::UrdfMessage, error: bool| {
         let place = Span::new(urdf_source, m.span.start, m.span.end);
         let code = if error { "HQ0402" } else { "HQ0403" };
-        let d = if error { Diagnostic::error(code, place, m.text.clone()) } else { Diagnostic::warning(code, place, m.text.clone()) };
+        let d = if error {
+            Diagnostic::error(code, place, m.text.clone())
+        } else {
+            Diagnostic::warning(code, place, m.text.clone())
+        };
         let d = if error { d.label(span, "this robot reads it") } else { d };
         match &m.help {
             Some(h) => d.help(h.clone()),
@@ -301,7 +307,8 @@ fn read(
     };
     let home = robot.body.get("home");
     for (name, value) in locks {
-        let matched: Vec<&robot::Dof> = full.dofs.iter().filter(|d| d.joint.is_some() && glob(&name.value, &d.name)).collect();
+        let matched: Vec<&robot::Dof> =
+            full.dofs.iter().filter(|d| d.joint.is_some() && glob(&name.value, &d.name)).collect();
         if matched.is_empty() {
             files.diagnostics.push(unknown_joint(&full, &name.value, name.span, &[]));
         }
@@ -339,8 +346,11 @@ fn io_reason(e: &std::io::Error) -> &'static str {
 /// A file of nearly this name in the same folder.
 fn nearby(path: &Path) -> Option<String> {
     let wanted = path.file_name()?.to_str()?.to_string();
-    let mut names: Vec<String> =
-        std::fs::read_dir(path.parent()?).ok()?.take(1000).filter_map(|e| e.ok()?.file_name().into_string().ok()).collect();
+    let mut names: Vec<String> = std::fs::read_dir(path.parent()?)
+        .ok()?
+        .take(1000)
+        .filter_map(|e| e.ok()?.file_name().into_string().ok())
+        .collect();
     names.sort();
     suggest(&wanted, names.iter().map(String::as_str)).map(|n| format!("did you mean `{n}`?"))
 }
@@ -438,8 +448,12 @@ impl Binder<'_, '_> {
             let dofs = joints(items_of(&e.value), &self.model, &groups, self.diagnostics);
             if self.model.dof(&e.key.value).is_some() || groups.contains_key(&e.key.value) {
                 self.diagnostics.push(
-                    Diagnostic::error("HQ0202", e.key.span, format!("`{}` is already the name of a joint or group", e.key.value))
-                        .help("choose another name for the group"),
+                    Diagnostic::error(
+                        "HQ0202",
+                        e.key.span,
+                        format!("`{}` is already the name of a joint or group", e.key.value),
+                    )
+                    .help("choose another name for the group"),
                 );
             } else if let Some(dofs) = dofs {
                 groups.insert(e.key.value.clone(), dofs);
@@ -452,7 +466,9 @@ impl Binder<'_, '_> {
         let Some(block) = self.block("limits") else { return };
         for e in &block.entries {
             let name = Value { kind: ValueKind::Text(e.key.value.clone()), span: e.key.span };
-            let Some(dofs) = joints(std::slice::from_ref(&name), &self.model, groups, self.diagnostics) else { continue };
+            let Some(dofs) = joints(std::slice::from_ref(&name), &self.model, groups, self.diagnostics) else {
+                continue;
+            };
             let Some(inner) = block_of(&e.value, "limits of a joint", self.diagnostics) else { continue };
             check_keys(inner, &["lower", "upper", "velocity"], "a joint's limits", self.diagnostics);
             for dof in dofs {
@@ -469,11 +485,16 @@ impl Binder<'_, '_> {
                     d.velocity = v;
                 } else if velocity.is_some() {
                     let span = inner.get("velocity").map_or(e.key.span, |x| x.value.span);
-                    self.diagnostics.push(Diagnostic::error("HQ0308", span, "a velocity limit is more than zero")
-                        .help("to keep a joint still, name it in `lock`"));
+                    self.diagnostics.push(
+                        Diagnostic::error("HQ0308", span, "a velocity limit is more than zero")
+                            .help("to keep a joint still, name it in `lock`"),
+                    );
                 }
                 if d.lower > d.upper {
-                    let text = format!("`{}` would have a lower limit of {} above its upper limit of {}", d.name, d.lower, d.upper);
+                    let text = format!(
+                        "`{}` would have a lower limit of {} above its upper limit of {}",
+                        d.name, d.lower, d.upper
+                    );
                     self.diagnostics.push(Diagnostic::error("HQ0308", e.value.span, text).help("swap the two"));
                 }
             }
@@ -523,8 +544,10 @@ impl Binder<'_, '_> {
             let mut end = |key: &str| match inner.get(key) {
                 Some(x) => self.constants.vector(&x.value, LENGTH, self.diagnostics),
                 None => {
-                    self.diagnostics.push(Diagnostic::error("HQ0206", e.key.span, format!("this segment has no `{key}`"))
-                        .help("write `{ link NAME  from [x, y, z] m  to [x, y, z] m }`"));
+                    self.diagnostics.push(
+                        Diagnostic::error("HQ0206", e.key.span, format!("this segment has no `{key}`"))
+                            .help("write `{ link NAME  from [x, y, z] m  to [x, y, z] m }`"),
+                    );
                     None
                 }
             };
@@ -537,7 +560,11 @@ impl Binder<'_, '_> {
         for (i, g) in all.iter().enumerate() {
             if all[..i].iter().any(|o| o.name == g.name) {
                 let span = self.robot.body.get("segments").map_or(self.robot.name.span, |e| e.value.span);
-                self.diagnostics.push(Diagnostic::error("HQ0202", span, format!("`{}` names a point and a segment", g.name)));
+                self.diagnostics.push(Diagnostic::error(
+                    "HQ0202",
+                    span,
+                    format!("`{}` names a point and a segment", g.name),
+                ));
             }
         }
         all
@@ -547,7 +574,8 @@ impl Binder<'_, '_> {
         match block.get("link") {
             Some(x) => self.link(&x.value).map(|l| l.1),
             None => {
-                self.diagnostics.push(Diagnostic::error("HQ0206", key, "this has no `link`").help("name the link that carries it"));
+                self.diagnostics
+                    .push(Diagnostic::error("HQ0206", key, "this has no `link`").help("name the link that carries it"));
                 None
             }
         }
@@ -566,7 +594,11 @@ impl Binder<'_, '_> {
         for e in self.block("groups").iter().flat_map(|b| &b.entries) {
             let names = self.group(&e.value, geometries, &groups);
             if groups.insert(e.key.value.clone(), names).is_some() {
-                self.diagnostics.push(Diagnostic::error("HQ0202", e.key.span, format!("there is already a group `{}`", e.key.value)));
+                self.diagnostics.push(Diagnostic::error(
+                    "HQ0202",
+                    e.key.span,
+                    format!("there is already a group `{}`", e.key.value),
+                ));
             }
         }
         groups
@@ -576,7 +608,11 @@ impl Binder<'_, '_> {
         let mut names = Vec::new();
         for item in items_of(value) {
             let Some(path) = path_of(item) else {
-                self.diagnostics.push(Diagnostic::error("HQ0304", item.span, "the name of a point, segment, link or group is needed here"));
+                self.diagnostics.push(Diagnostic::error(
+                    "HQ0304",
+                    item.span,
+                    "the name of a point, segment, link or group is needed here",
+                ));
                 continue;
             };
             if let Some(members) = groups.get(&path) {
@@ -612,21 +648,30 @@ impl Binder<'_, '_> {
                 continue;
             }
             let name = Value { kind: ValueKind::Text(e.key.value.clone()), span: e.key.span };
-            let Some(dofs) = joints(std::slice::from_ref(&name), &self.model, groups, self.diagnostics) else { continue };
-            let Some(values) = self.constants.per_joint(&e.value, &dofs, &self.model, self.diagnostics) else { continue };
+            let Some(dofs) = joints(std::slice::from_ref(&name), &self.model, groups, self.diagnostics) else {
+                continue;
+            };
+            let Some(values) = self.constants.per_joint(&e.value, &dofs, &self.model, self.diagnostics) else {
+                continue;
+            };
             for (dof, x) in dofs.iter().zip(values) {
                 let d = &self.model.dofs[*dof];
                 let Some(i) = d.q_index else { continue };
                 if let Some(first) = given.insert(i, e.key.span) {
                     self.diagnostics.push(
-                        Diagnostic::error("HQ0207", e.key.span, format!("joint `{}` is given twice", d.name)).label(first, "first here"),
+                        Diagnostic::error("HQ0207", e.key.span, format!("joint `{}` is given twice", d.name))
+                            .label(first, "first here"),
                     );
                 }
                 if x < d.lower || x > d.upper {
                     self.diagnostics.push(
-                        Diagnostic::error("HQ0404", e.value.span, format!("`{}` starts at {x}, outside its limits of {} to {}", d.name, d.lower, d.upper))
-                            .note("values are in rad or m")
-                            .help("move the joint inside its limits"),
+                        Diagnostic::error(
+                            "HQ0404",
+                            e.value.span,
+                            format!("`{}` starts at {x}, outside its limits of {} to {}", d.name, d.lower, d.upper),
+                        )
+                        .note("values are in rad or m")
+                        .help("move the joint inside its limits"),
                     );
                 }
                 q[i] = x;

@@ -4,9 +4,9 @@
 //! the chosen velocity for one period. Low-level layer, thesis (3.9): `q' = q_d' + K_q (q_d - q)`, with the measured `q`,
 //! limited to the joints' speeds.
 
+use solver::ClarabelCascade;
 use solver::Problem;
 use solver::{Active, HierarchicalSolver, LevelStatus, Solution, Status};
-use solver::ClarabelCascade;
 
 use crate::evaluator::Evaluator;
 use crate::fault::Fault;
@@ -205,7 +205,9 @@ impl Controller {
         };
         let level = |i: usize| self.level_names.get(i).map_or("?", String::as_str);
         match *fault {
-            Fault::Observation { index: Some(i) } => format!("number {i} of the observed configuration is missing or not finite"),
+            Fault::Observation { index: Some(i) } => {
+                format!("number {i} of the observed configuration is missing or not finite")
+            }
             Fault::Observation { index: None } => "the observed time is not finite".to_string(),
             Fault::NotFinite { member, row: r } => format!("{}: a number is not finite", row(member, r)),
             Fault::Value { at } => {

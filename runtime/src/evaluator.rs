@@ -250,7 +250,9 @@ impl Evaluator {
     /// A task could not write its rows.
     pub fn update(&mut self, q: &[f64], times: Times, problem: &mut Problem) -> Result<(), Fault> {
         self.kinematics(q, times);
-        if let Some(r) = self.values.ranges.iter().find(|r| !r.contains(self.current[r.at]) || !self.rates[r.at].is_finite()) {
+        if let Some(r) =
+            self.values.ranges.iter().find(|r| !r.contains(self.current[r.at]) || !self.rates[r.at].is_finite())
+        {
             return Err(Fault::Value { at: r.at });
         }
         let Evaluator { model, data, current, rates, tasks, members, locked, margins, measures, undefined, .. } = self;

@@ -52,7 +52,14 @@ fn robot(p: &Program, out: &mut String) -> std::fmt::Result {
     for d in &r.model.dofs {
         let home = d.q_index.map_or_else(|| "-".to_string(), |i| number(r.home[i]));
         let unit = if d.unit == DofUnit::Radian { "rad" } else { "m" };
-        writeln!(out, "    {:<16} {home:>9} {:>9} {:>9} {:>9} {unit}", d.name, number(d.lower), number(d.upper), number(d.velocity))?;
+        writeln!(
+            out,
+            "    {:<16} {home:>9} {:>9} {:>9} {:>9} {unit}",
+            d.name,
+            number(d.lower),
+            number(d.upper),
+            number(d.velocity)
+        )?;
     }
     Ok(())
 }
@@ -78,7 +85,13 @@ fn stack_text(p: &Program, index: usize, stack: &StackProgram, out: &mut String)
             let _ = write!(flags, "  damping {}", level.damping);
         }
         let left = freedom.get(i).map_or_else(|| "?".to_string(), usize::to_string);
-        writeln!(out, "  level {} {}{flags}  {} rows, freedom left at home {left}", i + 1, level.name, problem.levels[i].rows())?;
+        writeln!(
+            out,
+            "  level {} {}{flags}  {} rows, freedom left at home {left}",
+            i + 1,
+            level.name,
+            problem.levels[i].rows()
+        )?;
         for member in &level.members {
             let Some((m, task)) = members.next() else { break };
             let kind = if m.nature == Nature::Limit { "inequalities" } else { "equalities" };
@@ -95,8 +108,16 @@ fn stack_text(p: &Program, index: usize, stack: &StackProgram, out: &mut String)
             parameters(p, &p.tasks[m.program_index], !gains.is_empty(), out)?;
             let (loss, reserve) = (worst(&task.sampled_loss()), worst(&task.reserve()));
             if let Some(loss) = loss {
-                let bound = if loss.is_finite() { format!("{} mm", number(loss * 1e3)) } else { "unbounded, speeds are".to_string() };
-                writeln!(out, "      sampled-time loss at most {bound}, held in reserve {} mm", number(reserve.unwrap_or(0.0) * 1e3))?;
+                let bound = if loss.is_finite() {
+                    format!("{} mm", number(loss * 1e3))
+                } else {
+                    "unbounded, speeds are".to_string()
+                };
+                writeln!(
+                    out,
+                    "      sampled-time loss at most {bound}, held in reserve {} mm",
+                    number(reserve.unwrap_or(0.0) * 1e3)
+                )?;
             }
             let names: Vec<&str> = m.row_info.iter().map(|r| r.name.as_str()).collect();
             if m.nature == Nature::Limit {
@@ -155,12 +176,17 @@ fn bound_text(p: &Program, bound: &Bound) -> Option<String> {
         Bound::Arm(a) => Some(format!("{} (tip {})", a.name, p.robot.model.link_ref(a.tip).name)),
         // The rows name them.
         Bound::Geometries(_) => None,
-        Bound::Joints(list) => Some(list.iter().map(|&d| p.robot.model.dofs[d].name.as_str()).collect::<Vec<_>>().join(", ")),
+        Bound::Joints(list) => {
+            Some(list.iter().map(|&d| p.robot.model.dofs[d].name.as_str()).collect::<Vec<_>>().join(", "))
+        }
         Bound::PerJoint(list) => Some(runs(p, list)),
-        Bound::PerArm(list) => Some(list.iter().map(|(a, s)| format!("{} {}", a.name, slot(p, s))).collect::<Vec<_>>().join(", ")),
+        Bound::PerArm(list) => {
+            Some(list.iter().map(|(a, s)| format!("{} {}", a.name, slot(p, s))).collect::<Vec<_>>().join(", "))
+        }
         Bound::Choice(word) => Some(word.clone()),
         Bound::Group(map) => {
-            let inner: Vec<String> = map.iter().filter_map(|(k, b)| Some(format!("{k} {}", bound_text(p, b)?))).collect();
+            let inner: Vec<String> =
+                map.iter().filter_map(|(k, b)| Some(format!("{k} {}", bound_text(p, b)?))).collect();
             Some(format!("{{ {} }}", inner.join("  ")))
         }
     }
@@ -252,7 +278,13 @@ fn operation(op: &Op) -> String {
 /// A number with at most six significant digits, without trailing zeros.
 pub fn number(x: f64) -> String {
     if !x.is_finite() {
-        return if x.is_nan() { "nan".into() } else if x > 0.0 { "inf".into() } else { "-inf".into() };
+        return if x.is_nan() {
+            "nan".into()
+        } else if x > 0.0 {
+            "inf".into()
+        } else {
+            "-inf".into()
+        };
     }
     if x == 0.0 {
         return "0".to_string();

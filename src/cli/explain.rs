@@ -23,7 +23,8 @@ pub fn run(a: &Arguments) -> Outcome {
         }
         None => {
             let codes = compiler::codes::all().map(|c| c.0);
-            let near = compiler::names::suggest(code, codes).map(|n| format!("; did you mean {n}?")).unwrap_or_default();
+            let near =
+                compiler::names::suggest(code, codes).map(|n| format!("; did you mean {n}?")).unwrap_or_default();
             Outcome::Trouble(format!("there is no code `{code}`{near} (`hierarq explain` lists all)"))
         }
     }

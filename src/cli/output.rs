@@ -42,6 +42,7 @@ pub fn show(report: &Report) {
 /// `1 error, 2 warnings`, or nothing.
 pub fn count(report: &Report) -> Option<String> {
     let plural = |n: usize, word: &str| (n > 0).then(|| format!("{n} {word}{}", if n == 1 { "" } else { "s" }));
-    let parts: Vec<String> = [plural(report.errors(), "error"), plural(report.warnings(), "warning")].into_iter().flatten().collect();
+    let parts: Vec<String> =
+        [plural(report.errors(), "error"), plural(report.warnings(), "warning")].into_iter().flatten().collect();
     (!parts.is_empty()).then(|| parts.join(", "))
 }

@@ -70,7 +70,8 @@ fn execute(program: &Program, spec: &str, folder: &Path, json: bool) -> Result<S
     let log = path("log.csv");
     let file = File::create(&log).map_err(failed(&log))?;
     let controller = simulation.controller();
-    let mut csv = CsvRecorder::new(BufWriter::with_capacity(1 << 16, file), program, controller.evaluator().members()).map_err(failed(&log))?;
+    let mut csv = CsvRecorder::new(BufWriter::with_capacity(1 << 16, file), program, controller.evaluator().members())
+        .map_err(failed(&log))?;
     let mut statistics = SummaryRecorder::new(controller, ticks);
     let mut series = SeriesRecorder::new(controller, ticks, report::drawn_links(program));
 
@@ -89,7 +90,8 @@ fn execute(program: &Program, spec: &str, folder: &Path, json: bool) -> Result<S
     let took = started.elapsed();
     csv.finish().map_err(failed(&log))?;
 
-    let outputs: Vec<String> = ["report.html", "log.csv", "summary.json"].iter().map(|n| path(n).display().to_string()).collect();
+    let outputs: Vec<String> =
+        ["report.html", "log.csv", "summary.json"].iter().map(|n| path(n).display().to_string()).collect();
     let summary = statistics.summary(program, simulation.controller(), outputs);
     let text = serde_json::to_string_pretty(&summary).map_err(|e| e.to_string())? + "\n";
     write(&path("summary.json"), &text)?;
@@ -111,7 +113,9 @@ fn progress(ticks: usize) -> ProgressBar {
         return ProgressBar::hidden();
     }
     let bar = ProgressBar::new(ticks as u64);
-    if let Ok(style) = ProgressStyle::with_template("  {bar:40.cyan/black} {percent:>3} %  {pos} of {len} ticks, {eta} left") {
+    if let Ok(style) =
+        ProgressStyle::with_template("  {bar:40.cyan/black} {percent:>3} %  {pos} of {len} ticks, {eta} left")
+    {
         bar.set_style(style);
     }
     bar
@@ -119,7 +123,8 @@ fn progress(ticks: usize) -> ProgressBar {
 
 fn show(program: &Program, summary: &Summary, folder: &Path, took: Duration) {
     let stack = &program.stacks[program.run.stack];
-    let order: Vec<String> = stack.levels.iter().flat_map(|l| &l.members).map(|m| program.tasks[m.task].name.clone()).collect();
+    let order: Vec<String> =
+        stack.levels.iter().flat_map(|l| &l.members).map(|m| program.tasks[m.task].name.clone()).collect();
     let speed = summary.duration_s / took.as_secs_f64().max(1e-9);
     let t = &summary.tick_us;
     let mark = if summary.ok { "held" } else { "FAILED" };

@@ -33,12 +33,26 @@ pub fn quantity(x: f64, unit: &str) -> String {
 
 fn significant(x: f64) -> String {
     let a = x.abs();
-    let decimals = if a == 0.0 || a >= 100.0 { 0 } else if a >= 10.0 { 1 } else if a >= 1.0 { 2 } else { 3 };
+    let decimals = if a == 0.0 || a >= 100.0 {
+        0
+    } else if a >= 10.0 {
+        1
+    } else if a >= 1.0 {
+        2
+    } else {
+        3
+    };
     format!("{x:.decimals$}")
 }
 
 fn share(x: f64) -> String {
-    if x == 0.0 { "never".to_string() } else if x >= 0.9995 { "always".to_string() } else { format!("{:.1} %", 100.0 * x) }
+    if x == 0.0 {
+        "never".to_string()
+    } else if x >= 0.9995 {
+        "always".to_string()
+    } else {
+        format!("{:.1} %", 100.0 * x)
+    }
 }
 
 fn new_table(header: &[&str]) -> Table {
@@ -73,7 +87,12 @@ fn rows(t: &TaskSummary) -> Vec<(String, String, String, String)> {
         let row = t.min_margin_row.as_deref().map(|r| format!("  {r}")).unwrap_or_default();
         // Rows of several units have no common last value.
         let last = t.final_margin.filter(|_| unit == t.unit).map(|x| quantity(x, unit)).unwrap_or_default();
-        return vec![(format!("{}{row}", quantity(m, unit)), at(t.at_s), last, t.active_share.map(share).unwrap_or_default())];
+        return vec![(
+            format!("{}{row}", quantity(m, unit)),
+            at(t.at_s),
+            last,
+            t.active_share.map(share).unwrap_or_default(),
+        )];
     }
     if t.errors.is_empty() {
         let value = |x: Option<f64>| x.map(|x| quantity(x, &t.unit)).unwrap_or_default();
@@ -92,7 +111,13 @@ pub fn levels(summary: &Summary) -> String {
     let mut table = new_table(&["level", "rows", "at a bound", "could not be met in full", "freedom left, at least"]);
     for LevelSummary { name, hard, rows, saturated_share, relaxed_share, min_freedom, .. } in &summary.levels {
         let name = if *hard { format!("{name} (hard)") } else { name.clone() };
-        table.add_row([name, rows.to_string(), share(*saturated_share), share(*relaxed_share), min_freedom.to_string()]);
+        table.add_row([
+            name,
+            rows.to_string(),
+            share(*saturated_share),
+            share(*relaxed_share),
+            min_freedom.to_string(),
+        ]);
     }
     for i in 1..5 {
         if let Some(c) = table.column_mut(i) {

@@ -62,11 +62,17 @@ pub fn verdict(summary: &Summary) -> String {
     if !passed.is_empty() {
         return format!("Passed: {}.", passed.join(", "));
     }
-    let distance = limits.iter().filter(closest).min_by(|a, b| a.1.min_margin.partial_cmp(&b.1.min_margin).unwrap_or(std::cmp::Ordering::Equal));
+    let distance = limits
+        .iter()
+        .filter(closest)
+        .min_by(|a, b| a.1.min_margin.partial_cmp(&b.1.min_margin).unwrap_or(std::cmp::Ordering::Equal));
     match distance {
         Some((name, t)) => {
             let row = t.min_margin_row.as_deref().unwrap_or("?");
-            format!("No limit was passed. Smallest distance to one: {} (`{name}`, {row}).", length(t.min_margin.unwrap_or(0.0)))
+            format!(
+                "No limit was passed. Smallest distance to one: {} (`{name}`, {row}).",
+                length(t.min_margin.unwrap_or(0.0))
+            )
         }
         None if limits.is_empty() => "No fault. The stack has no limits.".to_string(),
         None => "No limit was passed.".to_string(),

@@ -42,7 +42,8 @@ fn margins(series: &SeriesRecorder, plots: &mut Vec<Json>) {
         order.sort_by(|a, b| smallest(*a).total_cmp(&smallest(*b)));
         let hidden = order.len().saturating_sub(MOST_ROWS);
         order.truncate(MOST_ROWS);
-        let rest = if hidden > 0 { format!(" (the closest {MOST_ROWS} of {})", m.row_info.len()) } else { String::new() };
+        let rest =
+            if hidden > 0 { format!(" (the closest {MOST_ROWS} of {})", m.row_info.len()) } else { String::new() };
         let lines: Vec<Json> = order
             .iter()
             .map(|&i| json!({ "name": m.row_info[i].name, "y": column(&series.margins, m.margins.start + i) }))
@@ -100,7 +101,9 @@ fn positions(program: &Program, series: &SeriesRecorder, plots: &mut Vec<Json>) 
         let mut lines = Vec::new();
         for i in members {
             let d = &dofs[i];
-            let (Some(q), true) = (d.q_index, d.lower.is_finite() && d.upper.is_finite() && d.upper > d.lower) else { continue };
+            let (Some(q), true) = (d.q_index, d.lower.is_finite() && d.upper.is_finite() && d.upper > d.lower) else {
+                continue;
+            };
             let half = (d.upper - d.lower) / 2.0;
             let middle = (d.upper + d.lower) / 2.0;
             let y: Vec<Option<f64>> = series.q.iter().map(|s| number((s[q] - middle) / half)).collect();
@@ -133,7 +136,8 @@ fn velocities(program: &Program, series: &SeriesRecorder, plots: &mut Vec<Json>)
     let allowed = allowed(program);
     for (name, members) in groups(program) {
         for unit in [DofUnit::Radian, DofUnit::Metre] {
-            let of_unit: Vec<usize> = members.iter().copied().filter(|&i| program.robot.model.dofs[i].unit == unit).collect();
+            let of_unit: Vec<usize> =
+                members.iter().copied().filter(|&i| program.robot.model.dofs[i].unit == unit).collect();
             let Some(&first) = of_unit.first() else { continue };
             let lines: Vec<Json> = of_unit
                 .iter()

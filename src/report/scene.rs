@@ -50,8 +50,12 @@ fn link(model: &Model, id: LinkId) -> Json {
         .filter_map(|v| {
             let mut shape = match &v.geometry {
                 VisualGeometry::Box { size } => json!({ "type": "box", "size": size }),
-                VisualGeometry::Cylinder { radius, length } => json!({ "type": "cylinder", "radius": radius, "length": length }),
-                VisualGeometry::Capsule { radius, length } => json!({ "type": "capsule", "radius": radius, "length": length }),
+                VisualGeometry::Cylinder { radius, length } => {
+                    json!({ "type": "cylinder", "radius": radius, "length": length })
+                }
+                VisualGeometry::Capsule { radius, length } => {
+                    json!({ "type": "capsule", "radius": radius, "length": length })
+                }
                 VisualGeometry::Sphere { radius } => json!({ "type": "sphere", "radius": radius }),
                 VisualGeometry::Mesh { .. } => return None,
             };
@@ -71,7 +75,9 @@ fn link(model: &Model, id: LinkId) -> Json {
 fn placed(shape: &Shape, origin: &Isometry3<f64>) -> Json {
     let mut out = match *shape {
         Shape::Sphere { radius } => json!({ "type": "sphere", "radius": radius }),
-        Shape::Capsule { radius, half_length } => json!({ "type": "capsule", "radius": radius, "length": 2.0 * half_length }),
+        Shape::Capsule { radius, half_length } => {
+            json!({ "type": "capsule", "radius": radius, "length": 2.0 * half_length })
+        }
         Shape::Box { half } => json!({ "type": "box", "size": half.map(|h| 2.0 * h) }),
     };
     out["xyz"] = json!(xyz(&origin.translation.vector));
@@ -153,7 +159,9 @@ fn keep_out(program: &Program) -> Vec<Json> {
                 Shape::Box { .. } => continue,
             };
             let end = |z: f64| xyz(&(g.origin * Point3::new(0.0, 0.0, z)).coords);
-            out.push(json!({ "name": g.name, "link": g.link.0, "from": end(-half), "to": end(half), "radius": radius + d }));
+            out.push(
+                json!({ "name": g.name, "link": g.link.0, "from": end(-half), "to": end(half), "radius": radius + d }),
+            );
         }
     }
     out

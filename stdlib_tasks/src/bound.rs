@@ -110,7 +110,9 @@ fn check_one(bound: &Bound, ctx: &Context) -> Result<(), &'static str> {
         ensure(inside, "a number has no place in the table of values")
     };
     let one = |s: &Slot| ensure(s.len == 1, "a single number is needed").and_then(|()| slot(s));
-    let arm = |a: &Arm| [Some(&a.tip), a.shoulder.as_ref(), a.elbow.as_ref(), a.wrist.as_ref()].into_iter().flatten().try_for_each(link);
+    let arm = |a: &Arm| {
+        [Some(&a.tip), a.shoulder.as_ref(), a.elbow.as_ref(), a.wrist.as_ref()].into_iter().flatten().try_for_each(link)
+    };
     match bound {
         Bound::Value(s) => slot(s),
         Bound::Frame(_, l) => link(l),

@@ -51,6 +51,9 @@ impl ActualType {
     }
 }
 
+/// Builds a task from bound parameters, or says which of them makes that impossible.
+pub type Build = fn(&BoundParams, &Context) -> Result<Box<dyn Task>, BuildError>;
+
 /// A task type: an entry of the catalogue.
 pub struct TaskKind {
     /// Its name in a spec.
@@ -70,7 +73,7 @@ pub struct TaskKind {
     /// What `initial(..)` can capture inside its parameters.
     pub actuals: &'static [Actual],
     /// Builds a task.
-    pub build: fn(&BoundParams, &Context) -> Result<Box<dyn Task>, BuildError>,
+    pub build: Build,
 }
 
 impl std::fmt::Debug for TaskKind {

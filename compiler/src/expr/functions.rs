@@ -47,7 +47,13 @@ pub(super) enum CallError {
 
 /// Applies a function to as many arguments as its arity asks for.
 pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Result<Typed, CallError> {
-    let scalar = |nodes: usize, dimension: Dimension| Typed { kind: Kind::Scalar, dimension, nodes: vec![nodes], bare: false, span };
+    let scalar = |nodes: usize, dimension: Dimension| Typed {
+        kind: Kind::Scalar,
+        dimension,
+        nodes: vec![nodes],
+        bare: false,
+        span,
+    };
     match name {
         "sin" | "cos" | "tan" => {
             let a = angle(g, args, 0)?;
@@ -73,7 +79,10 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
             let a = one(args, 0)?;
             let d = a.dimension;
             if d.m % 2 != 0 || d.kg % 2 != 0 || d.s % 2 != 0 || d.rad % 2 != 0 {
-                return Err(CallError::Argument { index: 0, wanted: "a number whose unit is a square, such as m^2".into() });
+                return Err(CallError::Argument {
+                    index: 0,
+                    wanted: "a number whose unit is a square, such as m^2".into(),
+                });
             }
             if g.constant(a.nodes[0]).is_some_and(|x| x < 0.0) {
                 return Err(CallError::Undefined("the square root of a negative number does not exist"));
@@ -92,7 +101,8 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
             let mut best = one(args, 0)?.clone();
             for i in 1..args.len() {
                 one(args, i)?;
-                best = additive(g, &best, &args[i], op, span).map_err(|_| CallError::Different { first: 0, second: i })?;
+                best =
+                    additive(g, &best, &args[i], op, span).map_err(|_| CallError::Different { first: 0, second: i })?;
             }
             Ok(Typed { bare: false, ..best })
         }
@@ -103,13 +113,16 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
             {
                 return Err(CallError::Undefined("the lower end of `clamp` is above its upper end"));
             }
-            let at_least = additive(g, x, low, Op::Max, span).map_err(|_| CallError::Different { first: 0, second: 1 })?;
-            let within = additive(g, &at_least, high, Op::Min, span).map_err(|_| CallError::Different { first: 0, second: 2 })?;
+            let at_least =
+                additive(g, x, low, Op::Max, span).map_err(|_| CallError::Different { first: 0, second: 1 })?;
+            let within = additive(g, &at_least, high, Op::Min, span)
+                .map_err(|_| CallError::Different { first: 0, second: 2 })?;
             Ok(Typed { bare: false, ..within })
         }
         "lerp" => {
             let s = number(args, 2)?;
-            let step = additive(g, &args[1], &args[0], Op::Sub, span).map_err(|_| CallError::Different { first: 0, second: 1 })?;
+            let step = additive(g, &args[1], &args[0], Op::Sub, span)
+                .map_err(|_| CallError::Different { first: 0, second: 1 })?;
             let nodes: Vec<usize> = (args[0].nodes.iter().zip(&step.nodes))
                 .map(|(&from, &by)| {
                     let part = g.push(Op::Mul(by, s));
@@ -167,7 +180,8 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
             let half = g.push(Op::Mul(half, a));
             let (c, s) = (g.push(Op::Cos(half)), g.push(Op::Sin(half)));
             let s = g.push(Op::Div(s, length));
-            let nodes = [c].into_iter().chain(axis.nodes.iter().map(|&n| g.push(Op::Mul(n, s))).collect::<Vec<_>>()).collect();
+            let nodes =
+                [c].into_iter().chain(axis.nodes.iter().map(|&n| g.push(Op::Mul(n, s))).collect::<Vec<_>>()).collect();
             Ok(Typed { kind: Kind::Rotation, dimension: NONE, nodes, bare: false, span })
         }
         _ => {
@@ -203,7 +217,11 @@ fn vector(args: &[Typed], index: usize) -> Result<&Typed, CallError> {
 /// A bare number.
 fn number(args: &[Typed], index: usize) -> Result<usize, CallError> {
     let a = one(args, index)?;
-    if a.dimension == NONE { Ok(a.nodes[0]) } else { Err(CallError::Argument { index, wanted: "a bare number".into() }) }
+    if a.dimension == NONE {
+        Ok(a.nodes[0])
+    } else {
+        Err(CallError::Argument { index, wanted: "a bare number".into() })
+    }
 }
 
 /// An angle, or a bare number that stands for radians.

@@ -59,7 +59,13 @@ impl Lowering<'_> {
     /// It has no type; the diagnostics say why.
     pub fn value(&mut self, value: &Value) -> Result<Typed, Failed> {
         let span = value.span;
-        let scalar = |node: usize, dimension: Dimension, bare: bool| Typed { kind: Kind::Scalar, dimension, nodes: vec![node], bare, span };
+        let scalar = |node: usize, dimension: Dimension, bare: bool| Typed {
+            kind: Kind::Scalar,
+            dimension,
+            nodes: vec![node],
+            bare,
+            span,
+        };
         match &value.kind {
             ValueKind::Missing => Err(Failed),
             ValueKind::Number(n) => Ok(scalar(self.graph.number(n.value), NONE, true)),
@@ -83,15 +89,18 @@ impl Lowering<'_> {
                     .help("write `initial(..)` around it for its value at the moment the stack becomes active"),
             ),
             ValueKind::List(items) => self.list(items, span),
-            ValueKind::Block(_) => {
-                self.fail(Diagnostic::error("HQ0304", span, "these are named values in braces, and a number is needed here"))
-            }
+            ValueKind::Block(_) => self.fail(Diagnostic::error(
+                "HQ0304",
+                span,
+                "these are named values in braces, and a number is needed here",
+            )),
             ValueKind::Negate(inner) => {
                 let a = self.value(inner)?;
                 if a.kind == Kind::Rotation {
-                    return self.fail(Diagnostic::error("HQ0304", span, "an orientation has no negative").help(
-                        "to turn back, use the inverse turn, such as `rpy(0, 0, -yaw)`",
-                    ));
+                    return self.fail(
+                        Diagnostic::error("HQ0304", span, "an orientation has no negative")
+                            .help("to turn back, use the inverse turn, such as `rpy(0, 0, -yaw)`"),
+                    );
                 }
                 let nodes = a.nodes.iter().map(|&n| self.graph.push(Op::Neg(n))).collect();
                 Ok(Typed { nodes, span, ..a })
@@ -106,7 +115,8 @@ impl Lowering<'_> {
 
     fn scaled(&mut self, inner: Typed, factor: f64, dimension: Dimension, span: Span) -> Result<Typed, Failed> {
         if inner.kind == Kind::Rotation {
-            return self.fail(Diagnostic::error("HQ0304", span, "an orientation has no unit").help("leave the unit out"));
+            return self
+                .fail(Diagnostic::error("HQ0304", span, "an orientation has no unit").help("leave the unit out"));
         }
         let Some(total) = inner.dimension.times(dimension) else {
             return self.fail(codes::unit_error(&units::UnitError::TooLarge, span));
@@ -117,7 +127,13 @@ impl Lowering<'_> {
     }
 
     fn name(&mut self, name: &str, span: Span) -> Result<Typed, Failed> {
-        let scalar = |node: usize, dimension: Dimension| Typed { kind: Kind::Scalar, dimension, nodes: vec![node], bare: false, span };
+        let scalar = |node: usize, dimension: Dimension| Typed {
+            kind: Kind::Scalar,
+            dimension,
+            nodes: vec![node],
+            bare: false,
+            span,
+        };
         match name {
             "pi" => return Ok(scalar(self.graph.number(std::f64::consts::PI), NONE)),
             "t" => return Ok(scalar(self.graph.push(Op::T), TIME)),
@@ -145,8 +161,12 @@ impl Lowering<'_> {
         let typed: Vec<Typed> = typed.into_iter().collect::<Result<_, _>>()?;
         if typed.len() != 3 {
             return self.fail(
-                Diagnostic::error("HQ0310", span, format!("a vector has three numbers, and this list has {}", typed.len()))
-                    .help("write `[x, y, z]`"),
+                Diagnostic::error(
+                    "HQ0310",
+                    span,
+                    format!("a vector has three numbers, and this list has {}", typed.len()),
+                )
+                .help("write `[x, y, z]`"),
             );
         }
         if let Some(bad) = typed.iter().find(|x| x.kind != Kind::Scalar) {
@@ -185,11 +205,15 @@ impl Lowering<'_> {
         }
         let Some(known) = FUNCTIONS.iter().find(|f| f.name == function.value) else {
             let names = FUNCTIONS.iter().map(|f| f.name).chain(["initial"]);
-            let mut d = Diagnostic::error("HQ0201", function.span, format!("there is no function `{}`", function.value));
+            let mut d =
+                Diagnostic::error("HQ0201", function.span, format!("there is no function `{}`", function.value));
             if function.value == "frame" || function.value == "joint" {
                 d = d
                     .note("what the robot does now may not stand in an expression yet, only what it did at the start")
-                    .help(format!("write `initial({}(..))` for the value at the moment the stack becomes active", function.value));
+                    .help(format!(
+                        "write `initial({}(..))` for the value at the moment the stack becomes active",
+                        function.value
+                    ));
             } else if let Some(near) = suggest(&function.value, names) {
                 d = d.help(format!("did you mean `{near}`?"));
             }
@@ -211,19 +235,24 @@ impl Lowering<'_> {
             CallError::Argument { index, wanted } => {
                 let a = &typed[index];
                 let is = if a.kind == Kind::Scalar { a.dimension.describe() } else { a.kind.describe().to_string() };
-                let mut d = Diagnostic::error("HQ0306", a.span, format!("`{}` needs {wanted}, and this is {is}", known.name)).here(is);
+                let mut d =
+                    Diagnostic::error("HQ0306", a.span, format!("`{}` needs {wanted}, and this is {is}", known.name))
+                        .here(is);
                 if wanted == "an angle" && a.dimension == TIME {
-                    d = d
-                        .note("a time alone is no angle: something must say how fast the angle grows")
-                        .help("divide by a time, such as `2*pi*t/(25 s)`, or multiply with a rate, such as `0.5 rad/s * t`");
+                    d = d.note("a time alone is no angle: something must say how fast the angle grows").help(
+                        "divide by a time, such as `2*pi*t/(25 s)`, or multiply with a rate, such as `0.5 rad/s * t`",
+                    );
                 } else {
                     d = d.help(format!("the form is `{}`", known.form));
                 }
                 d
             }
-            CallError::Different { first, second } => {
-                codes::different(&typed[first], &typed[second], &format!("the arguments of `{}` have one unit", known.name), span)
-            }
+            CallError::Different { first, second } => codes::different(
+                &typed[first],
+                &typed[second],
+                &format!("the arguments of `{}` have one unit", known.name),
+                span,
+            ),
             CallError::Undefined(text) => Diagnostic::error("HQ0309", span, text),
         };
         self.fail(d)
@@ -250,13 +279,18 @@ impl Lowering<'_> {
         };
         match result {
             Ok(x) => Ok(x),
-            Err(Mismatch::Dimensions) => {
-                self.fail(codes::different(a, b, &format!("only like can be {verb}ed {what} like"), span).help(help_for_sum(a, b)))
-            }
+            Err(Mismatch::Dimensions) => self.fail(
+                codes::different(a, b, &format!("only like can be {verb}ed {what} like"), span)
+                    .help(help_for_sum(a, b)),
+            ),
             Err(Mismatch::Kinds) => self.fail(
-                Diagnostic::error("HQ0304", op.span, format!("cannot {verb} {} and {}", a.kind.describe(), b.kind.describe()))
-                    .label(a.span, a.kind.describe())
-                    .label(b.span, b.kind.describe()),
+                Diagnostic::error(
+                    "HQ0304",
+                    op.span,
+                    format!("cannot {verb} {} and {}", a.kind.describe(), b.kind.describe()),
+                )
+                .label(a.span, a.kind.describe())
+                .label(b.span, b.kind.describe()),
             ),
             Err(Mismatch::TooLarge) => self.fail(codes::unit_error(&units::UnitError::TooLarge, span)),
         }
@@ -272,8 +306,12 @@ impl Lowering<'_> {
         };
         if exponent.fract() != 0.0 || exponent.abs() > 100.0 {
             return self.fail(
-                Diagnostic::error("HQ0304", b.span, format!("the exponent {exponent} is not a whole number within -100 and 100"))
-                    .help("for a root write `sqrt(x)`; for other powers of a bare number `exp(y*log(x))`"),
+                Diagnostic::error(
+                    "HQ0304",
+                    b.span,
+                    format!("the exponent {exponent} is not a whole number within -100 and 100"),
+                )
+                .help("for a root write `sqrt(x)`; for other powers of a bare number `exp(y*log(x))`"),
             );
         }
         let n = exponent as i32;
@@ -288,7 +326,10 @@ impl Lowering<'_> {
 fn help_for_sum(a: &Typed, b: &Typed) -> String {
     let (bare, other) = if a.dimension == NONE { (a, b) } else { (b, a) };
     if bare.dimension == NONE && bare.bare {
-        format!("give the bare number a unit, such as `{}`", units::symbols_of(other.dimension).first().copied().unwrap_or("m"))
+        format!(
+            "give the bare number a unit, such as `{}`",
+            units::symbols_of(other.dimension).first().copied().unwrap_or("m")
+        )
     } else if a.dimension == ANGLE || b.dimension == ANGLE {
         "an angle times a radius is a length".to_string()
     } else {

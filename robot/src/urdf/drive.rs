@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::cx::Cx;
+use super::cx::{Cx, Spanned, list};
 use super::read::{RawJoint, RawRobot};
 use super::{Options, UrdfCode, UrdfMessage};
 use crate::assemble::MAX_MOVING;
@@ -72,11 +72,7 @@ pub(super) fn resolve(
         if let Some(mimic) = mimic {
             match by_name.get(mimic.joint.value.as_str()) {
                 Some(&leader) => follows[k] = Some((leader, mimic.multiplier, mimic.offset)),
-                None => {
-                    let text = format!("there is no joint `{}` to mimic", mimic.joint.value);
-                    let span = mimic.joint.span.clone();
-                    cx.error(UrdfMessage::new(UrdfCode::UnknownJoint, span, text));
-                }
+                None => cx.error(no_leader(robot, &mimic.joint)),
             }
         } else if movable {
             let dropped = options.keep.as_ref().is_some_and(|k| !k.contains(&joint.name.value));
@@ -106,6 +102,20 @@ pub(super) fn resolve(
         );
     }
     driven
+}
+
+/// The complaint about a mimic of nothing. A copied hand often keeps the names without its prefix.
+fn no_leader(robot: &RawRobot, wanted: &Spanned<String>) -> UrdfMessage {
+    let leaders = robot.joints.iter().filter(|j| j.kind != JointKind::Fixed && j.mimic.is_none());
+    let names = leaders.map(|j| j.name.value.as_str());
+    let near: Vec<&str> = names.filter(|n| n.ends_with(&wanted.value) || wanted.value.ends_with(n)).collect();
+    let help = if near.is_empty() {
+        "name a joint of this file, or delete the `<mimic>` and let the joint move by itself".to_owned()
+    } else {
+        format!("joints of such a name are {}", list(near))
+    };
+    let text = format!("there is no joint `{}` to mimic", wanted.value);
+    UrdfMessage::new(UrdfCode::UnknownJoint, wanted.span.clone(), text).help(help)
 }
 
 /// Complains about names in `lock` and `keep` that no joint has, or that have no effect.

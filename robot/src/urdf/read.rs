@@ -93,7 +93,11 @@ pub(super) fn robot(cx: &mut Cx, root: Node, solids: &mut Solids) -> Option<RawR
     let joints: Vec<RawJoint> = children(root, "joint").filter_map(|node| joint(cx, node)).collect();
     if children(root, "link").next().is_none() {
         let text = "the robot has no link";
-        cx.error(UrdfMessage::new(UrdfCode::NoLinks, tag.clone(), text));
+        let mut message = UrdfMessage::new(UrdfCode::NoLinks, tag.clone(), text);
+        if root.namespaces().any(|ns| ns.uri().contains("xacro")) {
+            message = message.help("a xacro file that only defines macros gives this; expand the file that calls them");
+        }
+        cx.error(message);
     }
     unique(cx, "link", links.iter().map(|l| &l.name));
     unique(cx, "joint", joints.iter().map(|j| &j.name));

@@ -8,6 +8,7 @@ mod jacobians;
 mod loading;
 mod manifold;
 mod meshes;
+mod oddities;
 mod oracle;
 mod pinocchio;
 mod refusals;

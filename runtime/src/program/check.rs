@@ -38,7 +38,11 @@ impl Program {
     /// # Errors
     /// The first part that cannot be executed.
     pub fn check(&self) -> Result<(), ProgramError> {
-        ensure(self.format == FORMAT, "format", "this program was compiled by another version; compile the spec again")?;
+        ensure(
+            self.format == FORMAT,
+            "format",
+            "this program was compiled by another version; compile the spec again",
+        )?;
         self.check_robot()?;
         self.check_values()?;
         for (i, task) in self.tasks.iter().enumerate() {
@@ -65,7 +69,11 @@ impl Program {
         ensure(run.duration.is_finite() && run.duration > 0.0, "run.duration", "not a positive time")?;
         ensure(run.duration / self.robot.period <= 1e9, "run.duration", "more than a thousand million ticks")?;
         let s = &run.simulator;
-        ensure(s.lag.is_finite() && s.lag >= 0.0 && s.noise.is_finite() && s.noise >= 0.0, "run.simulator", "negative or not finite")
+        ensure(
+            s.lag.is_finite() && s.lag >= 0.0 && s.noise.is_finite() && s.noise >= 0.0,
+            "run.simulator",
+            "negative or not finite",
+        )
     }
 
     fn check_robot(&self) -> Result<(), ProgramError> {
@@ -118,7 +126,10 @@ impl Program {
         };
         let dof = |d: &usize| ensure(*d < self.robot.model.nv(), place, "a joint does not exist");
         let arm = |a: &stdlib_tasks::bound::Arm| {
-            [Some(&a.tip), a.shoulder.as_ref(), a.elbow.as_ref(), a.wrist.as_ref()].into_iter().flatten().try_for_each(link)
+            [Some(&a.tip), a.shoulder.as_ref(), a.elbow.as_ref(), a.wrist.as_ref()]
+                .into_iter()
+                .flatten()
+                .try_for_each(link)
         };
         match bound {
             Bound::Value(s) => slot(s),

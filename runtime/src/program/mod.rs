@@ -11,8 +11,8 @@ use robot::{LinkId, Model};
 use serde::{Deserialize, Serialize};
 use stdlib_tasks::bound::{Arm, BoundParams, Geometry};
 
-pub(crate) use check::error;
 pub use check::ProgramError;
+pub(crate) use check::error;
 pub use tape::{Op, Output, Tape, Times};
 
 /// The version of the format; a program of another version is refused.

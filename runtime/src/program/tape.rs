@@ -103,9 +103,27 @@ impl Tape {
                 Op::Sqrt(a) => r[a].sqrt(),
                 Op::Abs(a) => r[a].abs(),
                 Op::Powi(a, n) => r[a].powi(n),
-                Op::Min(a, b) => if r[b] < r[a] { r[b] } else { r[a] },
-                Op::Max(a, b) => if r[b] > r[a] { r[b] } else { r[a] },
-                Op::Select(a, b, c) => if r[a] >= 0.0 { r[b] } else { r[c] },
+                Op::Min(a, b) => {
+                    if r[b] < r[a] {
+                        r[b]
+                    } else {
+                        r[a]
+                    }
+                }
+                Op::Max(a, b) => {
+                    if r[b] > r[a] {
+                        r[b]
+                    } else {
+                        r[a]
+                    }
+                }
+                Op::Select(a, b, c) => {
+                    if r[a] >= 0.0 {
+                        r[b]
+                    } else {
+                        r[c]
+                    }
+                }
             };
         }
         for o in &self.outputs {
@@ -120,9 +138,14 @@ impl Op {
     pub fn operands(&self) -> [Option<usize>; 3] {
         match *self {
             Op::Const(_) | Op::T | Op::Time | Op::Input(_) => [None; 3],
-            Op::Neg(a) | Op::Sin(a) | Op::Cos(a) | Op::Exp(a) | Op::Log(a) | Op::Sqrt(a) | Op::Abs(a) | Op::Powi(a, _) => {
-                [Some(a), None, None]
-            }
+            Op::Neg(a)
+            | Op::Sin(a)
+            | Op::Cos(a)
+            | Op::Exp(a)
+            | Op::Log(a)
+            | Op::Sqrt(a)
+            | Op::Abs(a)
+            | Op::Powi(a, _) => [Some(a), None, None],
             Op::Add(a, b) | Op::Sub(a, b) | Op::Mul(a, b) | Op::Div(a, b) | Op::Min(a, b) | Op::Max(a, b) => {
                 [Some(a), Some(b), None]
             }

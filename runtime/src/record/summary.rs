@@ -231,7 +231,10 @@ impl SummaryRecorder {
             };
             let errors = if m.measure_info.len() > 1 {
                 let part = |(x, p): (&stdlib_tasks::task::Measure, &PartStatistics)| {
-                    (x.name.clone(), PartError { unit: x.dimension.to_string(), max: p.worst, last: p.last, at_s: p.at })
+                    (
+                        x.name.clone(),
+                        PartError { unit: x.dimension.to_string(), max: p.worst, last: p.last, at_s: p.at },
+                    )
                 };
                 m.measure_info.iter().zip(&s.parts).map(part).collect()
             } else {

@@ -17,7 +17,9 @@ use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::kinds::uncooperative_motion::Pose;
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::so3;
-use crate::task::{Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{
+    Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+};
 use crate::tracking::{self, axes};
 
 crate::params! {
@@ -103,7 +105,10 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         "left" => true,
         "world" => false,
         other => {
-            return Err(BuildError::new("relative_to", format!("`relative_to` is `{other}`, and only `left` and `world` have a meaning")));
+            return Err(BuildError::new(
+                "relative_to",
+                format!("`relative_to` is `{other}`, and only `left` and `world` have a meaning"),
+            ));
         }
     };
     Ok(Box::new(CooperativeMotion {

@@ -5,7 +5,9 @@ use robot::LinkId;
 use crate::bound::{BoundParams, check};
 use crate::dimension::{ANGLE, LENGTH};
 use crate::params::{Input, ParamType, Presence};
-use crate::task::{Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{
+    Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+};
 use crate::tracking;
 
 crate::params! {

@@ -6,7 +6,9 @@ use crate::bound::{BoundParams, check};
 use crate::dimension::{LENGTH, RATE};
 use crate::kinds::frame_pose::{actual_pose, pose_rows};
 use crate::params::{Input, ParamType, Presence, Quantity};
-use crate::task::{Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{
+    Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+};
 use crate::tracking;
 
 crate::params! {

@@ -50,8 +50,11 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     for &(dof, target) in &params.target {
         let Some(d) = ctx.model.dofs.get(dof) else { continue };
         let Some(q) = d.q_index else {
-            return Err(BuildError::new("target", format!("`{}` belongs to the base, which has no joint position", d.name))
-                .help("use `frame_position` and `frame_orientation` of the base link"));
+            return Err(BuildError::new(
+                "target",
+                format!("`{}` belongs to the base, which has no joint position", d.name),
+            )
+            .help("use `frame_position` and `frame_orientation` of the base link"));
         };
         rows.push(Row { dof, q, target });
         info.push(RowInfo { name: d.name.clone(), dimension: dof_dimension(ctx.model, dof) });

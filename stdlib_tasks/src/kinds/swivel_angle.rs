@@ -21,7 +21,9 @@ use robot::LinkId;
 use crate::bound::{Arm, BoundParams, Slot, check};
 use crate::dimension::{ANGLE, RATE};
 use crate::params::{Input, ParamType, Presence, Quantity};
-use crate::task::{Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{
+    Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+};
 
 crate::params! {
     /// Parameters of `swivel_angle`.

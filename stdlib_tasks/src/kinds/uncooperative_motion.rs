@@ -6,7 +6,9 @@ use crate::bound::{Arm, BoundParams, check};
 use crate::dimension::LENGTH;
 use crate::kinds::frame_pose::{actual_pose, pose_measures, pose_rows};
 use crate::params::{Input, ParamType, Presence};
-use crate::task::{Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{
+    Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+};
 use crate::tracking;
 
 crate::params! {

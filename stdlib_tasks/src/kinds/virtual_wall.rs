@@ -138,7 +138,9 @@ impl Reserve {
             Auto::Auto => match rows.iter().find(|(_, a)| !a.is_finite()) {
                 None => loss.clone(),
                 Some((name, _)) => {
-                    let text = format!("`auto` needs a speed limit for every joint that moves `{name}`, and a stroke for those that slide");
+                    let text = format!(
+                        "`auto` needs a speed limit for every joint that moves `{name}`, and a stroke for those that slide"
+                    );
                     return Err(BuildError::new("sampled_margin", text)
                         .help("give the limits in the robot, or add `joint_velocity_limits` with `max` to the stack"));
                 }

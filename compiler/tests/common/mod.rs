@@ -1,0 +1,157 @@
+//! What the tests share: cases in text files, compiled against small robots, and their diagnostics as text.
+#![allow(dead_code)]
+
+use compiler::{Compiled, Input, compile};
+use dsl::{Severity, Spelling};
+use hierarq_compiler as compiler;
+use std::path::{Path, PathBuf};
+
+/// The robot of cases that declare none.
+const ROBOT: &str = r#"
+robot arm {
+  urdf "robots/arm7.urdf"
+  rate 100 Hz
+  arms { only { shoulder link_2  elbow link_4  wrist link_6  tip tool  points [elbow, wrist] } }
+  points { elbow link_4  wrist link_6 }
+  joints { upper [joint_1, joint_2] }
+  home { all [0, 0.4, 0, 1.6, 0, 1.14, 0] rad }
+}
+"#;
+
+/// The same in YAML.
+const YAML_ROBOT: &str = r#"
+robots:
+  arm:
+    urdf: robots/arm7.urdf
+    rate: 100 Hz
+    arms: { only: { shoulder: link_2, elbow: link_4, wrist: link_6, tip: tool, points: [elbow, wrist] } }
+    points: { elbow: link_4, wrist: link_6 }
+    joints: { upper: [joint_1, joint_2] }
+    home: { all: "[0, 0.4, 0, 1.6, 0, 1.14, 0] rad" }
+"#;
+
+/// One case: a spec, how many diagnostics it gives, and files beside it.
+pub struct Case {
+    /// What it shows.
+    pub title: String,
+    /// The number of diagnostics: one mistake, one message.
+    pub count: usize,
+    /// The whole spec.
+    pub text: String,
+    /// Overridden parameters.
+    pub set: Vec<(String, String)>,
+    /// Names and texts of files.
+    pub files: Vec<(String, String)>,
+    /// Its spelling.
+    pub spelling: Spelling,
+}
+
+/// The cases of a file: `==== [N] title`, lines `!set NAME=VALUE`, `!alone` (nothing is added) or `!robot` (only the
+/// robot is added), the spec, then files, each behind `---- NAME`.
+pub fn cases(text: &str, spelling: Spelling) -> Vec<Case> {
+    text.split("==== ").skip(1).map(|part| case(part, spelling)).collect()
+}
+
+fn case(part: &str, spelling: Spelling) -> Case {
+    let mut sections = part.split("---- ");
+    let first = sections.next().unwrap_or("");
+    let files =
+        sections.filter_map(|s| s.split_once('\n')).map(|(n, t)| (n.trim().to_string(), t.to_string())).collect();
+    let (title, body) = first.split_once('\n').unwrap_or((first, ""));
+    let (count, title) = match title.strip_prefix('[').and_then(|t| t.split_once("] ")) {
+        Some((n, rest)) => (n.parse().expect("a number"), rest),
+        None => (1, title),
+    };
+    let commands: Vec<&str> = body.lines().take_while(|l| l.starts_with('!')).collect();
+    let body: String = body.lines().skip(commands.len()).map(|l| format!("{l}\n")).collect();
+    let set = commands.iter().filter_map(|c| c.strip_prefix("!set ")).filter_map(|c| c.split_once('='));
+    let set = set.map(|(n, v)| (n.to_string(), v.to_string())).collect();
+    let text = match (commands.contains(&"!alone"), commands.contains(&"!robot")) {
+        (true, _) if body.trim().is_empty() => body,
+        (alone, robot) => whole(&body, spelling, !alone, !alone && !robot),
+    };
+    Case { title: title.trim().to_string(), count, text, set, files, spelling }
+}
+
+/// Adds the header, and the robot and a stack of all tasks where the case has none.
+fn whole(body: &str, spelling: Spelling, robot: bool, stack: bool) -> String {
+    let hq = spelling == Spelling::Hq;
+    let begins = |word: &str| body.lines().any(|l| l.starts_with(word));
+    let mut text = format!("{}\n{body}", if hq { "hierarq 1" } else { "hierarq: 1" });
+    if robot && !begins(if hq { "robot " } else { "robots:" }) {
+        text.push_str(if hq { ROBOT } else { YAML_ROBOT });
+    }
+    if stack && !begins(if hq { "stack " } else { "stacks:" }) {
+        let tasks: Vec<&str> = if hq {
+            body.lines().filter_map(|l| l.strip_prefix("task ")?.split(' ').next()).collect()
+        } else {
+            let inside =
+                body.lines().skip_while(|l| !l.starts_with("tasks:")).skip(1).take_while(|l| l.starts_with(' '));
+            inside.filter(|l| !l.starts_with("   ")).filter_map(|l| l.trim().split(':').next()).collect()
+        };
+        let tasks = if tasks.is_empty() { vec!["joint_velocity_limits"] } else { tasks };
+        text.push_str(&if hq {
+            format!("stack all {{ level all {{ {} }} }}\n", tasks.join("  "))
+        } else {
+            format!("stacks: {{ all: {{ levels: [ {{ name: all, tasks: [{}] }} ] }} }}\n", tasks.join(", "))
+        });
+    }
+    text
+}
+
+/// The folder of the example specs.
+pub fn examples() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples")
+}
+
+/// Compiles a text whose files stand in a folder.
+pub fn compile_text(text: &str, spelling: Spelling, folder: &Path, set: &[(String, String)]) -> Compiled {
+    compile(&Input { name: "spec", text, spelling, folder, set, package_paths: &[] })
+}
+
+impl Case {
+    /// Compiles it, in a folder of its own where it has files.
+    pub fn compile(&self) -> Compiled {
+        if self.files.is_empty() {
+            return compile_text(&self.text, self.spelling, &examples(), &self.set);
+        }
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(self.title.replace(' ', "_"));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        for (name, text) in &self.files {
+            std::fs::write(folder.join(name), text).expect("a file");
+        }
+        compile_text(&self.text, self.spelling, &folder, &self.set)
+    }
+}
+
+/// Diagnostics under the lines that they speak of.
+pub fn annotated(compiled: &Compiled) -> String {
+    let report = &compiled.report;
+    let mut out = String::new();
+    for d in &report.diagnostics {
+        let severity = if d.severity == Severity::Error { "error" } else { "warning" };
+        let here = if d.primary.text.is_empty() { String::new() } else { format!(" ({})", d.primary.text) };
+        out.push_str(&marked(report, d.primary.span, &format!("{severity} {}: {}{here}", d.code, d.message)));
+        for l in &d.labels {
+            out.push_str(&marked(report, l.span, &format!("- {}", l.text)));
+        }
+        for n in &d.notes {
+            out.push_str(&format!("     why: {n}\n"));
+        }
+        if let Some(h) = &d.help {
+            out.push_str(&format!("     help: {h}\n"));
+        }
+    }
+    out.replace(&examples().display().to_string(), "EXAMPLES").replace(env!("CARGO_TARGET_TMPDIR"), "TMP")
+}
+
+fn marked(report: &compiler::Report, span: dsl::Span, text: &str) -> String {
+    let Some(source) = report.sources.get(span.source) else { return format!("?? {text}\n") };
+    let (line, column) = report.sources.line_column(span.source, span.start);
+    let shown = source.text.lines().nth(line - 1).unwrap_or("");
+    let snippet = report.sources.snippet(span);
+    let width = snippet.lines().next().map_or(0, |l| l.chars().count()).max(1);
+    let more = if snippet.contains('\n') { ".." } else { "" };
+    let name = if source.name == "spec" { String::new() } else { format!("   > {}\n", source.name) };
+    format!("{name}{line:4} {shown}\n     {}{}{more} {text}\n", " ".repeat(column - 1), "^".repeat(width))
+}

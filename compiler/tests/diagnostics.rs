@@ -1,0 +1,74 @@
+//! Every mistake that the compiler knows: where it points, what it says, and that it is said once.
+//!
+//! The cases stand in `cases/*.txt`; the snapshots show each diagnostic under the line that it speaks of.
+
+mod common;
+
+use common::{annotated, cases};
+use dsl::Spelling;
+use std::collections::BTreeSet;
+
+const FILES: &[(&str, &str, Spelling)] = &[
+    ("names", include_str!("cases/names.txt"), Spelling::Hq),
+    ("values", include_str!("cases/values.txt"), Spelling::Hq),
+    ("robot", include_str!("cases/robot.txt"), Spelling::Hq),
+    ("checks", include_str!("cases/checks.txt"), Spelling::Hq),
+    ("urdf", include_str!("cases/urdf.txt"), Spelling::Hq),
+    ("yaml", include_str!("cases/yaml.txt"), Spelling::Yaml),
+];
+
+/// Text of the snapshot, codes seen, titles of cases that give another number of diagnostics than they say.
+fn outcome(text: &str, spelling: Spelling) -> (String, BTreeSet<&'static str>, Vec<String>) {
+    let (mut out, mut codes, mut wrong) = (String::new(), BTreeSet::new(), Vec::new());
+    for case in cases(text, spelling) {
+        let compiled = case.compile();
+        let found = &compiled.report.diagnostics;
+        if found.len() != case.count {
+            wrong.push(format!("{}: {} diagnostics, not {}", case.title, found.len(), case.count));
+        }
+        assert_eq!(compiled.program.is_some(), compiled.report.errors() == 0, "{}", case.title);
+        codes.extend(found.iter().map(|d| d.code));
+        out.push_str(&format!("==== {}\n{}", case.title, annotated(&compiled)));
+    }
+    (out, codes, wrong)
+}
+
+fn check(name: &str) {
+    let (_, text, spelling) = FILES.iter().find(|f| f.0 == name).expect("a file of cases");
+    let (out, codes, wrong) = outcome(text, *spelling);
+    for code in codes {
+        assert!(hierarq_compiler::codes::explain(code).is_some(), "{code} has no page");
+    }
+    insta::assert_snapshot!(name, out);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn names() {
+    check("names");
+}
+
+#[test]
+fn values() {
+    check("values");
+}
+
+#[test]
+fn robot() {
+    check("robot");
+}
+
+#[test]
+fn checks() {
+    check("checks");
+}
+
+#[test]
+fn urdf() {
+    check("urdf");
+}
+
+#[test]
+fn yaml() {
+    check("yaml");
+}

@@ -1,0 +1,252 @@
+//! Parameters of a wrong form, or that point nowhere, give an error: never a panic.
+
+use std::collections::BTreeMap;
+
+use hierarq_stdlib_tasks::KINDS;
+use hierarq_stdlib_tasks::bound::{Arm, Bound, Geometry, Slot};
+use hierarq_stdlib_tasks::params::{Input, Presence};
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use proptest::prelude::*;
+use robot::{Base, LinkId, Model, Shape};
+
+use crate::common::*;
+
+/// Good parameters of a task type, every optional one given.
+pub fn valid(name: &'static str, model: &Model) -> Case {
+    let [left, right] = arms(model);
+    let mut rng = rng(77);
+    let both = |case: Case| {
+        let [left, right] = arms(model);
+        case.with("left_arm", Bound::Arm(left)).with("right_arm", Bound::Arm(right)).number("gain", &[2.0, 2.0])
+    };
+    let dof = model.nv() - 1;
+    let a = Geometry::point("a", left.tip, Vector3::new(0.0, 0.0, 0.1));
+    let b = Geometry::point("b", right.tip, Vector3::zeros());
+    let carrier = Bound::Frame("carrier".to_string(), model.root());
+    let mut case = Case::new(name);
+    match name {
+        "joint_position_limits" => {
+            let (low, high) = (case.slot(&[-1.0], &[0.0]), case.slot(&[1.0], &[0.0]));
+            case.with("joints", Bound::Joints(vec![dof, dof - 1]))
+                .with("lower", Bound::PerJoint(vec![(dof, low)]))
+                .with("upper", Bound::PerJoint(vec![(dof, high)]))
+                .number("gain", &[5.0])
+        }
+        "joint_velocity_limits" => {
+            let max = case.slot(&[0.5], &[0.0]);
+            case.with("joints", Bound::Joints(vec![dof])).with("max", Bound::PerJoint(vec![(dof, max)]))
+        }
+        "virtual_wall" => case
+            .with("points", Bound::Geometries(vec![a, b]))
+            .number("through", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0])
+            .with("on", carrier)
+            .number("d_min", &[0.1])
+            .number("gain", &[5.0])
+            .number("sampled_margin", &[0.0]),
+        "self_collision" => case
+            .with("between", Bound::Geometries(vec![a]))
+            .with("and", Bound::Geometries(vec![b]))
+            .number("d_min", &[0.1])
+            .number("gain", &[5.0])
+            .number("sampled_margin", &[0.0]),
+        "frame_pose" => case
+            .with("frame", carrier)
+            .number("position", &[0.1, 0.2, 0.3])
+            .number("orientation", &[1.0, 0.0, 0.0, 0.0])
+            .number("gain", &[2.0, 2.0]),
+        "frame_position" => case.with("frame", carrier).number("position", &[0.1, 0.2, 0.3]).number("gain", &[2.0]),
+        "frame_orientation" => {
+            case.with("frame", carrier).number("orientation", &[1.0, 0.0, 0.0, 0.0]).number("gain", &[2.0])
+        }
+        "cooperative_motion" => both(case)
+            .number("alpha", &[0.5])
+            .number("beta", &[1.0])
+            .with("relative_to", Bound::Choice("left".to_string()))
+            .pose("absolute", &mut rng)
+            .pose("relative", &mut rng),
+        "uncooperative_motion" => both(case).pose("left", &mut rng).pose("right", &mut rng),
+        "hold" => {
+            let frames = vec![("left".to_string(), left.tip), ("right".to_string(), right.tip)];
+            case.with("frames", Bound::Frames(frames)).number("gain", &[2.0, 2.0])
+        }
+        "joint_position" => {
+            let target = case.slot(&[0.3], &[0.0]);
+            case.with("target", Bound::PerJoint(vec![(dof, target)])).number("gain", &[2.0])
+        }
+        "joint_velocity" => {
+            let wanted = case.slot(&[0.3], &[0.0]);
+            case.with("velocity", Bound::PerJoint(vec![(dof, wanted)]))
+        }
+        "swivel_angle" => {
+            let angles = (case.slot(&[0.3], &[0.0]), case.slot(&[0.3], &[0.0]));
+            case.with("angle", Bound::PerArm(vec![(left, angles.0), (right, angles.1)])).number("gain", &[2.0])
+        }
+        other => panic!("`{other}` is new: say here what good parameters of it are"),
+    }
+}
+
+/// A bound parameter of any form; every index may point nowhere.
+fn anything(model: &Model) -> impl Strategy<Value = Bound> + use<> {
+    let index = prop_oneof![4 => 0usize..12, 1 => Just(1000), 1 => Just(usize::MAX), 1 => Just(usize::MAX - 2)];
+    let slot =
+        (index.clone(), prop_oneof![Just(0usize), Just(1), Just(2), Just(3), Just(4), Just(9), Just(usize::MAX)])
+            .prop_map(|(at, len)| Slot { at, len });
+    let links = model.links.len() as u32;
+    let link = prop_oneof![5 => 0..links, 1 => Just(links), 1 => Just(u32::MAX)].prop_map(LinkId);
+    let arm = (link.clone(), prop::option::of(link.clone())).prop_map(|(tip, s)| Arm {
+        name: "left".to_string(),
+        shoulder: s,
+        elbow: s,
+        wrist: Some(tip),
+        tip,
+    });
+    let number = prop_oneof![3 => -1.0..1.0f64, 1 => Just(f64::NAN), 1 => Just(f64::INFINITY), 1 => Just(0.0)];
+    let geometry = (link.clone(), number.clone(), number.clone()).prop_map(|(link, x, radius)| Geometry {
+        name: "g".to_string(),
+        link,
+        origin: Isometry3::translation(x, 0.0, 0.0),
+        shape: Shape::Sphere { radius },
+    });
+    let word = prop_oneof![Just("auto"), Just("left"), Just("world"), Just("")].prop_map(String::from);
+    let few = 0..3usize;
+    let leaf = prop_oneof![
+        slot.clone().prop_map(Bound::Value),
+        link.clone().prop_map(|l| Bound::Frame("f".to_string(), l)),
+        prop::collection::vec(link.prop_map(|l| ("f".to_string(), l)), few.clone()).prop_map(Bound::Frames),
+        arm.clone().prop_map(Bound::Arm),
+        prop::collection::vec(geometry, few.clone()).prop_map(Bound::Geometries),
+        prop::collection::vec(index.clone(), few.clone()).prop_map(Bound::Joints),
+        prop::collection::vec((index, slot.clone()), few.clone()).prop_map(Bound::PerJoint),
+        prop::collection::vec((arm, slot.clone()), few).prop_map(Bound::PerArm),
+        word.prop_map(Bound::Choice),
+    ];
+    let group = (slot.clone(), slot).prop_map(|(p, o)| {
+        Bound::Group([("position", p), ("orientation", o)].map(|(n, s)| (n.to_string(), Bound::Value(s))).into())
+    });
+    prop_oneof![6 => leaf, 1 => group]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(600))]
+
+    /// One parameter of a good task is replaced: it is refused, or the task works without a panic.
+    #[test]
+    fn nothing_that_is_bound_panics(kind in 0..KINDS.len(), which in any::<prop::sample::Index>(), other in anything(&arm7())) {
+        let model = arm7();
+        let kind = KINDS[kind];
+        let mut case = valid(kind.name, &model);
+        let param = kind.params[which.index(kind.params.len())].name;
+        case.params.insert(param.to_string(), other);
+        let speed: Vec<f64> = model.dofs.iter().map(|d| d.velocity).collect();
+        if let Ok(mut task) = case.build_for(&model, 0.01, &speed) {
+            let place = Place::new(&model, &model.random_configuration(&mut rng(5)));
+            task.enter(&place.state(&case.values, &case.rates));
+            let _ = place.write(&mut *task, &case, 0.0);
+            let (mut margins, mut measures) = (vec![0.0; task.rows().len()], vec![0.0; task.measures().len()]);
+            task.observe(&place.state(&case.values, &case.rates), &vec![0.1; model.nv()], &mut margins, &mut measures);
+            for a in kind.actuals {
+                for len in [a.ty.len(), 1] {
+                    task.actual(a.name, &place.state(&case.values, &case.rates), &mut vec![0.0; len]);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_place_outside_the_table_is_no_number() {
+    for at in [0, 1, 5, usize::MAX - 1, usize::MAX] {
+        assert!(Input::<3> { at }.of(&[1.0, 2.0, 3.0]).iter().all(|x| x.is_nan() == (at != 0)));
+    }
+}
+
+#[test]
+fn a_wrong_form_is_an_error_that_names_the_parameter() {
+    let model = canopies(Base::Planar);
+    let forms = [
+        Bound::Value(Slot { at: 0, len: 7 }),
+        Bound::Frame("f".to_string(), LinkId(0)),
+        Bound::Frames(Vec::new()),
+        Bound::Arm(arms(&model)[0].clone()),
+        Bound::Geometries(Vec::new()),
+        Bound::Joints(Vec::new()),
+        Bound::PerJoint(Vec::new()),
+        Bound::PerArm(Vec::new()),
+        Bound::Choice("nothing".to_string()),
+        Bound::Group(BTreeMap::new()),
+    ];
+    for kind in KINDS {
+        for p in kind.params {
+            let good = valid(kind.name, &model);
+            let own = std::mem::discriminant(&good.params[p.name]);
+            for form in &forms {
+                let empty = std::mem::discriminant(form) == own
+                    && !matches!(form, Bound::Value(_) | Bound::Choice(_) | Bound::Group(_));
+                if empty {
+                    continue;
+                }
+                let mut case = good.clone().with(p.name, form.clone());
+                case.values.resize(40, 0.0);
+                let error = case.build_for(&model, 0.01, &vec![1.0; model.nv()]).err();
+                let error = error.unwrap_or_else(|| panic!("`{}` takes {form:?} as `{}`", kind.name, p.name));
+                let inner = ["position", "orientation"].contains(&error.param.as_str());
+                assert!(error.param == p.name || inner, "`{}` `{}`: {error:?}", kind.name, p.name);
+                assert!(!error.message.is_empty());
+            }
+            // Left out: an error where it must be there, or has a default that the compiler writes.
+            let mut case = good.clone();
+            case.params.remove(p.name);
+            let built = case.build_for(&model, 0.01, &vec![1.0; model.nv()]);
+            assert_eq!(built.is_ok(), p.presence == Presence::Optional, "`{}` without `{}`", kind.name, p.name);
+        }
+    }
+}
+
+#[test]
+fn impossible_parameters_are_explained() {
+    let model = canopies(Base::Planar);
+    let refused = |case: &Case, param: &str| {
+        let error = case.build_for(&model, 0.01, &vec![1.0; model.nv()]).err().unwrap();
+        assert_eq!(error.param, param, "{error:?}");
+        assert!(!error.message.is_empty());
+    };
+    let with = |name: &'static str, path: &str, values: &[f64]| {
+        let mut case = valid(name, &model);
+        case.set(path, values);
+        case
+    };
+    refused(&with("cooperative_motion", "beta", &[0.5]), "beta");
+    refused(&with("cooperative_motion", "beta", &[f64::NAN]), "beta");
+    let [left, right] = arms(&model);
+    for name in ["cooperative_motion", "uncooperative_motion"] {
+        refused(&valid(name, &model).with("right_arm", Bound::Arm(left.clone())), "right_arm");
+    }
+    for x in [f64::NAN, 0.0, 1e-300, 1e200] {
+        refused(
+            &with("virtual_wall", "through", &[x, x, x, 2.0 * x, 2.0 * x, 2.0 * x, 3.0 * x, 3.0 * x, 3.0 * x]),
+            "through",
+        );
+    }
+    // Parts of links that a fixed joint ties together cannot move apart.
+    let tied = |name: &str| Bound::Geometries(vec![Geometry::point(name, model.link(name).unwrap(), Vector3::zeros())]);
+    refused(&valid("self_collision", &model).with("between", tied("left_ft")).with("and", tied("left_tool")), "and");
+    let per_joint = |name: &'static str, param: &str, dof: usize, x: f64| {
+        let mut case = valid(name, &model);
+        let slot = case.slot(&[x], &[0.0]);
+        case.with(param, Bound::PerJoint(vec![(dof, slot)]))
+    };
+    let dof = model.nv() - 1;
+    refused(&per_joint("joint_position_limits", "lower", dof, 1.5), "lower");
+    refused(&per_joint("joint_position_limits", "lower", dof, f64::NAN), "lower");
+    for max in [0.0, -1.0, f64::NAN] {
+        refused(&per_joint("joint_velocity_limits", "max", dof, max), "max");
+    }
+    refused(&per_joint("joint_position", "target", 0, 0.1), "target");
+    let bare = Arm { shoulder: None, ..right };
+    let mut case = valid("swivel_angle", &model);
+    let slot = case.slot(&[0.0], &[0.0]);
+    refused(&case.with("angle", Bound::PerArm(vec![(bare, slot)])), "angle");
+    let mut skewed = Geometry::point("skewed", model.root(), Vector3::zeros());
+    skewed.origin.rotation = UnitQuaternion::new_unchecked(Quaternion::new(2.0, 0.0, 0.0, 0.0));
+    refused(&valid("virtual_wall", &model).with("points", Bound::Geometries(vec![skewed])), "points");
+}

@@ -1,0 +1,161 @@
+//! Places where mathematics gives out: nothing panics, and what is written says so.
+
+use std::f64::consts::PI;
+
+use hierarq_stdlib_tasks::bound::{Bound, Geometry};
+use hierarq_stdlib_tasks::kinds::swivel_angle::swivel;
+use hierarq_stdlib_tasks::so3;
+use hierarq_stdlib_tasks::task::TaskFault;
+use nalgebra::{UnitQuaternion, Vector3};
+use robot::{Base, Shape};
+
+use crate::bound::valid;
+use crate::common::*;
+use crate::limits::{collision, middle};
+
+/// A point of the head that stands where the left tip's origin is.
+fn meeting(place: &Place) -> (Geometry, Geometry) {
+    let [left, _] = arms(place.model);
+    let head = middle(place.model);
+    let offset = place.data.pose(head).inverse_transform_point(&place.point(left.tip).into()).coords;
+    (Geometry::point("tip", left.tip, Vector3::zeros()), Geometry::point("head", head, offset))
+}
+
+#[test]
+fn points_that_meet_are_a_fault_first_and_keep_their_direction_later() {
+    let mut rng = rng(61);
+    let model = canopies(Base::Planar);
+    let place = Place::new(&model, &model.random_configuration(&mut rng));
+    let (mut tip, mut head) = meeting(&place);
+    let case = collision(vec![tip.clone()], vec![head.clone()], (0.1, 0.0));
+    let mut task = case.build(&model);
+    assert_eq!(place.write(&mut *task, &case, 0.0).err(), Some(TaskFault::Overlap { row: 0 }));
+
+    let v = velocity(&model, &mut rng, 1.0);
+    let before = place.moved(&v, 1e-4).write(&mut *task, &case, 0.0).unwrap();
+    let now = place.write(&mut *task, &case, 0.0).unwrap();
+    assert!(now.margins[0] == -0.1 && (now.lower[0] - 10.0 * (0.1 + 0.02)).abs() < 1e-12);
+    assert!((&now.j - &before.j).amax() < 1e-2 && now.j.amax() > 0.01, "the last direction was not kept");
+    // A new stack knows no last direction.
+    task.enter(&place.state(&case.values, &case.rates));
+    assert!(place.write(&mut *task, &case, 0.0).is_err());
+
+    // Balls overlap by both radii where their centres meet.
+    tip.shape = Shape::Sphere { radius: 0.03 };
+    head.shape = Shape::Capsule { radius: 0.05, half_length: 0.2 };
+    let case = collision(vec![tip], vec![head], (0.1, 0.0));
+    let mut task = case.build(&model);
+    let near = place.moved(&v, 1e-6).write(&mut *task, &case, 0.0).unwrap();
+    let now = place.write(&mut *task, &case, 0.0).unwrap();
+    assert!((now.margins[0] - (-0.1 - 0.08)).abs() < 1e-12);
+    assert!((now.margins[0] - near.margins[0]).abs() < 1e-5, "the margin jumps where the cores meet");
+}
+
+#[test]
+fn a_configuration_that_is_no_number_is_told_from_an_overlap() {
+    let model = canopies(Base::Planar);
+    let good = Place::new(&model, &model.neutral());
+    let bad = Place::new(&model, &vec![f64::NAN; model.nq()]);
+    for kind in hierarq_stdlib_tasks::KINDS {
+        let case = valid(kind.name, &model);
+        let mut task = case.build(&model);
+        task.enter(&good.state(&case.values, &case.rates));
+        let _ = good.write(&mut *task, &case, 0.0);
+        match bad.write(&mut *task, &case, 0.0) {
+            Err(fault) => assert_eq!(fault, TaskFault::NotFinite { row: 0 }, "`{}`", kind.name),
+            Ok(w) => {
+                let seen = w.j.iter().chain(w.lower.iter()).chain(w.upper.iter()).any(|x| x.is_nan());
+                // These two do not look at the configuration at all.
+                let blind = ["joint_velocity", "joint_velocity_limits"].contains(&kind.name);
+                assert_eq!(seen, !blind, "`{}`", kind.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_stretched_arm_has_no_swivel_angle() {
+    let model = arm7();
+    let mut case = Case::new("swivel_angle").number("gain", &[1.0]);
+    let slot = case.slot(&[0.5], &[0.0]);
+    let case = case.with("angle", Bound::PerArm(vec![(arms(&model)[0].clone(), slot)]));
+    let mut task = case.build(&model);
+    let at = |q: &[f64]| Place::new(&model, q);
+    // Stretched and upright, stretched and leaning, bent with the wrist above the shoulder.
+    let upright = vec![0.0; 7];
+    let mut leaning = upright.clone();
+    leaning[1] = 0.7;
+    for q in [&upright, &leaning] {
+        let w = at(q).write(&mut *task, &case, 0.0).unwrap();
+        assert!(w.undefined && w.measures[0].is_nan());
+        assert!(w.lower[0] == f64::NEG_INFINITY && w.upper[0] == f64::INFINITY && w.j.amax() == 0.0);
+        assert!(at(q).actual(&*task, &case, 0.0, "angle.left", 1)[0].is_nan());
+    }
+    let mut bent = leaning.clone();
+    bent[3] = 0.8;
+    let w = at(&bent).write(&mut *task, &case, 0.0).unwrap();
+    assert!(!w.undefined && w.lower[0].is_finite() && w.j.amax() > 0.0);
+    let p = |x: f64, y: f64, z: f64| Vector3::new(x, y, z);
+    assert!(swivel(&p(0.0, 0.0, 0.0), &p(0.1, 0.0, 0.2), &p(0.0, 0.0, 0.4)).is_none());
+    assert!(swivel(&p(0.0, 0.0, 0.0), &p(0.1, 0.0, 0.2), &p(0.0, 0.0, 0.0)).is_none());
+    // An elbow straight below the line is at half a turn; to its left and right at a quarter turn.
+    let angle = |e: Vector3<f64>| swivel(&p(0.0, 0.0, 0.0), &e, &p(1.0, 0.0, 0.0)).unwrap().angle;
+    let straight = [angle(p(0.5, 0.0, -0.3)).abs(), angle(p(0.5, 0.0, 0.3)).abs()];
+    assert!((straight[0] - straight[1]).abs() > PI - 1e-12, "{straight:?}");
+    assert!((angle(p(0.5, 0.3, 0.0)).abs() - PI / 2.0).abs() < 1e-12);
+    assert!((angle(p(0.5, 0.3, 0.0)) + angle(p(0.5, -0.3, 0.0))).abs() < 1e-12);
+}
+
+#[test]
+fn half_a_turn_off_goes_one_of_both_ways() {
+    let model = arm7();
+    let mut rng = rng(62);
+    let q = model.random_configuration(&mut rng);
+    let place = Place::new(&model, &q);
+    let tip = arms(&model)[0].tip;
+    for axis in [Vector3::x(), Vector3::y(), Vector3::z(), vector(&mut rng, 1.0).normalize()] {
+        for beyond in [-1e-9, 0.0, 1e-9] {
+            let turn = UnitQuaternion::from_scaled_axis(axis * (PI + beyond));
+            let d = turn * place.data.pose(tip).rotation;
+            let case = Case::new("frame_orientation")
+                .with("frame", Bound::Frame("tip".to_string(), tip))
+                .number("orientation", &[d.w, d.i, d.j, d.k])
+                .number("gain", &[1.0]);
+            let w = place.write(&mut *case.build(&model), &case, 0.0).unwrap();
+            let error = Vector3::new(w.lower[0], w.lower[1], w.lower[2]);
+            assert!((w.measures[0] - PI).abs() < 1e-8 && (error.norm() - PI).abs() < 1e-8);
+            assert!(error.cross(&axis).norm() < 1e-7, "{error} is not about {axis}");
+        }
+    }
+    // Its neighbours: the inverse of the left Jacobian is finite up to half a turn.
+    assert!(so3::left_jacobian_inverse(&(Vector3::x() * PI)).iter().all(|x| x.is_finite()));
+}
+
+#[test]
+fn a_target_without_direction_is_not_repaired() {
+    let model = canopies(Base::Planar);
+    let place = Place::new(&model, &model.random_configuration(&mut rng(63)));
+    for (name, path, row) in [
+        ("frame_pose", "orientation", 3),
+        ("frame_orientation", "orientation", 0),
+        ("cooperative_motion", "absolute.orientation", 3),
+        ("cooperative_motion", "relative.orientation", 9),
+        ("uncooperative_motion", "right.orientation", 9),
+    ] {
+        for q in [[0.0; 4], [f64::NAN; 4]] {
+            let mut case = valid(name, &model);
+            case.set(path, &q);
+            let w = place.write(&mut *case.build(&model), &case, 0.0).unwrap();
+            assert!((row..row + 3).all(|i| w.lower[i].is_nan() && w.upper[i].is_nan()), "{name} {path}");
+        }
+        // One of any other length is as good as a unit one.
+        let mut case = valid(name, &model);
+        let unit = [0.5, -0.5, 0.5, 0.5];
+        case.set(path, &unit);
+        case.rates.fill(0.0);
+        let a = place.write(&mut *case.build(&model), &case, 0.0).unwrap();
+        case.set(path, &unit.map(|x| -3.0 * x));
+        let b = place.write(&mut *case.build(&model), &case, 0.0).unwrap();
+        assert!((a.lower - b.lower).amax() < 1e-12, "{name} {path}");
+    }
+}

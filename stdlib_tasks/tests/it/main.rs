@@ -1,0 +1,15 @@
+//! The task library from outside: rows against differences of the values that they speak of, closed loops, barriers
+//! under attack, and the catalogue.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests are tests too")]
+
+mod barriers;
+mod bound;
+mod catalogue;
+mod clearance;
+mod common;
+mod cooperative;
+mod degenerate;
+mod limits;
+mod loops;
+mod targets;

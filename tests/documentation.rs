@@ -1,0 +1,155 @@
+//! The docs say what is: generated pages are fresh, every spec in them compiles, every file that they name exists.
+
+mod common;
+
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Compares a generated page with the file; `HIERARQ_UPDATE_DOCS=1` writes it instead.
+fn generated(file: &str, text: &str) {
+    let path = root().join(file);
+    if std::env::var_os("HIERARQ_UPDATE_DOCS").is_some() {
+        std::fs::write(&path, text).expect("writable");
+    }
+    let is = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(is == text, "{file} is stale: run `HIERARQ_UPDATE_DOCS=1 cargo test --test documentation`");
+}
+
+#[test]
+fn the_task_catalogue_is_fresh() {
+    generated("docs/src/tasks.md", &hierarq::catalogue::markdown());
+}
+
+#[test]
+fn the_code_index_is_fresh() {
+    generated("docs/src/codes.md", &hierarq::catalogue::codes_markdown());
+}
+
+fn markdown_files(folder: &Path, out: &mut Vec<PathBuf>) {
+    let mut entries: Vec<PathBuf> =
+        std::fs::read_dir(folder).expect("readable").map(|e| e.expect("readable").path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() && path.file_name().is_some_and(|n| n != "book") {
+            markdown_files(&path, out);
+        } else if path.extension().is_some_and(|e| e == "md") {
+            out.push(path);
+        }
+    }
+}
+
+/// The code blocks of a page with the given language mark.
+fn blocks(text: &str, mark: &str) -> Vec<String> {
+    let mut out = Vec::new();
+    let mut current: Option<String> = None;
+    for line in text.lines() {
+        match &mut current {
+            Some(block) if line.trim_start().starts_with("```") => {
+                out.push(std::mem::take(block));
+                current = None;
+            }
+            Some(block) => {
+                block.push_str(line);
+                block.push('\n');
+            }
+            None if line.trim() == format!("```{mark}") => current = Some(String::new()),
+            None => {}
+        }
+    }
+    out
+}
+
+#[test]
+fn every_whole_spec_in_the_docs_compiles() {
+    let mut files = vec![root().join("README.md")];
+    markdown_files(&root().join("docs"), &mut files);
+    let mut count = 0;
+    for file in files {
+        let text = std::fs::read_to_string(&file).expect("readable");
+        for (mark, begins, spelling) in
+            [("hq", "hierarq 1", dsl::Spelling::Hq), ("yaml", "hierarq: 1", dsl::Spelling::Yaml)]
+        {
+            for block in blocks(&text, mark).iter().filter(|b| b.starts_with(begins)) {
+                count += 1;
+                let folder = common::example("");
+                let input = compiler::Input {
+                    name: "docs",
+                    text: block,
+                    spelling,
+                    folder: &folder,
+                    set: &[],
+                    package_paths: &[],
+                };
+                let compiled = compiler::compile(&input);
+                assert!(
+                    compiled.program.is_some(),
+                    "{}:\n{block}\n{}",
+                    file.display(),
+                    compiled.report.render(compiler::Style::Plain, 100)
+                );
+            }
+        }
+    }
+    assert!(count >= 5, "only {count} whole specs were found in the docs");
+}
+
+#[test]
+fn every_example_of_the_catalogue_compiles() {
+    let robot = std::fs::read_to_string(common::example("cooperative_motion.hq")).expect("readable");
+    let start = robot.find("robot canopies").expect("a robot");
+    let end = robot[start..].find("\n}\n").expect("its end") + start + 3;
+    for kind in stdlib_tasks::KINDS {
+        let robot = robot[start..end].replace("    head head_link", "    head head_link\n    tool left_tool");
+        let example = kind.example.replace("(tool)", "(left_tool)");
+        let name = example.split_whitespace().nth(1).expect("task NAME = ..").to_string();
+        program_compiles(kind.name, &format!("hierarq 1\n{robot}\n{example}\nstack s {{ level l {{ {name} }} }}\n"));
+    }
+}
+
+fn program_compiles(what: &str, text: &str) {
+    let folder = common::example("");
+    let input = compiler::Input {
+        name: "docs",
+        text,
+        spelling: dsl::Spelling::Hq,
+        folder: &folder,
+        set: &[],
+        package_paths: &[],
+    };
+    let compiled = compiler::compile(&input);
+    assert!(compiled.program.is_some(), "{what}:\n{}", compiled.report.render(compiler::Style::Plain, 100));
+}
+
+#[test]
+fn the_map_names_only_what_exists() {
+    let text = std::fs::read_to_string(root().join("ARCHITECTURE.md")).expect("there is one");
+    let mut named = 0;
+    for word in text.split('`').skip(1).step_by(2) {
+        let is_path = word.contains('/') && !word.contains([' ', '(', ':', '<', '*', '{']) && !word.starts_with("http");
+        if is_path {
+            named += 1;
+            assert!(root().join(word).exists(), "ARCHITECTURE.md names `{word}`, which does not exist");
+        }
+    }
+    assert!(named > 10, "only {named} paths were found");
+}
+
+#[test]
+fn links_between_pages_lead_somewhere() {
+    let mut files = Vec::new();
+    markdown_files(&root().join("docs/src"), &mut files);
+    for file in files {
+        let text = std::fs::read_to_string(&file).expect("readable");
+        for target in text.split("](").skip(1).filter_map(|s| s.split(')').next()) {
+            let path = target.split('#').next().unwrap_or("");
+            if path.is_empty() || path.contains("://") {
+                continue;
+            }
+            let full = file.parent().expect("a folder").join(path);
+            assert!(full.exists(), "{} links to {target}", file.display());
+        }
+    }
+}
