@@ -137,7 +137,8 @@ impl<'a> Lowerer<'a> {
         self.used_params = used;
         if declared.robots.is_empty() {
             let at = Span::new(self.source, 0, 0);
-            if !(spec.items.is_empty() && !self.diagnostics.is_empty()) {
+            // A file that could not be read at all has said so already.
+            if !spec.items.is_empty() || self.diagnostics.is_empty() {
                 self.push(
                     Diagnostic::error("HQ0206", at, "this spec declares no robot")
                         .help("write `robot NAME { urdf \"..\"  rate 100 Hz }`"),

@@ -79,7 +79,7 @@ fn execute(program: &Program, spec: &str, folder: &Path, json: bool) -> Result<S
     let started = Instant::now();
     let mut clock = || started.elapsed().as_secs_f64();
     let mut go_on = |tick: usize| {
-        if tick % 64 == 0 {
+        if tick.is_multiple_of(64) {
             bar.set_position(tick as u64);
         }
         true

@@ -104,7 +104,7 @@ impl Program {
         ensure(v.ranges.iter().all(|r| r.at < v.initial.len()), "values.ranges", "a range belongs to no value")?;
         for (i, c) in v.captures.iter().enumerate() {
             let place = format!("values.captures[{i}]");
-            let end = c.at.checked_add(c.len).unwrap_or(usize::MAX);
+            let end = c.at.saturating_add(c.len);
             ensure(end <= v.tape.inputs && c.len <= 4, &place, "fills inputs that do not exist")?;
             let (good, len) = match &c.source {
                 CaptureSource::Task(t, _) => (*t < self.tasks.len(), c.len),
@@ -121,7 +121,7 @@ impl Program {
         let links = self.robot.model.links.len() as u32;
         let link = |l: &robot::LinkId| ensure(l.0 < links, place, "a frame does not exist");
         let slot = |s: &Slot| {
-            let end = s.at.checked_add(s.len).unwrap_or(usize::MAX);
+            let end = s.at.saturating_add(s.len);
             ensure(end <= self.values.initial.len(), place, "a parameter has no place in the table of values")
         };
         let dof = |d: &usize| ensure(*d < self.robot.model.nv(), place, "a joint does not exist");

@@ -68,7 +68,7 @@ fn worst(into: &mut Vec<Vec<f64>>, new: impl Iterator<Item = f64>, first: bool, 
 
 impl Recorder for SeriesRecorder {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
-        let first = tick.index % self.stride == 0;
+        let first = tick.index.is_multiple_of(self.stride);
         if first {
             self.times.push(tick.time);
             self.q.push(tick.q.to_vec());
