@@ -12,6 +12,10 @@ use crate::{Drive, JointKind};
 /// Fastest speed that is believed \[rad/s or m/s\].
 const FASTEST: f64 = 1e3;
 
+/// How far a follower may pass its own limits before it is worth a word: multipliers are written
+/// rounded \[rad, m, or either per second\].
+const ROUNDING: f64 = 1e-6;
+
 /// Drive and limits of one joint.
 #[derive(Clone, Copy)]
 pub(super) struct Driven {
@@ -93,6 +97,7 @@ pub(super) fn resolve(
         driven.push(result);
     }
     follow(cx, robot, order, &follows, &mut driven);
+    remark_followers(cx, robot, order, &follows, &driven);
     let moving = driven.iter().filter(|d| matches!(d.drive, Drive::Dof(_) | Drive::Mimic { .. })).count();
     if moving > MAX_MOVING {
         let text = format!("{moving} joints move, at most {MAX_MOVING} may");
@@ -239,6 +244,57 @@ fn follow(
                 let text = format!("joint `{}` mimics with a factor beyond all numbers", joint.name.value);
                 cx.error(UrdfMessage::new(UrdfCode::BadNumber, joint.tag.clone(), text));
             }
+        }
+    }
+}
+
+/// Warns about followers that their leaders take past the followers' own limits, which nobody keeps.
+fn remark_followers(
+    cx: &mut Cx,
+    robot: &RawRobot,
+    order: &[usize],
+    follows: &[Option<(usize, f64, f64)>],
+    driven: &[Driven],
+) {
+    let mut leaders = BTreeMap::new();
+    for (k, d) in driven.iter().enumerate() {
+        if let Drive::Dof(dof) = d.drive {
+            leaders.insert(dof, k);
+        }
+    }
+    let name = |k: usize| robot.joints[order[k]].name.value.as_str();
+    for (k, own) in driven.iter().enumerate() {
+        let Some((followed, ..)) = follows[k] else { continue };
+        let (leader, ends, speed) = match own.drive {
+            Drive::Locked(x) => (followed, [x, x], 0.0),
+            Drive::Mimic { dof, multiplier, offset } => {
+                let Some(&leader) = leaders.get(&dof) else { continue };
+                let at = |x: f64| multiplier * x + offset;
+                let (a, b) = (at(driven[leader].lower), at(driven[leader].upper));
+                (leader, [a.min(b), a.max(b)], multiplier.abs() * driven[leader].velocity)
+            }
+            Drive::Fixed | Drive::Dof(_) => continue,
+        };
+        let joint = &robot.joints[order[k]];
+        let span = joint.limit.as_ref().map_or(&joint.tag, |l| &l.span).clone();
+        if ends[0] < own.lower - ROUNDING || ends[1] > own.upper + ROUNDING {
+            let [from, to] = ends;
+            let text = format!(
+                "joint `{}` follows `{}` past its own limits, from {from} to {to}; they are not kept",
+                name(k),
+                name(leader)
+            );
+            let help = format!("give `{}` the limits that keep both, or correct `<mimic>`", name(leader));
+            cx.warn(UrdfMessage::new(UrdfCode::Ignored, span.clone(), text).help(help));
+        }
+        if speed > own.velocity + ROUNDING {
+            let text = format!(
+                "joint `{}` follows `{}` faster than its own limit of speed, at up to {speed}; it is not kept",
+                name(k),
+                name(leader)
+            );
+            let help = format!("give `{}` a limit of speed that keeps both", name(leader));
+            cx.warn(UrdfMessage::new(UrdfCode::Ignored, span, text).help(help));
         }
     }
 }
