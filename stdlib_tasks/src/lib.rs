@@ -9,6 +9,7 @@ pub mod clearance;
 pub mod dimension;
 pub mod kinds;
 pub mod params;
+mod reserve;
 pub mod so3;
 pub mod task;
 pub mod tracking;

@@ -1,6 +1,6 @@
 //! Keeps frames where they were when the stack became active.
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 use robot::LinkId;
 
 use crate::bound::{BoundParams, check};
@@ -8,7 +8,6 @@ use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::params::{Input, ParamType, Presence};
 use crate::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 use crate::tracking;
-use nalgebra::Vector3;
 
 crate::params! {
     /// Parameters of `hold`.
@@ -43,6 +42,9 @@ struct Hold {
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
     check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
+    if params.frames.is_empty() {
+        return Err(BuildError::new("frames", "no frame is named that could be held").help("name links or arms"));
+    }
     let targets = vec![Isometry3::identity(); params.frames.len()];
     Ok(Box::new(Hold { frames: params.frames, targets, gain: params.gain }))
 }

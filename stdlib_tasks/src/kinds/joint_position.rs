@@ -46,6 +46,9 @@ struct JointPosition {
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
     check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
+    if params.target.is_empty() {
+        return Err(BuildError::new("target", "no joint is named").help("name one, or remove the task"));
+    }
     let (mut rows, mut info) = (Vec::new(), Vec::new());
     for &(dof, target) in &params.target {
         let Some(d) = ctx.model.dofs.get(dof) else { continue };

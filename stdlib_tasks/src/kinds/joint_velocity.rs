@@ -38,6 +38,9 @@ struct JointVelocity {
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
     check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
+    if params.velocity.is_empty() {
+        return Err(BuildError::new("velocity", "no joint is named").help("name one, or remove the task"));
+    }
     let info: Vec<RowInfo> = params
         .velocity
         .iter()

@@ -5,14 +5,14 @@
 //! n·(J_j - J_l) v >= d_min' - φ (h - δ)      [m/s]   n from p_l to p_j    thesis (3.23), (3.24)
 //! ```
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use robot::{Shape, geometry};
 
 use crate::bound::{BoundParams, Geometry, check};
 use crate::clearance;
 use crate::dimension::{LENGTH, RATE};
-use crate::kinds::virtual_wall::{Reserve, extent, is_ball};
 use crate::params::{Auto, Input, ParamType, Presence, Quantity};
+use crate::reserve::{Reserve, extent, is_ball};
 use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 
 crate::params! {
@@ -43,11 +43,11 @@ n·(J_j - J_l) v  >=  d_min' - φ (h - δ)   [m/s]   n = (p_j - p_l)/|p_j - p_l|
 ```\n\n\
 `p_j`, `p_l` are the closest points: exact closed forms for points, segments, spheres, capsules and boxes in all pairs. \
 A cylinder of the URDF counts as the capsule that contains it, a mesh as its bounding capsule. Where two parts touch so \
-deeply that no direction leads apart (a distance of zero between their cores), the last valid direction is kept; if \
-there was none, that is a fault.\n\n\
+deeply that no direction leads apart (a distance of zero between their cores), the last valid direction and closest \
+points are kept; if there were none, that is a fault.\n\n\
 `sampled_margin auto` sets `δ = A T / (2 φ)`, where A bounds the relative acceleration at the speed limits in force: \
-then `h` stays at or above zero at every tick, for a point or sphere against any part and while `φ T <= 1`. Between two long parts that turn \
-parallel the closest points can jump, and more can be lost.\n\n\
+then `h` stays at or above zero at every tick, for a point or sphere against any part, while `φ T <= 1` and `d_min` \
+moves at a steady rate if at all. Between two long parts that turn parallel the closest points can jump, and more can be lost.\n\n\
 Source: thesis (3.21)-(3.24); printed there with `h` and `J` both negated, which would bound the distance from above.",
     example: "task arms_apart = self_collision { between left_elbow  and right_elbow  d_min 0.2 m  gain 10 /s }",
     nature: Nature::Limit,
@@ -60,7 +60,17 @@ Source: thesis (3.21)-(3.24); printed there with `h` and `J` both negated, which
 struct Pair {
     a: Geometry,
     b: Geometry,
-    last_normal: Option<Vector3<f64>>,
+    last: Option<Apart>,
+}
+
+/// The last way apart that was found.
+#[derive(Clone, Copy)]
+struct Apart {
+    /// From b to a, in the world.
+    normal: Vector3<f64>,
+    /// The closest points, in the frames of the two links.
+    on_a: Point3<f64>,
+    on_b: Point3<f64>,
 }
 
 struct SelfCollision {
@@ -73,12 +83,18 @@ struct SelfCollision {
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
     check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
+    for (name, side) in [("between", &params.between), ("and", &params.and)] {
+        if side.is_empty() {
+            return Err(BuildError::new(name, "this side names nothing to keep apart")
+                .help("name points, segments, links or groups of them, or remove the task"));
+        }
+    }
     let mut pairs: Vec<Pair> = Vec::new();
     for a in &params.between {
         for b in &params.and {
             let seen = pairs.iter().any(|p| p.a == *b && p.b == *a);
             if ctx.model.moves_between(a.link, b.link) && !seen {
-                pairs.push(Pair { a: a.clone(), b: b.clone(), last_normal: None });
+                pairs.push(Pair { a: a.clone(), b: b.clone(), last: None });
             }
         }
     }
@@ -126,7 +142,7 @@ impl Task for SelfCollision {
 
     fn enter(&mut self, _state: &State) {
         for p in &mut self.pairs {
-            p.last_normal = None;
+            p.last = None;
         }
     }
 
@@ -134,19 +150,26 @@ impl Task for SelfCollision {
         let ([gain], [d_min]) = (self.gain.of(state.values), self.d_min.of(state.values));
         let [d_min_rate] = self.d_min.of(state.rates);
         for (i, p) in self.pairs.iter_mut().enumerate() {
-            let pose_a = state.data.pose(p.a.link) * p.a.origin;
-            let pose_b = state.data.pose(p.b.link) * p.b.origin;
+            let (link_a, link_b) = (state.data.pose(p.a.link), state.data.pose(p.b.link));
+            let (pose_a, pose_b) = (link_a * p.a.origin, link_b * p.b.origin);
             let (distance, on_a, on_b, n) = match geometry::closest(&p.a.shape, &pose_a, &p.b.shape, &pose_b) {
                 Ok(c) => {
-                    p.last_normal = Some(c.normal);
+                    let (on_a, on_b) = (Point3::from(c.on_a), Point3::from(c.on_b));
+                    p.last = Some(Apart {
+                        normal: c.normal,
+                        on_a: link_a.inverse_transform_point(&on_a),
+                        on_b: link_b.inverse_transform_point(&on_b),
+                    });
                     (c.distance, c.on_a, c.on_b, c.normal)
                 }
                 Err(_) => {
+                    // A rotation that is no number leaves no translation finite.
                     if !pose_a.translation.vector.iter().chain(&pose_b.translation.vector).all(|x| x.is_finite()) {
                         return Err(TaskFault::NotFinite { row: i });
                     }
-                    let n = p.last_normal.ok_or(TaskFault::Overlap { row: i })?;
-                    (overlap(&p.a.shape, &p.b.shape), pose_a.translation.vector, pose_b.translation.vector, n)
+                    let last = p.last.ok_or(TaskFault::Overlap { row: i })?;
+                    let (on_a, on_b) = (link_a * last.on_a, link_b * last.on_b);
+                    (overlap(&p.a.shape, &p.b.shape), on_a.coords, on_b.coords, last.normal)
                 }
             };
             let h = distance - d_min;

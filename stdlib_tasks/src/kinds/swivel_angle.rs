@@ -72,6 +72,9 @@ struct SwivelAngle {
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
     check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
+    if params.angle.is_empty() {
+        return Err(BuildError::new("angle", "no arm is named").help("name one, or remove the task"));
+    }
     let mut rows = Vec::new();
     for (arm, target) in params.angle {
         let (Some(shoulder), Some(elbow), Some(wrist)) = (arm.shoulder, arm.elbow, arm.wrist) else {

@@ -9,12 +9,13 @@
 //! point relative to that link.
 
 use nalgebra::{Point3, Vector3};
-use robot::{LinkId, Shape, geometry};
+use robot::{LinkId, geometry};
 
 use crate::bound::{BoundParams, Geometry, Slot, check};
 use crate::clearance;
 use crate::dimension::{LENGTH, RATE};
 use crate::params::{Auto, FromBound, Input, ParamType, Presence, Quantity};
+use crate::reserve::{Reserve, extent};
 use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 
 /// Three points, as nine constants.
@@ -59,11 +60,11 @@ n = (p2 - p1)×(p3 - p1) / |..|\n\
 h = n·(p - p1) - d_min        [m]     safe where h >= 0\n\
 n·J_p v  >=  d_min' - φ (h - δ)       [m/s]\n\
 ```\n\n\
-For a shape, `p` is its point nearest to the plane (of equally near ones, the first). With `on LINK` the plane moves \
-with the link and its motion is part of the row.\n\n\
+For a shape, `p` is its point nearest to the plane; of an edge or a face that lies flat, the middle. \
+With `on LINK` the plane moves with the link and its motion is part of the row.\n\n\
 `sampled_margin auto` sets `δ = A T / (2 φ)`, where A bounds the acceleration of the point at the speed limits in force: \
-then `h` stays at or above zero at every tick, for points and spheres and while `φ T <= 1`. Flat shapes that turn parallel to the plane can \
-lose more, because the nearest point jumps.\n\n\
+then `h` stays at or above zero at every tick, for points and spheres, while `φ T <= 1` and `d_min` moves at a steady \
+rate if at all. Flat shapes that turn parallel to the plane can lose more, because the nearest point jumps.\n\n\
 Source: thesis (3.17)-(3.20); the Jacobian has the sign that follows from `h`, not the printed one.",
     example: "task deck = virtual_wall { points left_elbow  through [[0, 0, 0.4], [1, 0, 0.4], [0, 1, 0.4]] m  d_min 0.3 m }",
     nature: Nature::Limit,
@@ -86,6 +87,10 @@ struct VirtualWall {
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
     check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
+    if params.points.is_empty() {
+        return Err(BuildError::new("points", "nothing is named that the wall could keep away")
+            .help("name points, segments, links or groups of them, or remove the task"));
+    }
     let t = params.through.0.of(ctx.values);
     let p = |i: usize| Vector3::new(t[3 * i], t[3 * i + 1], t[3 * i + 2]);
     let (u, v) = (p(1) - p(0), p(2) - p(0));
@@ -102,57 +107,6 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     let reserve = Reserve::new(params.sampled_margin, params.gain, bends, ctx)?;
     let (a, n) = (Point3::from(p(0)), normal.normalize());
     Ok(Box::new(VirtualWall { points: params.points, on, a, n, d_min: params.d_min, gain: params.gain, reserve }))
-}
-
-/// The greatest distance of the points of a shape that can be nearest to something from the origin of its link, in m. A
-/// ball's distance is that of its centre less a constant, so that the centre counts.
-pub(crate) fn extent(g: &Geometry) -> f64 {
-    let around = if is_ball(&g.shape) { 0.0 } else { g.shape.bounding_radius() };
-    g.origin.translation.vector.norm() + around
-}
-
-/// True for a point and a sphere.
-pub(crate) fn is_ball(shape: &Shape) -> bool {
-    matches!(shape, Shape::Sphere { .. }) || matches!(shape, Shape::Capsule { half_length, .. } if *half_length == 0.0)
-}
-
-/// What curved rows can lose to sampling in time, and what they hold in reserve against it.
-pub(crate) struct Reserve {
-    auto: bool,
-    /// A T / 2 of each row, in m/s.
-    bend: Vec<f64>,
-    /// A T / (2 φ) of each row at the gain that a stack starts with, in m.
-    pub(crate) loss: Vec<f64>,
-    /// δ of each row at that gain, in m.
-    pub(crate) kept: Vec<f64>,
-}
-
-impl Reserve {
-    /// From the name and the acceleration bound of each row.
-    pub(crate) fn new(auto: Auto, gain: Input<1>, rows: Vec<(&str, f64)>, ctx: &Context) -> Result<Self, BuildError> {
-        let [gain] = gain.of(ctx.values);
-        let loss: Vec<f64> = rows.iter().map(|&(_, a)| clearance::loss(a, ctx.period, gain)).collect();
-        let bend = rows.iter().map(|&(_, a)| 0.5 * a * ctx.period).collect();
-        let kept = match auto {
-            Auto::Given(x) => vec![x.of(ctx.values)[0]; loss.len()],
-            Auto::Auto => match rows.iter().find(|(_, a)| !a.is_finite()) {
-                None => loss.clone(),
-                Some((name, _)) => {
-                    let text = format!(
-                        "`auto` needs a speed limit for every joint that moves `{name}`, and a stroke for those that slide"
-                    );
-                    return Err(BuildError::new("sampled_margin", text)
-                        .help("give the limits in the robot, or add `joint_velocity_limits` with `max` to the stack"));
-                }
-            },
-        };
-        Ok(Reserve { auto: auto == Auto::Auto, bend, loss, kept })
-    }
-
-    /// `φ δ` of a row, in m/s: `auto` follows a gain that moves.
-    pub(crate) fn rate(&self, row: usize, gain: f64) -> f64 {
-        if self.auto { self.bend[row] } else { gain * self.kept[row] }
-    }
 }
 
 impl Task for VirtualWall {

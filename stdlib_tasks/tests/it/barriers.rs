@@ -41,6 +41,8 @@ fn cases(model: &Model, rng: &mut impl FnMut() -> f64) -> Vec<Case> {
         collision(all[..1].to_vec(), vec![slab], (0.05, 0.0)),
         collision(vec![rod], all[1..].to_vec(), (0.05, 0.0)),
         collision(all[..1].to_vec(), all[1..].to_vec(), (0.1, 0.0)),
+        wall(all[1..].to_vec(), Some(head), (0.0, 0.05), rng),
+        collision(all[..1].to_vec(), all[1..].to_vec(), (0.1, -0.05)),
     ]
 }
 
@@ -80,8 +82,9 @@ fn attack(row: &[f64], lower: f64, bounds: &[(f64, f64)], rng: &mut impl FnMut()
 fn lowest(task: &mut dyn Task, case: &Case, start: Place, speed: &[f64], rng: &mut impl FnMut() -> f64) -> f64 {
     let mut place = start;
     let mut lowest = f64::INFINITY;
-    for _ in 0..70 {
-        let Ok(w) = place.write(task, case, 0.0) else { break };
+    for tick in 0..70 {
+        let t = f64::from(tick) * PERIOD;
+        let Ok(w) = place.write(task, case, t) else { break };
         lowest = lowest.min(w.margins[0]);
         let row: Vec<f64> = w.j.row(0).iter().copied().collect();
         let bounds = allowed(&place, speed);
@@ -89,7 +92,7 @@ fn lowest(task: &mut dyn Task, case: &Case, start: Place, speed: &[f64], rng: &m
         for _ in 0..4 {
             let Some(v) = attack(&row, w.lower[0], &bounds, rng) else { continue };
             let next = place.moved(&v, PERIOD);
-            let Ok(then) = next.write(task, case, 0.0) else { continue };
+            let Ok(then) = next.write(task, case, t + PERIOD) else { continue };
             if worst.as_ref().is_none_or(|(h, _)| then.margins[0] < *h) {
                 worst = Some((then.margins[0], next));
             }

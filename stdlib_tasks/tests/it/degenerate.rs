@@ -52,6 +52,78 @@ fn points_that_meet_are_a_fault_first_and_keep_their_direction_later() {
 }
 
 #[test]
+fn rods_that_cross_keep_the_place_where_they_met() {
+    // Cores that cross far from both middles: a lever about the middles would turn the wrong way.
+    let model = canopies(Base::Planar);
+    let mut rng = rng(64);
+    let place = Place::new(&model, &model.random_configuration(&mut rng));
+    let (mut tip, mut head) = meeting(&place);
+    for (rod, z) in [(&mut tip, 0.2), (&mut head, -0.25)] {
+        let turn = rotation(&mut rng);
+        rod.origin.rotation = turn;
+        rod.origin.translation.vector += turn * Vector3::z() * z;
+        rod.shape = Shape::Capsule { radius: 0.02, half_length: 0.3 };
+    }
+    let case = collision(vec![tip], vec![head], (0.1, 0.0));
+    let mut task = case.build(&model);
+    let near = place.moved(&velocity(&model, &mut rng, 1.0), 1e-5).write(&mut *task, &case, 0.0).unwrap();
+    let now = place.write(&mut *task, &case, 0.0).unwrap();
+    assert!((now.margins[0] - (-0.1 - 0.04)).abs() < 1e-12 && (now.margins[0] - near.margins[0]).abs() < 1e-4);
+    assert!((&now.j - &near.j).amax() < 1e-3 && now.j.amax() > 0.01);
+}
+
+#[test]
+fn a_turn_that_is_no_number_is_no_overlap() {
+    // The last joint turns its link on the spot: the place stays finite, the rod's direction does not.
+    let model = arm7();
+    let rod = Geometry {
+        shape: Shape::Capsule { radius: 0.03, half_length: 0.1 },
+        ..Geometry::point("rod", model.link("link_7").unwrap(), Vector3::zeros())
+    };
+    let case = collision(vec![rod], vec![Geometry::point("root", model.root(), Vector3::zeros())], (0.1, 0.0));
+    let mut task = case.build(&model);
+    let mut q = vec![0.3; 7];
+    Place::new(&model, &q).write(&mut *task, &case, 0.0).unwrap();
+    q[6] = f64::NAN;
+    let bad = Place::new(&model, &q);
+    assert!(bad.point(model.link("link_7").unwrap()).iter().all(|x| x.is_finite()));
+    assert_eq!(bad.write(&mut *task, &case, 0.0).err(), Some(TaskFault::NotFinite { row: 0 }));
+}
+
+#[test]
+fn what_lies_flat_against_a_wall_is_kept_away_in_its_middle() {
+    let model = arm7();
+    let root = model.root();
+    let place = Place::new(&model, &model.neutral());
+    let flat = |name: &str, shape: Shape, tilt: f64| {
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * (PI / 2.0 + tilt));
+        let origin = nalgebra::Isometry3::from_parts(Vector3::new(0.2, 0.1, 0.7).into(), turn);
+        Geometry { name: name.to_string(), link: model.link("link_3").unwrap(), origin, shape }
+    };
+    for (shape, reach) in
+        [(Shape::Capsule { radius: 0.03, half_length: 0.2 }, 0.03), (Shape::Box { half: [0.05, 0.1, 0.2] }, 0.05)]
+    {
+        let write = |tilt: f64| {
+            let case = valid("virtual_wall", &model)
+                .with("points", Bound::Geometries(vec![flat("flat", shape, tilt)]))
+                .with("on", Bound::Frame("root".to_string(), root));
+            (place.write(&mut *case.build(&model), &case, 0.0).unwrap(), case)
+        };
+        let (level, case) = write(0.0);
+        let middle = Geometry { shape: Shape::Sphere { radius: reach }, ..flat("middle", shape, 0.0) };
+        let case = case.with("points", Bound::Geometries(vec![middle]));
+        let expected = place.write(&mut *case.build(&model), &case, 0.0).unwrap();
+        assert!((level.margins[0] - expected.margins[0]).abs() < 1e-12);
+        assert!((&level.j - &expected.j).amax() < 1e-12, "{} and {}", level.j, expected.j);
+        // The margin does not jump where the nearest point does; either end is as near as the middle.
+        let (one, other) = (write(1e-6).0, write(-1e-6).0);
+        assert!((one.margins[0] - level.margins[0]).abs() < 1e-6 && (other.margins[0] - level.margins[0]).abs() < 1e-6);
+        assert!(((&one.j + &other.j) * 0.5 - &level.j).amax() < 1e-5);
+        assert!((&one.j - &other.j).amax() > 0.1, "the nearest point does not depend on the tilt");
+    }
+}
+
+#[test]
 fn a_configuration_that_is_no_number_is_told_from_an_overlap() {
     let model = canopies(Base::Planar);
     let good = Place::new(&model, &model.neutral());
