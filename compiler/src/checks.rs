@@ -2,15 +2,18 @@
 
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, Times};
-use runtime::{Controller, Evaluator, Observation, build_tasks};
+use runtime::{Controller, Evaluator, Fault, Observation, build_tasks};
 use solver::{Active, Status};
+use stdlib_tasks::dimension::RATE;
 use stdlib_tasks::task::{BuildError, Nature};
 
+use crate::binding::Number;
 use crate::lowering::Places;
 
 /// Checks a program that has no errors so far.
 pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
     let before = diagnostics.len();
+    let values = &program.values.initial;
     let mut reported: Vec<(usize, String)> = Vec::new();
     for (i, stack) in program.stacks.iter().enumerate() {
         let model = &program.robot.model;
@@ -24,7 +27,7 @@ pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<
                         let once = (m.task, "gain".to_string());
                         if gain * program.robot.period > 1.0 + 1e-12 && !reported.contains(&once) {
                             reported.push(once);
-                            diagnostics.push(overshoot(gain, program.robot.period, places, m.task));
+                            diagnostics.push(overshoot(gain, values, program.robot.period, places, m.task));
                         }
                     }
                 }
@@ -49,22 +52,35 @@ fn place(places: &Places, task: usize, param: &str) -> Span {
     t.spans.get(param).copied().unwrap_or(t.span)
 }
 
-fn overshoot(gain: f64, period: f64, places: &Places, task: usize) -> Diagnostic {
-    let limit = places.tasks[task].kind.nature == Nature::Limit;
-    let why = if limit {
+/// Where a number of a task was written; the parameter, or the task's type, where it is a default.
+fn number(places: &Places, task: usize, param: &str, is: impl Fn(&Number) -> bool) -> Span {
+    let t = &places.tasks[task];
+    let written = t.numbers.iter().find(|n| n.span.source == t.span.source && is(n));
+    written.map_or_else(|| place(places, task, param), |n| n.span)
+}
+
+/// The parameter that sets a limit, where only one of them was written.
+fn limit(places: &Places, task: usize) -> Span {
+    let t = &places.tasks[task];
+    let written = ["d_min", "max", "lower", "upper"].iter().filter_map(|p| t.spans.get(*p)).collect::<Vec<_>>();
+    match written.as_slice() {
+        [one] => **one,
+        _ => t.span,
+    }
+}
+
+fn overshoot(gain: f64, values: &[f64], period: f64, places: &Places, task: usize) -> Diagnostic {
+    let why = if places.tasks[task].kind.nature == Nature::Limit {
         "a barrier function is broken by a single step"
     } else {
         "the error changes its sign at every tick, and grows above 2"
     };
-    Diagnostic::error(
-        "HQ0501",
-        place(places, task, "gain"),
-        format!("this gain overshoots: {gain} /s times {period} s is {:.3}, more than 1", gain * period),
-    )
-    .here(format!("gain × period = {:.3}", gain * period))
-    .label(places.rate, format!("a period of {period} s"))
-    .note(why)
-    .help(format!("keep the gain at or below {} /s, or raise the rate", 1.0 / period))
+    let at = number(places, task, "gain", |n| n.dimension == RATE && values.get(n.slot.at) == Some(&gain));
+    Diagnostic::error("HQ0501", at, format!("this gain overshoots: {gain} /s times {period} s is {:.3}", gain * period))
+        .here(format!("gain × period = {:.3}", gain * period))
+        .label(places.rate, format!("a period of {period} s"))
+        .note(format!("above 1, {why}"))
+        .help(format!("keep the gain at or below {} /s, or raise the rate", 1.0 / period))
 }
 
 fn cannot_build(e: &BuildError, places: &Places, task: usize) -> Diagnostic {
@@ -87,9 +103,21 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
             c.describe(&fault)
         });
         let text = text.unwrap_or_else(|e| e.to_string());
-        diagnostics.push(
-            Diagnostic::error("HQ0502", places.home, format!("at home, {text}")).help("move the home configuration"),
-        );
+        let task = |member: usize| evaluator.members().get(member).map(|m| limit(places, m.program_index));
+        let has = |n: &Number, at: usize| (n.slot.at..n.slot.at + n.slot.len).contains(&at);
+        let at = match fault {
+            Fault::Overlap { member, .. } | Fault::NotFinite { member, .. } => task(member),
+            Fault::Value { at } => (0..places.tasks.len())
+                .find(|&t| places.tasks[t].numbers.iter().any(|n| has(n, at)))
+                .map(|t| number(places, t, "", |n| has(n, at))),
+            _ => None,
+        };
+        let d = Diagnostic::error("HQ0502", at.unwrap_or(places.home), format!("at home, {text}"));
+        diagnostics.push(match (at, fault) {
+            (_, Fault::Value { .. }) => d.help("keep the value inside its range from the start"),
+            (Some(_), _) => d.label(places.home, "the robot starts here").help("move the home configuration"),
+            (None, _) => d.help("move the home configuration"),
+        });
         return;
     }
     let mut outside = false;
@@ -98,23 +126,26 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
         // Margins of velocities exist only once a velocity was chosen: they are infinite here.
         let bad: Vec<String> =
             rows.filter(|(_, h)| **h < 0.0).map(|(r, h)| format!("{} by {:.4} {}", r.name, -h, r.dimension)).collect();
-        if let Some(first) = bad.first() {
-            outside = true;
-            let more = if bad.len() > 1 { format!(" and {} more", bad.len() - 1) } else { String::new() };
-            diagnostics.push(
-                Diagnostic::error(
-                    "HQ0502",
-                    place(places, m.program_index, "d_min"),
-                    format!("`{}` is violated at the start: {first}{more}", m.name),
-                )
-                .label(places.home, "the robot starts here")
-                .note(format!(
-                    "a barrier function keeps a limit only from inside it; violated are {}",
-                    bad.iter().take(8).cloned().collect::<Vec<_>>().join(", ")
-                ))
-                .help("move the home configuration or the limit"),
-            );
+        let Some(first) = bad.first() else { continue };
+        outside = true;
+        let more = if bad.len() > 1 { format!(" and {} more", bad.len() - 1) } else { String::new() };
+        let text = format!("`{}` is violated at the start: {first}{more}", m.name);
+        let mut d = Diagnostic::error("HQ0502", limit(places, m.program_index), text)
+            .label(places.home, "the robot starts here")
+            .note("a barrier function keeps a limit only from inside it");
+        if bad.len() > 1 {
+            let shown = bad.iter().take(8).cloned().collect::<Vec<_>>().join(", ");
+            let rest = bad.len().saturating_sub(8);
+            d = d.note(format!(
+                "violated are {shown}{}",
+                if rest > 0 { format!(", .. ({rest} more)") } else { String::new() }
+            ));
         }
+        diagnostics.push(if m.kind == "virtual_wall" {
+            d.help("move the home configuration or the wall; to keep the other side, swap two of the three points")
+        } else {
+            d.help("move the home configuration or the limit")
+        });
     }
     if !outside {
         first_tick(&at_stack, stack, places, diagnostics);
@@ -135,15 +166,24 @@ fn first_tick(program: &Program, stack: usize, places: &Places, diagnostics: &mu
         );
         return;
     }
-    for (k, level) in program.stacks[stack].levels.iter().enumerate().skip(1) {
+    let nv = program.robot.model.nv();
+    let program = &program.stacks[stack];
+    let free = nv.saturating_sub(program.locked.len());
+    for (k, level) in program.levels.iter().enumerate() {
+        let left = if k == 0 { free } else { controller.freedom(k - 1) };
         let targets = level.members.iter().any(|m| places.tasks[m.task].kind.nature == Nature::Target);
-        let above = &controller.solution().levels[k - 1];
-        if targets && above.freedom == 0 && controller.solution().levels[k].active.iter().any(|a| *a != Active::Free) {
-            diagnostics.push(
-                Diagnostic::warning("HQ0604", levels[k], format!("level `{}` has no freedom left at home", level.name))
-                    .label(levels[k - 1], "this level and those above it fix every degree of freedom")
-                    .help("ask less of the levels above, or unlock joints"),
-            );
+        let asks = controller.solution().levels[k].active.iter().any(|a| *a != Active::Free);
+        if left > 0 || !targets || (k > 0 && !asks) {
+            continue;
         }
+        let d = Diagnostic::warning("HQ0604", levels[k], format!("level `{}` has no freedom left at home", level.name));
+        let d = if free == 0 {
+            d.label(places.stacks[stack].0, "this stack locks every degree of freedom")
+        } else {
+            d.label(levels[k - 1], "this level and those above it fix every degree of freedom")
+        };
+        diagnostics.push(d.help("ask less of the levels above, or unlock joints"));
+        // Those below have none either, for the same reason.
+        break;
     }
 }

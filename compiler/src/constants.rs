@@ -1,49 +1,72 @@
 //! Values that are needed before anything moves: declared `param`s, and constants in robot and run blocks.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::tree::{Param, Value, ValueKind};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Span, Spanned};
 use robot::{DofUnit, Model};
-use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE};
+use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, RATE, TIME};
 
-use crate::expr::{Graph, Kind, Lowering, Scope, Symbol, Typed};
-use crate::robot_binding::items_of;
+use crate::expr::{FUNCTIONS, Graph, Kind, Lowering, Meaning, Scope, Symbol, Typed};
 use crate::units;
 
-/// Declared parameters, typed; the graph that their values stand in.
+/// What is known of the declared parameters.
+#[derive(Debug, Default)]
+pub struct Params {
+    /// Values by name.
+    pub symbols: BTreeMap<String, Symbol>,
+    /// Those whose value is wrong. They were reported, and who uses one stays silent.
+    pub failed: BTreeSet<String>,
+    /// Those that something used.
+    pub used: BTreeSet<String>,
+}
+
+impl Params {
+    /// What a name means, where it is a parameter.
+    pub fn meaning(&mut self, name: &str) -> Meaning {
+        if self.failed.contains(name) {
+            return Meaning::Failed;
+        }
+        match self.symbols.get(name) {
+            Some(symbol) => {
+                self.used.insert(name.to_string());
+                Meaning::Value(symbol.clone())
+            }
+            None => Meaning::Unknown,
+        }
+    }
+
+    /// All names.
+    pub fn names(&self) -> Vec<String> {
+        self.symbols.keys().chain(&self.failed).cloned().collect()
+    }
+}
+
+/// Values that are needed before anything moves: the graph that they stand in, and what they may name.
 pub struct Constants<'a> {
     /// The graph of the whole program.
     pub graph: &'a mut Graph,
-    /// Parameters by name.
-    pub params: BTreeMap<String, Symbol>,
-    /// Parameters that something used.
-    pub used: std::collections::BTreeSet<String>,
+    /// Declared parameters.
+    pub params: &'a mut Params,
 }
 
 /// The scope of an expression that may name parameters only.
-struct ParamsOnly<'s> {
-    params: &'s BTreeMap<String, Symbol>,
-    used: &'s mut std::collections::BTreeSet<String>,
-}
+struct ParamsOnly<'s>(&'s mut Params);
 
 impl Scope for ParamsOnly<'_> {
-    fn name(&mut self, name: &str) -> Option<Symbol> {
-        let symbol = self.params.get(name).cloned();
-        if symbol.is_some() {
-            self.used.insert(name.to_string());
-        }
-        symbol
+    fn name(&mut self, name: &str) -> Meaning {
+        self.0.meaning(name)
     }
 
     fn names(&self) -> Vec<String> {
-        self.params.keys().cloned().collect()
+        self.0.names()
     }
 
     fn initial(&mut self, _: &mut Graph, _: &Value, span: Span) -> Result<Typed, Box<Diagnostic>> {
         Err(Box::new(
             Diagnostic::error("HQ0311", span, "`initial(..)` has no meaning here")
-                .note("it captures a value when a stack becomes active, and this value is needed before"),
+                .note("it captures a value when a stack becomes active, and this value is needed before")
+                .help("write a constant here, or `initial(..)` in the parameter of a task"),
         ))
     }
 }
@@ -56,60 +79,78 @@ pub fn joint_dimension(model: &Model, dof: usize) -> Dimension {
     }
 }
 
-/// The value of a joint written as a plain number with or without a unit, in SI.
-pub fn plain_joint_value(value: &Value) -> Option<f64> {
-    match &value.kind {
-        ValueKind::Number(n) => Some(n.value),
-        ValueKind::Negate(inner) => plain_joint_value(inner).map(|x| -x),
-        ValueKind::Unit(inner, unit) => Some(plain_joint_value(inner)? * units::meaning(unit).ok()?.0),
-        _ => None,
-    }
-}
-
-/// The diagnostic for a value of another dimension than is needed.
+/// The diagnostic for a value of another dimension than is needed. `what` is the parameter in backquotes, or empty.
 pub fn wrong_dimension(typed: &Typed, wanted: Dimension, what: &str) -> Diagnostic {
-    let is = typed.dimension.describe();
-    let d =
-        Diagnostic::error("HQ0301", typed.span, format!("{what} is {}, and this is {is}", wanted.describe())).here(is);
-    match units::symbols_of(wanted).first() {
-        _ if typed.dimension == NONE && wanted != NONE => d.help(format!("give it a unit: `{wanted}`")),
-        Some(symbol) => d.help(format!("write a number in `{symbol}`")),
-        None => d.help(format!("its unit is `{wanted}`").replace("`1/", "`/")),
+    let (is, needed) = (typed.dimension.describe(), wanted.describe());
+    let message = if what.is_empty() {
+        format!("{needed} is needed here, and this is {is}")
+    } else {
+        format!("{what} is {needed}, and this is {is}")
+    };
+    let d = Diagnostic::error("HQ0301", typed.span, message).here(is);
+    let unit = units::written(wanted);
+    if wanted == NONE {
+        d.help("leave the unit out, or divide by a value of the same unit")
+    } else if typed.dimension == NONE {
+        d.help(format!("give it a unit, such as `{unit}`"))
+    } else if wanted == RATE && typed.dimension == TIME {
+        d.help("a time T is the rate 1/T: write `100 Hz` for 10 ms")
+    } else {
+        d.help(format!("write a number in `{unit}`"))
     }
 }
 
 impl Constants<'_> {
-    /// Types a declared parameter. A second one of the same name, or one without a value, is reported.
-    pub fn declare(&mut self, param: &Param, diagnostics: &mut Vec<Diagnostic>) {
-        if let Some(first) = self.params.get(&param.name.value) {
+    /// Types a declared parameter; `changed` is the value given in its place on the command line. A second one of the
+    /// same name, or one without a value, is reported.
+    pub fn declare(&mut self, param: &Param, changed: Option<&Value>, diagnostics: &mut Vec<Diagnostic>) {
+        let name = param.name.value.as_str();
+        let named = |text: String| Diagnostic::error("HQ0202", param.name.span, text);
+        if let Some(first) = self.params.symbols.get(name) {
             diagnostics.push(
-                Diagnostic::error("HQ0202", param.name.span, format!("`{}` is declared twice", param.name.value))
-                    .label(first.declared, "first here"),
+                named(format!("`{name}` is declared twice"))
+                    .label(first.declared, "first here")
+                    .help("remove one, or choose another name"),
             );
             return;
         }
-        if ["pi", "t", "time", "true", "false", "auto"].contains(&param.name.value.as_str()) {
-            diagnostics.push(
-                Diagnostic::error(
-                    "HQ0202",
-                    param.name.span,
-                    format!("`{}` is a word of the language", param.name.value),
-                )
-                .help("choose another name"),
-            );
+        let words = ["pi", "t", "time", "true", "false", "auto", "initial", "frame", "joint"];
+        if words.contains(&name) || FUNCTIONS.iter().any(|f| f.name == name) {
+            diagnostics.push(named(format!("`{name}` is a word of the language")).help("choose another name"));
+            self.params.failed.insert(name.to_string());
             return;
         }
-        let Some(value) = self.typed(&param.value, diagnostics) else { return };
-        if let Some(bad) = self.not_constant(&value) {
-            diagnostics.push(bad);
-            return;
+        let value = self.constant(&param.value, diagnostics).and_then(|own| match changed {
+            None => Some(own),
+            Some(changed) => {
+                let new = self.constant(changed, diagnostics)?;
+                let wrong = replaces(self.graph, &new, &own, &param.name);
+                let good = wrong.is_none();
+                diagnostics.extend(wrong);
+                good.then_some(new)
+            }
+        });
+        match value {
+            Some(value) => {
+                self.params.symbols.insert(name.to_string(), Symbol { value, declared: param.name.span });
+            }
+            None => {
+                self.params.failed.insert(name.to_string());
+            }
         }
-        self.params.insert(param.name.value.clone(), Symbol { value, declared: param.name.span });
+    }
+
+    fn constant(&mut self, value: &Value, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
+        let typed = self.typed(value, diagnostics)?;
+        let bad = self.not_constant(&typed);
+        let good = bad.is_none();
+        diagnostics.extend(bad);
+        good.then_some(typed)
     }
 
     /// Types a value that may name parameters only.
     pub fn typed(&mut self, value: &Value, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
-        let mut scope = ParamsOnly { params: &self.params, used: &mut self.used };
+        let mut scope = ParamsOnly(self.params);
         Lowering { graph: self.graph, scope: &mut scope, diagnostics }.value(value).ok()
     }
 
@@ -127,7 +168,10 @@ impl Constants<'_> {
                     );
                 }
                 Some(x) if !x.is_finite() => {
-                    return Some(Diagnostic::error("HQ0309", typed.span, "this value is not a finite number"));
+                    return Some(
+                        Diagnostic::error("HQ0309", typed.span, "this value is not a finite number")
+                            .help("look for a division by zero, or for factors that are far too large"),
+                    );
                 }
                 Some(_) => {}
             }
@@ -151,7 +195,7 @@ impl Constants<'_> {
             ));
             return None;
         }
-        if let Some(d) = self.fits(&typed, wanted, "the value needed here") {
+        if let Some(d) = self.fits(&typed, wanted, "") {
             let error = d.severity == dsl::Severity::Error;
             diagnostics.push(d);
             if error {
@@ -181,56 +225,73 @@ impl Constants<'_> {
         self.numbers(value, Kind::Vector, wanted, diagnostics).map(|v| [v[0], v[1], v[2]])
     }
 
-    /// The position of a joint whose unit is not known yet.
-    pub fn joint_value(&mut self, value: &Value, diagnostics: &mut Vec<Diagnostic>) -> Option<f64> {
-        let typed = self.typed(value, diagnostics)?;
-        if !ANGLE.accepts(typed.dimension) && typed.dimension != LENGTH || typed.kind != Kind::Scalar {
-            diagnostics.push(Diagnostic::error(
-                "HQ0301",
-                value.span,
-                format!("a joint's position is an angle or a length, and this is {}", typed.dimension.describe()),
-            ));
-            return None;
-        }
-        if let Some(bad) = self.not_constant(&typed) {
-            diagnostics.push(bad);
-            return None;
-        }
-        self.graph.constant(typed.nodes[0])
-    }
-
-    /// Constant positions for some joints: one number for all, or a list with one each, with or without a unit behind it.
+    /// Constant positions for some joints, each with the place that it was written at: one number for all, or a list
+    /// with one each, with or without a unit behind it.
     pub fn per_joint(
         &mut self,
         value: &Value,
         dofs: &[usize],
         model: &Model,
         diagnostics: &mut Vec<Diagnostic>,
-    ) -> Option<Vec<f64>> {
-        let (items, unit) = match &value.kind {
-            ValueKind::Unit(inner, unit) if matches!(inner.kind, ValueKind::List(_)) => (items_of(inner), Some(unit)),
-            ValueKind::List(_) => (items_of(value), None),
-            _ => {
-                return dofs.iter().map(|&d| self.scalar(value, joint_dimension(model, d), diagnostics)).collect();
-            }
+    ) -> Option<Vec<(f64, Span)>> {
+        let before = diagnostics.len();
+        let Some(items) = joint_items(value, dofs.len(), diagnostics)? else {
+            let all =
+                dofs.iter().map(|&d| Some((self.scalar(value, joint_dimension(model, d), diagnostics)?, value.span)));
+            return all.collect();
         };
-        if items.len() != dofs.len() {
-            diagnostics.push(
-                Diagnostic::error("HQ0310", value.span, format!("{} joints, and {} values", dofs.len(), items.len()))
-                    .help("give one value for each joint, or a single one for all"),
-            );
-            return None;
-        }
-        let mut out = Vec::new();
-        for (item, &dof) in items.iter().zip(dofs) {
-            let with_unit = match unit {
-                Some(u) => Value { kind: ValueKind::Unit(Box::new(item.clone()), u.clone()), span: item.span },
-                None => item.clone(),
-            };
-            out.push(self.scalar(&with_unit, joint_dimension(model, dof), diagnostics)?);
-        }
-        Some(out)
+        let all: Vec<Option<(f64, Span)>> = items
+            .iter()
+            .zip(dofs)
+            .map(|(item, &d)| Some((self.scalar(item, joint_dimension(model, d), diagnostics)?, item.span)))
+            .collect();
+        merge_bare(diagnostics, before, value.span);
+        all.into_iter().collect()
     }
+}
+
+/// The items of a list with one value for each joint, a unit behind the list given to each of them; `Some(None)` where
+/// one value stands for all, `None` where the list has another length.
+pub fn joint_items(value: &Value, joints: usize, diagnostics: &mut Vec<Diagnostic>) -> Option<Option<Vec<Value>>> {
+    let Some(items) = with_units(value) else { return Some(None) };
+    if items.len() != joints {
+        diagnostics.push(
+            Diagnostic::error("HQ0310", value.span, format!("{joints} joints, and {} values", items.len()))
+                .here(format!("{} values", items.len()))
+                .help("give one value for each joint, or a single one for all"),
+        );
+        return None;
+    }
+    Some(Some(items))
+}
+
+/// The items of a list, each with the unit that stands behind the list. `None` for what is no list.
+pub fn with_units(value: &Value) -> Option<Vec<Value>> {
+    match &value.kind {
+        ValueKind::List(items) => Some(items.clone()),
+        ValueKind::Unit(inner, unit) => match &inner.kind {
+            ValueKind::List(items) => {
+                let one = |i: &Value| Value { kind: ValueKind::Unit(Box::new(i.clone()), unit.clone()), span: i.span };
+                Some(items.iter().map(one).collect())
+            }
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// Whether a value from the command line may stand in the place of a parameter's own.
+fn replaces(graph: &Graph, new: &Typed, own: &Typed, name: &Spanned<String>) -> Option<Diagnostic> {
+    let what = format!("`{}`", name.value);
+    let d = if new.kind != own.kind {
+        let text = format!("{what} is {}, and this is {}", own.kind.describe(), new.kind.describe());
+        Some(Diagnostic::error("HQ0304", new.span, text))
+    } else if own.bare {
+        None
+    } else {
+        fits(graph, new, own.dimension, &what)
+    };
+    d.map(|d| d.label(name.span, "declared here"))
 }
 
 /// See [`Constants::fits`].
@@ -240,11 +301,42 @@ pub fn fits(graph: &Graph, typed: &Typed, wanted: Dimension, what: &str) -> Opti
         return None;
     }
     if typed.bare {
-        let angular = wanted.rad != 0;
-        return angular.then(|| {
-            Diagnostic::warning("HQ0305", typed.span, "a bare number is read as radians here")
-                .help(format!("write `{wanted}`, or `deg`, behind it").replace("`1/", "`/"))
-        });
+        return (wanted.rad != 0).then(|| bare_angle(graph, typed, wanted));
     }
     if wanted.accepts(typed.dimension) { None } else { Some(wrong_dimension(typed, wanted, what)) }
+}
+
+/// The warning for a bare number that is read as an angle; a stronger one where it is more than a turn.
+pub fn bare_angle(graph: &Graph, typed: &Typed, wanted: Dimension) -> Diagnostic {
+    let unit = units::written(wanted);
+    let degrees = unit.replacen("rad", "deg", 1);
+    let largest = typed.nodes.iter().filter_map(|&n| graph.constant(n)).fold(0.0_f64, |a, x| a.max(x.abs()));
+    let turns = largest / (2.0 * std::f64::consts::PI);
+    if turns > 1.0 {
+        Diagnostic::warning("HQ0305", typed.span, format!("without a unit this is read as {largest} {unit}"))
+            .here(format!("{turns:.1} turns{}", unit.trim_start_matches("rad")))
+            .note("angles without a unit are radians, and this one looks like degrees")
+            .help(format!("write `{degrees}` behind it, or `{unit}` if it is meant"))
+    } else {
+        Diagnostic::warning("HQ0305", typed.span, format!("without a unit this is read as `{unit}`"))
+            .help(format!("write `{unit}` behind it, or `{degrees}` if degrees are meant"))
+    }
+}
+
+/// Several bare angles in one list or call are one slip: the warnings since `from` become one for the whole of it.
+pub fn merge_bare(diagnostics: &mut Vec<Diagnostic>, from: usize, span: Span) {
+    let mut bare: Vec<Diagnostic> = diagnostics.extract_if(from.., |d| d.code == "HQ0305").collect();
+    let most = bare.iter().position(|d| !d.notes.is_empty()).unwrap_or(0);
+    if bare.len() > 1 {
+        let mut one = bare.swap_remove(most);
+        one.primary.span = span;
+        one.message = one.message.replace("without a unit this is", "without a unit these numbers are");
+        if let Some((start, rest)) = one.message.split_once("read as ").filter(|_| !one.notes.is_empty()) {
+            one.message = format!("{start}read as radians, one of them as {rest}");
+        }
+        one.help = one.help.map(|h| h.replace("behind it", "behind them"));
+        diagnostics.push(one);
+    } else {
+        diagnostics.append(&mut bare);
+    }
 }

@@ -8,10 +8,12 @@ mod checks;
 pub mod codes;
 mod constants;
 pub mod expr;
+mod forms;
 mod lowering;
 pub mod names;
 pub mod report;
 mod robot_binding;
+mod spelling;
 pub mod units;
 
 pub use lowering::{Compiled, Input, compile};

@@ -1,14 +1,22 @@
 //! "Did you mean": the nearest of the names that could have been written.
 
-/// The candidate nearest to `word`, if near enough to be a slip of the finger.
+/// The candidate nearest to `word`, if near enough to be a slip of the finger. Of several that are equally near, the
+/// one whose letters differ least: `joint_9` gives `joint_7` where there are seven.
 pub fn suggest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = word.to_lowercase();
     candidates
         .into_iter()
-        .map(|c| (strsim::damerau_levenshtein(&lower, &c.to_lowercase()), c))
-        .filter(|(distance, c)| *distance <= 1 + c.chars().count().min(word.chars().count()) / 4)
+        .map(|c| (strsim::damerau_levenshtein(&lower, &c.to_lowercase()), letters_apart(&lower, c), c))
+        .filter(|(distance, _, c)| {
+            let length = c.chars().count().min(word.chars().count());
+            *distance <= 1 + length / 4 && *distance < length
+        })
         .min()
-        .map(|(_, c)| c)
+        .map(|(_, _, c)| c)
+}
+
+fn letters_apart(a: &str, b: &str) -> u32 {
+    a.chars().zip(b.chars()).map(|(x, y)| (x as u32).abs_diff(y as u32)).fold(0, u32::saturating_add)
 }
 
 /// A list in words: `a`, `b` and `c`; at most `most` of them.
@@ -21,5 +29,28 @@ pub fn list<'a>(names: impl IntoIterator<Item = &'a str>, most: usize) -> String
         (_, 0) if shown.len() == 1 => shown[0].clone(),
         (_, 0) => format!("{} and {}", shown[..shown.len() - 1].join(", "), shown[shown.len() - 1]),
         (_, n) => format!("{} and {n} more", shown.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn near_names() {
+        let joints = ["joint_1", "joint_2", "joint_7"];
+        assert_eq!(suggest("joint_9", joints), Some("joint_7"));
+        assert_eq!(suggest("jiont_2", joints), Some("joint_2"));
+        assert_eq!(suggest("elbow", joints), None);
+        assert_eq!(suggest("x", ["t", "pi"]), None);
+        assert_eq!(suggest("T", ["t", "pi"]), Some("t"));
+    }
+
+    #[test]
+    fn lists() {
+        assert_eq!(list([], 3), "none");
+        assert_eq!(list(["a"], 3), "`a`");
+        assert_eq!(list(["a", "b", "c"], 3), "`a`, `b` and `c`");
+        assert_eq!(list(["a", "b", "c"], 2), "`a`, `b` and 1 more");
     }
 }

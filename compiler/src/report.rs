@@ -1,6 +1,6 @@
 //! All diagnostics of a compilation, as text for people and as JSON for programs.
 
-use dsl::{Diagnostic, Severity, Sources, Span};
+use dsl::{Diagnostic, Label, Severity, Sources, Span};
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource, Report as Miette};
 use serde_json::{Value as Json, json};
 
@@ -49,24 +49,73 @@ impl Report {
         out
     }
 
+    /// What and where, then the places in other files, then why, then what to do.
     fn render_one(&self, d: &Diagnostic, style: Style, width: usize) -> String {
         let theme = match style {
             Style::Terminal => GraphicalTheme::unicode(),
             Style::Plain => GraphicalTheme::unicode_nocolor(),
         };
+        let head = theme.styles.help;
         let handler = GraphicalReportHandler::new_themed(theme).with_width(width).with_links(false);
-        let mut out = String::new();
-        let shown = miette_of(d, &self.sources);
-        // Writing to a String does not fail.
-        let _ = handler.render_report(&mut out, shown.as_ref());
-        let other: Vec<&dsl::Label> = d.labels.iter().filter(|l| l.span.source != d.primary.span.source).collect();
-        for label in other {
-            let (line, column) = self.sources.line_column(label.span.source, label.span.start);
-            let name = self.sources.get(label.span.source).map_or("?", |s| s.name.as_str());
-            out.push_str(&format!("   see {name}:{line}:{column}: {}\n", label.text));
+        let severity = match d.severity {
+            Severity::Error => miette::Severity::Error,
+            Severity::Warning => miette::Severity::Warning,
+        };
+        let here: Vec<&Label> = d.labels.iter().filter(|l| l.span.source == d.primary.span.source).collect();
+        let mut out = self.snippet(&handler, Some(d.code), severity, &d.message, &d.primary, &here);
+        for l in d.labels.iter().filter(|l| l.span.source != d.primary.span.source) {
+            let place = Label { span: l.span, text: String::new() };
+            out.push_str(&self.snippet(&handler, None, miette::Severity::Advice, &l.text, &place, &[]));
         }
-        for note in &d.notes {
-            out.push_str(&format!("  why: {note}\n"));
+        let notes = d.notes.iter().map(|n| ("note", n)).chain(d.help.iter().map(|h| ("help", h)));
+        for (word, text) in notes {
+            let first = format!("  {}: ", head.style(word));
+            let lines = wrapped(text, width.saturating_sub(word.len() + 4));
+            out.push_str(&first);
+            out.push_str(&lines.join(&format!("\n{}", " ".repeat(word.len() + 4))));
+            out.push('\n');
+        }
+        out
+    }
+
+    /// A message over the text that it speaks of.
+    fn snippet(
+        &self,
+        handler: &GraphicalReportHandler,
+        code: Option<&str>,
+        severity: miette::Severity,
+        message: &str,
+        primary: &Label,
+        others: &[&Label],
+    ) -> String {
+        let source = self.sources.get(primary.span.source);
+        let length = source.map_or(0, |s| s.text.len());
+        let label = |l: &Label, new: fn(Option<String>, std::ops::Range<usize>) -> LabeledSpan| {
+            let start = (l.span.start as usize).min(length);
+            let text = (!l.text.is_empty()).then(|| l.text.clone());
+            new(text, start..(l.span.end as usize).clamp(start, length))
+        };
+        // Parts that are labelled show the whole already; an underline without words would only run through them.
+        let parts = |l: &&Label| primary.span.start <= l.span.start && l.span.end <= primary.span.end;
+        let bare = primary.text.is_empty() && others.iter().any(parts);
+        let labels = (!bare)
+            .then(|| label(primary, LabeledSpan::new_primary_with_span))
+            .into_iter()
+            .chain(others.iter().map(|l| label(l, LabeledSpan::new_with_span)));
+        let mut shown = MietteDiagnostic::new(message).with_labels(labels).with_severity(severity);
+        if let Some(code) = code {
+            shown = shown.with_code(code);
+        }
+        let mut report = Miette::new(shown);
+        if let Some(s) = source {
+            report = report.with_source_code(NamedSource::new(s.name.clone(), s.text.clone()));
+        }
+        let mut out = String::new();
+        if handler.render_report(&mut out, report.as_ref()).is_err() {
+            // A span that the renderer cannot show, such as one in an empty text, still has a place.
+            let (line, column) = self.sources.line_column(primary.span.source, primary.span.start);
+            let name = source.map_or("?", |s| s.name.as_str());
+            out = format!("{}\n\n  {message}\n   {name}:{line}:{column}\n", code.unwrap_or(""));
         }
         out
     }
@@ -110,31 +159,21 @@ fn severity(s: Severity) -> &'static str {
     }
 }
 
-fn miette_of(d: &Diagnostic, sources: &Sources) -> Miette {
-    let range = |span: Span| {
-        let length = sources.get(span.source).map_or(0, |s| s.text.len());
-        let start = (span.start as usize).min(length);
-        start..(span.end as usize).clamp(start, length)
-    };
-    let primary = LabeledSpan::new_primary_with_span(
-        (!d.primary.text.is_empty()).then(|| d.primary.text.clone()),
-        range(d.primary.span),
-    );
-    let others = d.labels.iter().filter(|l| l.span.source == d.primary.span.source);
-    let labels =
-        std::iter::once(primary).chain(others.map(|l| LabeledSpan::new_with_span(Some(l.text.clone()), range(l.span))));
-    let mut shown = MietteDiagnostic::new(d.message.clone()).with_code(d.code).with_labels(labels).with_severity(
-        match d.severity {
-            Severity::Error => miette::Severity::Error,
-            Severity::Warning => miette::Severity::Warning,
-        },
-    );
-    if let Some(help) = &d.help {
-        shown = shown.with_help(help.clone());
+/// Lines of at most `width` characters, broken between words; line breaks of the text stay.
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for paragraph in text.lines() {
+        let mut line = String::new();
+        for word in paragraph.split(' ') {
+            if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > width {
+                lines.push(std::mem::take(&mut line));
+            }
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line.push_str(word);
+        }
+        lines.push(line);
     }
-    let report = Miette::new(shown);
-    match sources.get(d.primary.span.source) {
-        Some(s) => report.with_source_code(NamedSource::new(s.name.clone(), s.text.clone())),
-        None => report,
-    }
+    lines
 }

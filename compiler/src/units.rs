@@ -62,9 +62,14 @@ pub fn meaning(unit: &Unit) -> Result<(f64, Dimension), UnitError> {
     if factor.is_finite() && factor > 0.0 { Ok((factor, dimension)) } else { Err(UnitError::TooLarge) }
 }
 
-/// Unit symbols of a dimension, for suggestions: `m`, `cm`, `mm`.
-pub fn symbols_of(dimension: Dimension) -> Vec<&'static str> {
-    UNITS.iter().filter(|u| u.2 == dimension).map(|u| u.0).collect()
+/// The SI unit of a dimension as one writes it behind a number: `m`, `/s`, `rad/s`, `N`; empty for a bare number.
+pub fn written(dimension: Dimension) -> String {
+    let named = UNITS.iter().find(|u| u.2 == dimension && u.1 == 1.0 && u.0 != "Hz");
+    match named {
+        Some((symbol, ..)) => (*symbol).to_string(),
+        None if dimension == NONE => String::new(),
+        None => dimension.to_string().trim_start_matches('1').to_string(),
+    }
 }
 
 /// All symbols.

@@ -5,7 +5,8 @@
 mod common;
 
 use common::{annotated, cases};
-use dsl::Spelling;
+use dsl::{Severity, Spelling};
+use hierarq_compiler::codes;
 use std::collections::BTreeSet;
 
 const FILES: &[(&str, &str, Spelling)] = &[
@@ -33,11 +34,35 @@ fn outcome(text: &str, spelling: Spelling) -> (String, BTreeSet<&'static str>, V
     (out, codes, wrong)
 }
 
+/// A mistake that the reader can do nothing about is none: errors say what to do.
+#[test]
+fn errors_help() {
+    let mut without = BTreeSet::new();
+    for (_, text, spelling) in FILES {
+        for case in cases(text, *spelling) {
+            for d in case.compile().report.diagnostics {
+                if d.severity == Severity::Error && d.help.is_none() && d.code != "HQ0402" && d.code >= "HQ02" {
+                    without.insert(format!("{}: {}", d.code, d.message));
+                }
+            }
+        }
+    }
+    assert!(without.is_empty(), "{without:#?}");
+}
+
+#[test]
+fn every_code_has_a_case() {
+    let seen: BTreeSet<&str> = FILES.iter().flat_map(|(_, text, spelling)| outcome(text, *spelling).1).collect();
+    // HQ0607 is about files that are not compiled programs; the command line reports it.
+    let unseen: Vec<&str> = codes::CODES.iter().map(|c| c.0).filter(|c| *c != "HQ0607" && !seen.contains(c)).collect();
+    assert!(unseen.is_empty(), "no case for {unseen:?}");
+}
+
 fn check(name: &str) {
     let (_, text, spelling) = FILES.iter().find(|f| f.0 == name).expect("a file of cases");
     let (out, codes, wrong) = outcome(text, *spelling);
     for code in codes {
-        assert!(hierarq_compiler::codes::explain(code).is_some(), "{code} has no page");
+        assert!(codes::explain(code).is_some(), "{code} has no page");
     }
     insta::assert_snapshot!(name, out);
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

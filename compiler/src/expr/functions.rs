@@ -7,14 +7,19 @@ use super::ops::{self, additive, cross, dot, quaternion_product, turn};
 use super::{Graph, Kind, Typed};
 use dsl::Span;
 
-/// What a function takes, for messages.
-pub(super) struct Function {
+/// A function of the language, for messages.
+#[derive(Debug)]
+pub struct Function {
+    /// Its name.
     pub name: &'static str,
+    /// How a call looks.
     pub form: &'static str,
+    /// How many arguments it takes.
     pub arity: std::ops::RangeInclusive<usize>,
 }
 
-pub(super) static FUNCTIONS: &[Function] = &[
+/// All of them.
+pub static FUNCTIONS: &[Function] = &[
     Function { name: "sin", form: "sin(angle)", arity: 1..=1 },
     Function { name: "cos", form: "cos(angle)", arity: 1..=1 },
     Function { name: "tan", form: "tan(angle)", arity: 1..=1 },
@@ -34,6 +39,11 @@ pub(super) static FUNCTIONS: &[Function] = &[
     Function { name: "axis_angle", form: "axis_angle(vector, angle)", arity: 2..=2 },
     Function { name: "quaternion", form: "quaternion(w, x, y, z)", arity: 4..=4 },
 ];
+
+/// True where argument `index` of a function is an angle.
+pub(super) fn is_angle(name: &str, index: usize) -> bool {
+    matches!((name, index), ("sin" | "cos" | "tan" | "rpy", _) | ("axis_angle", 1))
+}
 
 /// Why a call has no meaning.
 pub(super) enum CallError {

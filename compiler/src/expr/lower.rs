@@ -6,9 +6,11 @@ use runtime::program::Op;
 use stdlib_tasks::dimension::{ANGLE, Dimension, NONE, TIME};
 
 use super::functions::{self, CallError, FUNCTIONS};
+use super::helps::{count, help_for_kinds, help_for_sum};
 use super::ops::{self, Mismatch};
 use super::{Graph, Kind, Typed};
 use crate::codes;
+use crate::constants::{bare_angle, merge_bare};
 use crate::names::suggest;
 use crate::units;
 
@@ -21,10 +23,21 @@ pub struct Symbol {
     pub declared: Span,
 }
 
+/// What a name means.
+#[derive(Clone, Debug)]
+pub enum Meaning {
+    /// A value.
+    Value(Symbol),
+    /// A declaration that was wrong, and reported; who uses it stays silent.
+    Failed,
+    /// Nothing.
+    Unknown,
+}
+
 /// What names mean where an expression stands.
 pub trait Scope {
-    /// The value of a name that is not built in.
-    fn name(&mut self, name: &str) -> Option<Symbol>;
+    /// What a name means that is not built in.
+    fn name(&mut self, name: &str) -> Meaning;
     /// Names that could have been meant.
     fn names(&self) -> Vec<String>;
     /// The value that `initial(ARGUMENT)` captures. `Err` holds the diagnostic.
@@ -84,16 +97,15 @@ impl Lowering<'_> {
             ValueKind::Name(name) => self.name(name, span),
             ValueKind::Call(function, args) => self.call(function, args, span),
             ValueKind::Field(..) => self.fail(
-                Diagnostic::error("HQ0201", span, "nothing of this name has a value here")
-                    .note("frames and the values of tasks may stand in expressions only inside `initial(..)`")
+                Diagnostic::error("HQ0201", span, "a frame or the value of a task stands only inside `initial(..)`")
+                    .note("what the robot does now may not stand in an expression yet, only what it did at the start")
                     .help("write `initial(..)` around it for its value at the moment the stack becomes active"),
             ),
             ValueKind::List(items) => self.list(items, span),
-            ValueKind::Block(_) => self.fail(Diagnostic::error(
-                "HQ0304",
-                span,
-                "these are named values in braces, and a number is needed here",
-            )),
+            ValueKind::Block(_) => self.fail(
+                Diagnostic::error("HQ0304", span, "these are named values in braces, and a number is needed here")
+                    .help("write a number, or `[x, y, z]` for a vector"),
+            ),
             ValueKind::Negate(inner) => {
                 let a = self.value(inner)?;
                 if a.kind == Kind::Rotation {
@@ -140,8 +152,10 @@ impl Lowering<'_> {
             "time" => return Ok(scalar(self.graph.push(Op::Time), TIME)),
             _ => {}
         }
-        if let Some(symbol) = self.scope.name(name) {
-            return Ok(Typed { span, ..symbol.value });
+        match self.scope.name(name) {
+            Meaning::Value(symbol) => return Ok(Typed { span, ..symbol.value }),
+            Meaning::Failed => return Err(Failed),
+            Meaning::Unknown => {}
         }
         let mut known = self.scope.names();
         known.extend(["pi", "t", "time"].map(String::from));
@@ -150,6 +164,10 @@ impl Lowering<'_> {
             d = d.help(format!("did you mean `{near}`?"));
         } else if FUNCTIONS.iter().any(|f| f.name == name) {
             d = d.help(format!("`{name}` is a function: write `{name}(..)`"));
+        } else if units::symbols().any(|u| u == name) {
+            d = d
+                .note("a unit stands behind a number or a bracket")
+                .help(format!("for the unit write `1 {name}` or `1 /{name}`; for a value declare `param {name} = ..`"));
         } else {
             d = d.help("declare it with `param NAME = VALUE`, or use `t`, `time`, `pi`");
         }
@@ -179,7 +197,12 @@ impl Lowering<'_> {
         for x in &typed[1..] {
             match ops::joined(self.graph, &sum, x) {
                 Some(dimension) => sum.dimension = if ops::is_zero(self.graph, &sum) { x.dimension } else { dimension },
-                None => return self.fail(codes::different(&sum, x, "the parts of a vector have one unit", span)),
+                None => {
+                    return self.fail(
+                        codes::different(&sum, x, "the parts of a vector have one unit", span)
+                            .help("give all three the same unit"),
+                    );
+                }
             }
             if !ops::is_zero(self.graph, x) {
                 sum.nodes = x.nodes.clone();
@@ -222,11 +245,22 @@ impl Lowering<'_> {
         let typed: Vec<Result<Typed, Failed>> = args.iter().map(|a| self.value(a)).collect();
         if !known.arity.contains(&args.len()) {
             return self.fail(
-                Diagnostic::error("HQ0310", span, format!("`{}` does not take {} arguments", known.name, args.len()))
-                    .help(format!("write `{}`", known.form)),
+                Diagnostic::error(
+                    "HQ0310",
+                    span,
+                    format!("`{}` takes {}, and this call has {}", known.name, count(&known.arity), args.len()),
+                )
+                .help(format!("write `{}`", known.form)),
             );
         }
         let typed: Vec<Typed> = typed.into_iter().collect::<Result<_, _>>()?;
+        let before = self.diagnostics.len();
+        for a in typed.iter().enumerate().filter(|(i, _)| functions::is_angle(known.name, *i)).map(|(_, a)| a) {
+            if a.kind == Kind::Scalar && a.bare && !ops::is_zero(self.graph, a) {
+                self.diagnostics.push(bare_angle(self.graph, a, ANGLE));
+            }
+        }
+        merge_bare(self.diagnostics, before, span);
         let error = match functions::call(self.graph, known.name, &typed, span) {
             Ok(x) => return Ok(x),
             Err(e) => e,
@@ -252,20 +286,35 @@ impl Lowering<'_> {
                 &typed[second],
                 &format!("the arguments of `{}` have one unit", known.name),
                 span,
-            ),
-            CallError::Undefined(text) => Diagnostic::error("HQ0309", span, text),
+            )
+            .help("bring them to one unit"),
+            CallError::Undefined(text) => {
+                Diagnostic::error("HQ0309", span, text).help(format!("`{}`: change what it is given", known.form))
+            }
         };
         self.fail(d)
     }
 
     fn binary(&mut self, op: &Spanned<BinaryOp>, a: &Typed, b: &Typed, span: Span) -> Result<Typed, Failed> {
+        if matches!(op.value, BinaryOp::Add | BinaryOp::Sub) {
+            for (x, other) in [(a, b), (b, a)] {
+                let angle = other.kind == Kind::Scalar && other.dimension.is_number() && other.dimension != NONE;
+                if x.kind == Kind::Scalar && x.bare && angle && !ops::is_zero(self.graph, x) {
+                    self.diagnostics.push(bare_angle(self.graph, x, other.dimension));
+                }
+            }
+        }
         let result = match op.value {
             BinaryOp::Add => ops::additive(self.graph, a, b, Op::Add, span),
             BinaryOp::Sub => ops::additive(self.graph, a, b, Op::Sub, span),
             BinaryOp::Mul => ops::multiply(self.graph, a, b, span),
             BinaryOp::Div => {
                 if b.kind == Kind::Scalar && self.graph.constant(b.nodes[0]) == Some(0.0) {
-                    return self.fail(Diagnostic::error("HQ0309", b.span, "this divides by zero").here("zero"));
+                    return self.fail(
+                        Diagnostic::error("HQ0309", b.span, "this divides by zero")
+                            .here("zero")
+                            .help("change the divisor"),
+                    );
                 }
                 ops::divide(self.graph, a, b, span)
             }
@@ -290,7 +339,8 @@ impl Lowering<'_> {
                     format!("cannot {verb} {} and {}", a.kind.describe(), b.kind.describe()),
                 )
                 .label(a.span, a.kind.describe())
-                .label(b.span, b.kind.describe()),
+                .label(b.span, b.kind.describe())
+                .help(help_for_kinds(op.value, a.kind, b.kind)),
             ),
             Err(Mismatch::TooLarge) => self.fail(codes::unit_error(&units::UnitError::TooLarge, span)),
         }
@@ -298,6 +348,11 @@ impl Lowering<'_> {
 
     fn power(&mut self, a: &Typed, b: &Typed, span: Span) -> Result<Typed, Failed> {
         let exponent = self.graph.constant(b.nodes[0]).filter(|_| b.kind == Kind::Scalar && b.dimension == NONE);
+        if b.kind == Kind::Scalar && b.dimension != NONE {
+            let d = Diagnostic::error("HQ0304", b.span, "an exponent has no unit").here(b.dimension.describe());
+            return self
+                .fail(d.help("a unit behind an exponent is the exponent's: put the power in brackets, `(2^3) m`"));
+        }
         let (Kind::Scalar, Some(exponent)) = (a.kind, exponent) else {
             return self.fail(
                 Diagnostic::error("HQ0304", span, "`^` raises a number to a constant whole number")
@@ -320,19 +375,5 @@ impl Lowering<'_> {
         };
         let node = self.graph.push(Op::Powi(a.nodes[0], n));
         Ok(Typed { kind: Kind::Scalar, dimension, nodes: vec![node], bare: a.bare, span })
-    }
-}
-
-fn help_for_sum(a: &Typed, b: &Typed) -> String {
-    let (bare, other) = if a.dimension == NONE { (a, b) } else { (b, a) };
-    if bare.dimension == NONE && bare.bare {
-        format!(
-            "give the bare number a unit, such as `{}`",
-            units::symbols_of(other.dimension).first().copied().unwrap_or("m")
-        )
-    } else if a.dimension == ANGLE || b.dimension == ANGLE {
-        "an angle times a radius is a length".to_string()
-    } else {
-        "check the units of both".to_string()
     }
 }

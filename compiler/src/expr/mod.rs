@@ -2,11 +2,13 @@
 
 mod functions;
 mod graph;
+mod helps;
 mod lower;
 mod ops;
 
+pub use functions::{FUNCTIONS, Function};
 pub use graph::Graph;
-pub use lower::{Lowering, Scope, Symbol};
+pub use lower::{Lowering, Meaning, Scope, Symbol};
 
 use dsl::Span;
 use stdlib_tasks::dimension::Dimension;

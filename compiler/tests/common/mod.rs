@@ -89,6 +89,8 @@ fn whole(body: &str, spelling: Spelling, robot: bool, stack: bool) -> String {
                 body.lines().skip_while(|l| !l.starts_with("tasks:")).skip(1).take_while(|l| l.starts_with(' '));
             inside.filter(|l| !l.starts_with("   ")).filter_map(|l| l.trim().split(':').next()).collect()
         };
+        let tasks: Vec<&str> =
+            tasks.iter().enumerate().filter(|(i, t)| !tasks[..*i].contains(t)).map(|(_, t)| *t).collect();
         let tasks = if tasks.is_empty() { vec!["joint_velocity_limits"] } else { tasks };
         text.push_str(&if hq {
             format!("stack all {{ level all {{ {} }} }}\n", tasks.join("  "))
@@ -118,7 +120,14 @@ impl Case {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(self.title.replace(' ', "_"));
         std::fs::create_dir_all(&folder).expect("a folder");
         for (name, text) in &self.files {
-            std::fs::write(folder.join(name), text).expect("a file");
+            let path = folder.join(name);
+            // Tests that run side by side compile the same case: a file is never seen half written.
+            if std::fs::read_to_string(&path).is_ok_and(|old| old == *text) {
+                continue;
+            }
+            let part = folder.join(format!("{name}.{:?}", std::thread::current().id()));
+            std::fs::write(&part, text).expect("a file");
+            std::fs::rename(&part, &path).expect("a file");
         }
         compile_text(&self.text, self.spelling, &folder, &self.set)
     }

@@ -32,11 +32,11 @@ pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
 
 /// True for something that is missing only because the lines behind it could not be read.
 fn follows_from(diagnostic: &Diagnostic, text: &str, left_out: &[std::ops::Range<usize>]) -> bool {
-    let at = diagnostic.primary.span.range().start;
-    let line_end = text[at..].find('\n').map_or(text.len(), |n| at + n);
-    let alone =
-        text[diagnostic.primary.span.range().end.min(line_end)..line_end].trim().trim_end_matches(':').is_empty();
-    let line = text[..at].rfind('\n').map_or(0, |n| n + 1);
+    let (at, end) = (diagnostic.primary.span.range().start, diagnostic.primary.span.range().end);
+    let (Some(before), Some(behind)) = (text.get(..at), text.get(at..)) else { return false };
+    let line_end = behind.find('\n').map_or(text.len(), |n| at + n);
+    let alone = text.get(end.min(line_end)..line_end).is_some_and(|t| t.trim().trim_end_matches(':').is_empty());
+    let line = before.rfind('\n').map_or(0, |n| n + 1);
     let indent = |start: usize| text[start..].len() - text[start..].trim_start_matches([' ', '\t']).len();
     matches!(diagnostic.code, "HQ0101" | "HQ0107" | "HQ0116" | "HQ0117")
         && left_out.iter().any(|gone| {

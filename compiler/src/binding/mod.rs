@@ -1,0 +1,308 @@
+//! Task parameters: what a spec says of them, bound to numbers, indices and places in the table of values.
+
+mod parts;
+mod per;
+mod scope;
+mod table;
+mod value;
+
+use std::collections::BTreeMap;
+
+use dsl::tree::{Block, Entry, TaskDefinition, Value, ValueKind};
+use dsl::{Diagnostic, Span, Spanned, Spelling};
+use robot::LinkId;
+use stdlib_tasks::bound::{Bound, BoundParams, Slot};
+use stdlib_tasks::dimension::{Dimension, NONE, RATE};
+use stdlib_tasks::params::{ParamInfo, ParamType, Presence};
+use stdlib_tasks::task::TaskKind;
+
+use crate::constants::Params;
+use crate::expr::{Graph, Kind};
+use crate::forms::{block_of, items_of, text_of, unknown_key};
+use crate::names::{list, suggest};
+use crate::robot_binding::{BoundRobot, joints};
+
+pub use table::Table;
+
+/// What binding needs to know.
+pub struct Binder<'a> {
+    /// The robot.
+    pub robot: &'a BoundRobot,
+    /// Declared parameters.
+    pub params: &'a mut Params,
+    /// The graph of the program.
+    pub graph: &'a mut Graph,
+    /// The table of values.
+    pub table: &'a mut Table,
+    /// Texts, for defaults.
+    pub sources: &'a mut dsl::Sources,
+    /// The numbers of the task that is bound now.
+    pub numbers: Vec<Number>,
+    /// Where mistakes go.
+    pub diagnostics: &'a mut Vec<Diagnostic>,
+}
+
+/// A bound task, and where each of its parameters was written.
+pub struct BoundTask {
+    /// The type.
+    pub kind: &'static TaskKind,
+    /// Parameters.
+    pub params: BoundParams,
+    /// Where each was written, by name; those left to their default are absent.
+    pub spans: BTreeMap<String, Span>,
+    /// Every number among them, also those inside groups.
+    pub numbers: Vec<Number>,
+    /// The type's name in the spec.
+    pub span: Span,
+}
+
+/// A number of a task: its place in the table of values, and where it was written.
+#[derive(Clone, Copy, Debug)]
+pub struct Number {
+    /// Its place.
+    pub slot: Slot,
+    /// Its dimension.
+    pub dimension: Dimension,
+    /// Where it was written; inside a text of its own for a default.
+    pub span: Span,
+}
+
+/// The task that a parameter belongs to.
+#[derive(Clone, Copy)]
+struct Owner<'p> {
+    /// Its type.
+    kind: &'static TaskKind,
+    /// Its index in the program.
+    task: usize,
+    /// The groups that the parameter stands in, `left.` for example.
+    prefix: &'p str,
+}
+
+impl Binder<'_> {
+    /// Binds a task. `None` where the type is unknown or a parameter is wrong; the diagnostics say why.
+    pub fn task(&mut self, definition: &TaskDefinition, index: usize) -> Option<BoundTask> {
+        let Some(kind) = stdlib_tasks::find(&definition.kind.value) else {
+            self.diagnostics.push(unknown_kind(&definition.kind));
+            return None;
+        };
+        self.numbers.clear();
+        let mut body = definition.body.clone();
+        self.positional(kind, definition, &mut body);
+        let mut spans = BTreeMap::new();
+        for e in &body.entries {
+            spans.entry(e.key.value.clone()).or_insert(e.value.span);
+        }
+        let what = format!("task type `{}`", kind.name);
+        let params =
+            self.group(Owner { kind, task: index, prefix: "" }, kind.params, &body, &what, definition.kind.span)?;
+        let numbers = std::mem::take(&mut self.numbers);
+        Some(BoundTask { kind, params, spans, numbers, span: definition.kind.span })
+    }
+
+    /// Turns arguments in parentheses into entries.
+    fn positional(&mut self, kind: &'static TaskKind, definition: &TaskDefinition, body: &mut Block) {
+        let names = kind.positional;
+        if names.is_empty() && !definition.args.is_empty() {
+            self.diagnostics.push(
+                Diagnostic::error(
+                    "HQ0310",
+                    definition.args[0].span,
+                    format!("`{}` takes nothing in parentheses", kind.name),
+                )
+                .help("write its parameters in braces"),
+            );
+            return;
+        }
+        let takes_list = |name: &str| {
+            let info = kind.params.iter().find(|p| p.name == name);
+            matches!(info.map(|p| p.ty), Some(ParamType::Frames | ParamType::Geometries | ParamType::Joints))
+        };
+        for (i, name) in names.iter().enumerate() {
+            let Some(first) = definition.args.get(i) else { break };
+            let value = if i + 1 == names.len() && takes_list(name) {
+                let span = first.span.to(definition.args[definition.args.len() - 1].span);
+                Value { kind: ValueKind::List(definition.args[i..].to_vec()), span }
+            } else {
+                first.clone()
+            };
+            if let Some(other) = body.get(name) {
+                self.diagnostics.push(
+                    Diagnostic::error("HQ0207", first.span, format!("`{name}` is given in parentheses and in braces"))
+                        .label(other.key.span, "here too")
+                        .help("keep one of the two"),
+                );
+                continue;
+            }
+            let key = Spanned::new((*name).to_string(), first.span);
+            body.entries.push(Entry { key, value, comments: dsl::tree::Comments::default() });
+        }
+        let last_takes_all = names.last().is_some_and(|n| takes_list(n));
+        if definition.args.len() > names.len() && !last_takes_all {
+            let extra = &definition.args[names.len()];
+            let text = format!("`{}` takes only {} in parentheses", kind.name, list(names.iter().copied(), 4));
+            self.diagnostics
+                .push(Diagnostic::error("HQ0310", extra.span, text).help("write the other parameters in braces"));
+        }
+    }
+
+    fn group(
+        &mut self,
+        owner: Owner,
+        infos: &'static [ParamInfo],
+        body: &Block,
+        what: &str,
+        at: Span,
+    ) -> Option<BoundParams> {
+        let keys: Vec<&str> = infos.iter().map(|p| p.name).collect();
+        let mut good = true;
+        for (i, e) in body.entries.iter().enumerate() {
+            if !keys.contains(&e.key.value.as_str()) {
+                self.diagnostics.push(unknown_key(body, i, &keys, what));
+                good = false;
+            }
+        }
+        let misspelt = !good;
+        let mut missing: Vec<(&ParamInfo, Option<String>)> = Vec::new();
+        let mut bound = BoundParams::new();
+        for info in infos {
+            let written = body.get(info.name);
+            let default = match (written, info.presence) {
+                (None, Presence::Default(text)) => Some(self.default(text)),
+                (None, Presence::Optional) => continue,
+                (None, Presence::Required) => {
+                    missing.push((info, None));
+                    continue;
+                }
+                (Some(_), _) => None,
+            };
+            let Some(value) = written.map(|e| &e.value).or(default.as_ref()) else { continue };
+            if matches!(value.kind, ValueKind::Missing) {
+                good = false;
+                continue;
+            }
+            let before = self.diagnostics.len();
+            match self.one(owner, info, value) {
+                Some(b) => {
+                    bound.insert(info.name.to_string(), b);
+                }
+                None if default.is_some() => {
+                    // The default does not fit this robot: say that it has to be written.
+                    let why = self.diagnostics.drain(before..).next().map(|d| d.message);
+                    missing.extend(why.map(|why| (info, Some(why))));
+                    good = false;
+                }
+                None => good = false,
+            }
+        }
+        if !missing.is_empty() {
+            good = false;
+            // A misspelt key explains the missing one already.
+            if !misspelt {
+                self.diagnostics.push(lacking(&missing, what, at));
+            }
+        }
+        good.then_some(bound)
+    }
+
+    fn one(&mut self, owner: Owner, info: &'static ParamInfo, value: &Value) -> Option<Bound> {
+        let what = format!("`{}`", info.name);
+        match info.ty {
+            ParamType::Scalar(q) => {
+                self.value(owner, value, (Kind::Scalar, q.dimension), Some(q), &what).map(Bound::Value)
+            }
+            ParamType::AutoScalar(q) => {
+                match text_of(value) {
+                    Some("auto") => return Some(Bound::Choice("auto".to_string())),
+                    Some(name)
+                        if !self.params.names().iter().any(|p| p == name) && !["t", "time", "pi"].contains(&name) =>
+                    {
+                        return self.wrong(value, info, &format!("{} or `auto`", q.dimension.describe()));
+                    }
+                    _ => {}
+                }
+                self.value(owner, value, (Kind::Scalar, q.dimension), Some(q), &what).map(Bound::Value)
+            }
+            ParamType::Vector(d) => self.value(owner, value, (Kind::Vector, d), None, &what).map(Bound::Value),
+            ParamType::Rotation => {
+                let slot = self.value(owner, value, (Kind::Rotation, NONE), None, &what);
+                slot.map(Bound::Value)
+            }
+            ParamType::Vectors(count, d) => self.vectors(owner, value, count, d, info),
+            ParamType::Gains(names) => self.gains(owner, value, names, info),
+            ParamType::Frame => self.frame(value, info).map(|(n, l)| Bound::Frame(n, l)),
+            ParamType::Frames => {
+                let frames: Vec<Option<(String, LinkId)>> =
+                    items_of(value).iter().map(|v| self.frame(v, info)).collect();
+                frames.into_iter().collect::<Option<Vec<_>>>().map(Bound::Frames)
+            }
+            ParamType::Arm => self.arm(value, info).map(Bound::Arm),
+            ParamType::Geometries => self.geometries(value).map(Bound::Geometries),
+            ParamType::Joints => joints(items_of(value), &self.robot.model, &self.robot.joint_groups, self.diagnostics)
+                .map(Bound::Joints),
+            ParamType::JointPositions => self.per_joint(owner, value, info, NONE),
+            ParamType::JointVelocities => self.per_joint(owner, value, info, RATE),
+            ParamType::PerArm(d) => self.per_arm(owner, value, info, d),
+            ParamType::Choice(words) => match text_of(value) {
+                Some(word) if words.contains(&word) => Some(Bound::Choice(word.to_string())),
+                other => {
+                    let d = Diagnostic::error(
+                        "HQ0304",
+                        value.span,
+                        format!("{what} is one of {}", list(words.iter().copied(), 9)),
+                    );
+                    let near = other.and_then(|o| suggest(o, words.iter().copied()));
+                    self.diagnostics.push(match near {
+                        Some(near) => d.help(format!("did you mean `{near}`?")),
+                        None => d,
+                    });
+                    None
+                }
+            },
+            ParamType::Group(infos) => {
+                let block = block_of(value, &what, self.diagnostics)?;
+                let prefix = format!("{}{}.", owner.prefix, info.name);
+                self.group(Owner { prefix: &prefix, ..owner }, infos, block, &what, value.span).map(Bound::Group)
+            }
+        }
+    }
+
+    /// The value that a default's text means. Texts are those of the task library; a test reads them all.
+    fn default(&mut self, text: &str) -> Value {
+        let whole = format!("hierarq 1\nparam x = {text}\n");
+        let source = self.sources.add("a default of the task library", whole.clone());
+        let (spec, _) = dsl::parse(source, &whole, Spelling::Hq);
+        let value = spec.items.into_iter().find_map(|i| match i.kind {
+            dsl::tree::ItemKind::Param(p) => Some(p.value),
+            _ => None,
+        });
+        value.unwrap_or(Value { kind: ValueKind::Missing, span: Span::default() })
+    }
+
+    fn wrong<T>(&mut self, value: &Value, info: &ParamInfo, wanted: &str) -> Option<T> {
+        self.diagnostics
+            .push(Diagnostic::error("HQ0304", value.span, format!("`{}` is {wanted}", info.name)).help(info.text()));
+        None
+    }
+}
+
+/// The diagnostic for parameters that were left out, each with the reason why its default does not serve.
+fn lacking(missing: &[(&ParamInfo, Option<String>)], what: &str, at: Span) -> Diagnostic {
+    let names = list(missing.iter().map(|m| m.0.name), 8);
+    let mut d = Diagnostic::error("HQ0206", at, format!("{what} needs {names}"));
+    for (info, why) in missing {
+        if let Some(why) = why {
+            d = d.note(format!("the default of `{}` does not fit: {why}", info.name));
+        }
+    }
+    let texts: Vec<String> = missing.iter().map(|m| format!("`{}`: {}", m.0.name, m.0.text())).collect();
+    d.help(texts.join("\n"))
+}
+
+/// The diagnostic for a task type that the library does not have.
+pub fn unknown_kind(kind: &Spanned<String>) -> Diagnostic {
+    let d = Diagnostic::error("HQ0204", kind.span, format!("there is no task type `{}`", kind.value));
+    match suggest(&kind.value, stdlib_tasks::KINDS.iter().map(|k| k.name)) {
+        Some(near) => d.help(format!("did you mean `{near}`?")),
+        None => d.help("`hierarq tasks` lists all types"),
+    }
+}

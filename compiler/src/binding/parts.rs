@@ -1,0 +1,110 @@
+//! Parameters that name parts of the robot: frames, arms, geometries.
+
+use dsl::Diagnostic;
+use dsl::tree::Value;
+use robot::LinkId;
+use stdlib_tasks::bound::{Arm, Geometry};
+use stdlib_tasks::params::ParamInfo;
+
+use super::Binder;
+use crate::forms::{items_of, path_of, text_of};
+use crate::names::{list, suggest};
+use crate::robot_binding::{unknown_geometry, unknown_link};
+
+impl Binder<'_> {
+    pub(super) fn frame(&mut self, value: &Value, info: &ParamInfo) -> Option<(String, LinkId)> {
+        let Some(name) = text_of(value) else { return self.wrong(value, info, "the name of a link or arm") };
+        let arm = self.robot.arms.iter().find(|a| a.name == name).map(|a| a.tip);
+        match self.robot.model.link(name).or(arm) {
+            Some(link) => Some((name.to_string(), link)),
+            None => {
+                if !self.robot.failed.contains(name) {
+                    self.diagnostics.push(unknown_link(&self.robot.model, name, value.span, &self.robot.arms));
+                }
+                None
+            }
+        }
+    }
+
+    pub(super) fn arm(&mut self, value: &Value, info: &ParamInfo) -> Option<Arm> {
+        let Some(name) = text_of(value) else { return self.wrong(value, info, "the name of an arm") };
+        if let Some(arm) = self.robot.arms.iter().find(|a| a.name == name) {
+            return Some(arm.clone());
+        }
+        if self.robot.failed.contains(name) {
+            return None;
+        }
+        let names = self.robot.arms.iter().map(|a| a.name.as_str());
+        let d = Diagnostic::error(
+            "HQ0201",
+            value.span,
+            format!("robot `{}` declares no arm `{name}`", self.robot.name.value),
+        );
+        self.diagnostics.push(match suggest(name, names.clone()) {
+            Some(near) => d.help(format!("did you mean `{near}`?")),
+            None if self.robot.arms.is_empty() => d.help("declare it in the robot: `arms { left { tip left_tool } }`"),
+            None => d.help(format!("it declares {}", list(names, 6))),
+        });
+        None
+    }
+
+    pub(super) fn geometries(&mut self, value: &Value) -> Option<Vec<Geometry>> {
+        let mut all: Vec<Geometry> = Vec::new();
+        let mut good = true;
+        for item in items_of(value) {
+            let Some(path) = path_of(item) else {
+                self.diagnostics.push(Diagnostic::error(
+                    "HQ0304",
+                    item.span,
+                    "the name of a point, segment, group or link is needed here",
+                ));
+                good = false;
+                continue;
+            };
+            if self.robot.failed.contains(&path) {
+                good = false;
+                continue;
+            }
+            let names = self.robot.groups.get(&path).cloned().unwrap_or_else(|| vec![path.clone()]);
+            for name in names {
+                if let Some(g) = self.robot.geometries.iter().find(|g| g.name == name) {
+                    all.push(g.clone());
+                } else if let Some(link) = self.robot.model.link(&name) {
+                    let shapes = &self.robot.model.link_ref(link).collision;
+                    if shapes.is_empty() {
+                        self.diagnostics.push(
+                            Diagnostic::error("HQ0201", item.span, format!("link `{name}` has no collision shape"))
+                                .help(format!(
+                                    "declare a point on it in the robot: `points {{ {name}_point {name} }}`"
+                                )),
+                        );
+                        good = false;
+                    }
+                    all.extend(shapes.iter().enumerate().map(|(i, s)| Geometry {
+                        name: if shapes.len() == 1 { name.clone() } else { format!("{name}[{i}]") },
+                        link,
+                        origin: s.origin,
+                        shape: s.shape,
+                    }));
+                } else {
+                    let d = unknown_geometry(
+                        &self.robot.model,
+                        &self.robot.geometries,
+                        &self.robot.groups,
+                        &name,
+                        item.span,
+                    );
+                    self.diagnostics.push(d);
+                    good = false;
+                }
+            }
+        }
+        let mut unique: Vec<Geometry> = Vec::new();
+        for g in all {
+            if !unique.contains(&g) {
+                unique.push(g);
+            }
+        }
+        good.then_some(unique)
+    }
+}

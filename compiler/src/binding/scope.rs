@@ -1,0 +1,126 @@
+//! What names and `initial(..)` mean inside the parameters of a task.
+
+use dsl::tree::{Value, ValueKind};
+use dsl::{Diagnostic, Span};
+use runtime::program::{CaptureSource, Op};
+use stdlib_tasks::dimension::{LENGTH, NONE};
+use stdlib_tasks::task::ActualType;
+
+use super::{Owner, Table};
+use crate::constants::{Params, joint_dimension};
+use crate::expr::{Graph, Kind, Meaning, Scope, Typed};
+use crate::forms::{path_of, text_of};
+use crate::names::{list, suggest};
+use crate::robot_binding::{BoundRobot, unknown_joint, unknown_link};
+
+/// The scope of a task's parameters: declared parameters, and what `initial(..)` can capture.
+pub(super) struct TaskScope<'s> {
+    pub robot: &'s BoundRobot,
+    pub params: &'s mut Params,
+    pub table: &'s mut Table,
+    pub owner: Owner<'s>,
+    pub moving: bool,
+}
+
+impl Scope for TaskScope<'_> {
+    fn name(&mut self, name: &str) -> Meaning {
+        self.params.meaning(name)
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.params.names()
+    }
+
+    fn initial(&mut self, graph: &mut Graph, argument: &Value, span: Span) -> Result<Typed, Box<Diagnostic>> {
+        let (source, ty) = self.source(argument, span)?;
+        if !self.moving {
+            return Err(Box::new(
+                Diagnostic::error("HQ0307", span, "this parameter is needed before anything is captured")
+                    .note("`initial(..)` has its value when the stack becomes active, and the task is built before")
+                    .help("write a constant"),
+            ));
+        }
+        let len = ty.len();
+        let at = self.table.capture(source, len);
+        let nodes = (at..at + len).map(|k| graph.push(Op::Input(k))).collect();
+        let (kind, dimension) = match ty {
+            ActualType::Scalar(d) => (Kind::Scalar, d),
+            ActualType::Vector(d) => (Kind::Vector, d),
+            ActualType::Rotation => (Kind::Rotation, NONE),
+        };
+        Ok(Typed { kind, dimension, nodes, bare: false, span })
+    }
+}
+
+impl TaskScope<'_> {
+    fn source(&self, argument: &Value, span: Span) -> Result<(CaptureSource, ActualType), Box<Diagnostic>> {
+        let model = &self.robot.model;
+        if let ValueKind::Field(inner, field) = &argument.kind
+            && let ValueKind::Call(function, args) = &inner.kind
+            && function.value == "frame"
+        {
+            let link = match args.as_slice() {
+                [one] => text_of(one).map(|n| (n, one.span)),
+                _ => None,
+            };
+            let Some((name, at)) = link else {
+                return Err(Box::new(Diagnostic::error("HQ0310", inner.span, "`frame` takes the name of a link")));
+            };
+            let arm = self.robot.arms.iter().find(|a| a.name == name).map(|a| a.tip);
+            let Some(link) = model.link(name).or(arm) else {
+                return Err(Box::new(unknown_link(model, name, at, &self.robot.arms)));
+            };
+            return match field.value.as_str() {
+                "position" => Ok((CaptureSource::FramePosition(link), ActualType::Vector(LENGTH))),
+                "orientation" => Ok((CaptureSource::FrameOrientation(link), ActualType::Rotation)),
+                other => Err(Box::new(
+                    Diagnostic::error("HQ0201", field.span, format!("a frame has no `{other}`"))
+                        .help("it has `position` and `orientation`"),
+                )),
+            };
+        }
+        if let ValueKind::Call(function, args) = &argument.kind
+            && function.value == "joint"
+            && let [one] = args.as_slice()
+            && let Some(name) = text_of(one)
+        {
+            let dof = model.dof(name).filter(|&d| model.dofs[d].q_index.is_some());
+            let Some(dof) = dof else {
+                return Err(Box::new(unknown_joint(model, name, one.span, &[])));
+            };
+            let q = model.dofs[dof].q_index.unwrap_or(0);
+            return Ok((CaptureSource::Joint(q), ActualType::Scalar(joint_dimension(model, dof))));
+        }
+        let own: Vec<&str> = self.owner.kind.actuals.iter().map(|a| a.name).collect();
+        let Some(path) = path_of(argument) else {
+            return Err(Box::new(
+                Diagnostic::error("HQ0311", argument.span, "nothing can be captured from this")
+                    .help("name `frame(LINK).position`, `frame(LINK).orientation`, `joint(NAME)` or a value of the task itself"),
+            ));
+        };
+        for candidate in [format!("{}{path}", self.owner.prefix), path.clone()] {
+            let found = self.owner.kind.actuals.iter().find(|a| {
+                a.name == candidate
+                    || (a.name == "*" && self.robot.arms.iter().any(|arm| candidate == format!("angle.{}", arm.name)))
+            });
+            if let Some(actual) = found {
+                return Ok((CaptureSource::Task(self.owner.task, candidate), actual.ty));
+            }
+        }
+        let mut d = Diagnostic::error(
+            "HQ0311",
+            span,
+            format!("`{}` has no value `{path}` that could be captured", self.owner.kind.name),
+        );
+        if let Some(near) = suggest(&path, own.iter().copied()) {
+            d = d.help(format!("did you mean `initial({near})`?"));
+        } else if own.is_empty() {
+            d = d.help(
+                "use `initial(frame(LINK).position)`, `initial(frame(LINK).orientation)` or `initial(joint(NAME))`",
+            );
+        } else {
+            d = d.help(format!("it has {}", list(own.iter().copied(), 8).replace("`*`", "`angle.ARM`")));
+        }
+        Err(Box::new(d))
+    }
+}

@@ -1,0 +1,171 @@
+//! One parameter that is a number, a vector, an orientation, or several of them.
+
+use dsl::Diagnostic;
+use dsl::tree::{Value, ValueKind};
+use stdlib_tasks::bound::{Bound, Slot};
+use stdlib_tasks::dimension::{Dimension, RATE};
+use stdlib_tasks::params::{ParamInfo, Quantity};
+
+use super::scope::TaskScope;
+use super::{Binder, Number, Owner};
+use crate::constants::{fits, with_units};
+use crate::expr::{Kind, Lowering, Typed};
+use crate::forms::unknown_key;
+use crate::names::list;
+use crate::units;
+
+impl Binder<'_> {
+    pub(super) fn typed(&mut self, owner: Owner, value: &Value, moving: bool) -> Option<Typed> {
+        let mut scope = TaskScope { robot: self.robot, params: self.params, table: self.table, owner, moving };
+        Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics }.value(value).ok()
+    }
+
+    /// A typed value of a kind and dimension, placed in the table.
+    pub(super) fn value(
+        &mut self,
+        owner: Owner,
+        value: &Value,
+        wanted: (Kind, Dimension),
+        quantity: Option<Quantity>,
+        what: &str,
+    ) -> Option<Slot> {
+        let constant = quantity.is_some_and(|q| q.constant);
+        let typed = self.typed(owner, value, !constant)?;
+        if typed.kind != wanted.0 {
+            let (is, needed) = (typed.kind.describe(), wanted.0.describe());
+            let d = Diagnostic::error("HQ0304", value.span, format!("{what} is {needed}, and this is {is}")).here(is);
+            self.diagnostics.push(d.help(match wanted.0 {
+                Kind::Scalar => format!("write one number{}", unit_behind(wanted.1)),
+                Kind::Vector => format!("write `[x, y, z]{}`", suffix(wanted.1)),
+                Kind::Rotation => {
+                    "write `rpy(roll, pitch, yaw)`, `axis_angle(vector, angle)` or `quaternion(w, x, y, z)`".to_string()
+                }
+            }));
+            return None;
+        }
+        if let Some(d) = fits(self.graph, &typed, wanted.1, what) {
+            let error = d.severity == dsl::Severity::Error;
+            self.diagnostics.push(d);
+            if error {
+                return None;
+            }
+        }
+        let slot = self.table.place(&typed.nodes);
+        self.numbers.push(Number { slot, dimension: wanted.1, span: value.span });
+        for (i, &n) in typed.nodes.iter().enumerate() {
+            match self.graph.constant(n) {
+                Some(x) if !x.is_finite() => {
+                    self.diagnostics.push(
+                        Diagnostic::error("HQ0309", value.span, format!("{what} is not a finite number"))
+                            .help("look for a division by zero, or for factors that are far too large"),
+                    );
+                    return None;
+                }
+                Some(x) => {
+                    if let Some(q) = quantity.filter(|q| !q.contains(x)) {
+                        self.diagnostics.push(
+                            Diagnostic::error(
+                                "HQ0308",
+                                value.span,
+                                format!("{what} is {}, and this is {x}{}", q.describe(), suffix(wanted.1)),
+                            )
+                            .here(format!("{x}{}", suffix(wanted.1)))
+                            .help(format!(
+                                "write a value that is {}{}",
+                                q.describe(),
+                                suffix(wanted.1)
+                            )),
+                        );
+                        return None;
+                    }
+                }
+                None if constant => {
+                    self.diagnostics.push(
+                        Diagnostic::error("HQ0307", value.span, format!("{what} must not move with time"))
+                            .help("write a constant"),
+                    );
+                    return None;
+                }
+                None => {
+                    let q = quantity.unwrap_or(Quantity::any(wanted.1));
+                    self.table.ranges.push((slot.at + i, q.min, q.max));
+                }
+            }
+        }
+        Some(slot)
+    }
+
+    pub(super) fn vectors(
+        &mut self,
+        owner: Owner,
+        value: &Value,
+        count: usize,
+        d: Dimension,
+        info: &ParamInfo,
+    ) -> Option<Bound> {
+        let items = with_units(value).unwrap_or_default();
+        let number = |i: &Value| match &i.kind {
+            ValueKind::Unit(inner, _) => matches!(inner.kind, ValueKind::Number(_)),
+            kind => matches!(kind, ValueKind::Number(_)),
+        };
+        if items.len() != count || items.iter().any(number) {
+            return self.wrong(value, info, &format!("a list of {count} vectors, `[[x, y, z], ..] m`"));
+        }
+        let quantity = Quantity::any(d).constant();
+        let mut at = None;
+        let what = format!("each vector of `{}`", info.name);
+        for item in &items {
+            let slot = self.value(owner, item, (Kind::Vector, d), Some(quantity), &what)?;
+            at.get_or_insert(slot.at);
+        }
+        Some(Bound::Value(Slot { at: at?, len: 3 * count }))
+    }
+
+    pub(super) fn gains(
+        &mut self,
+        owner: Owner,
+        value: &Value,
+        names: &'static [&'static str],
+        info: &ParamInfo,
+    ) -> Option<Bound> {
+        let q = Quantity::at_least(RATE, 0.0);
+        let ValueKind::Block(block) = &value.kind else {
+            let slot = self.value(owner, value, (Kind::Scalar, RATE), Some(q), &format!("`{}`", info.name))?;
+            let node = self.table.nodes[slot.at];
+            let range = self.table.ranges.iter().find(|r| r.0 == slot.at).copied();
+            for k in 1..names.len() {
+                self.table.place(&[node]);
+                if let Some((_, min, max)) = range {
+                    self.table.ranges.push((slot.at + k, min, max));
+                }
+            }
+            return Some(Bound::Value(Slot { at: slot.at, len: names.len() }));
+        };
+        for i in 0..block.entries.len() {
+            if !names.contains(&block.entries[i].key.value.as_str()) {
+                self.diagnostics.push(unknown_key(block, i, names, &format!("`{}`", info.name)));
+                return None;
+            }
+        }
+        let mut at = None;
+        for name in names {
+            let Some(e) = block.get(name) else {
+                return self.wrong(value, info, &format!("one rate, or {} together", list(names.iter().copied(), 4)));
+            };
+            let slot = self.value(owner, &e.value, (Kind::Scalar, RATE), Some(q), &format!("`{name}`"))?;
+            at.get_or_insert(slot.at);
+        }
+        Some(Bound::Value(Slot { at: at?, len: names.len() }))
+    }
+}
+
+/// ` m` behind a number, ` /s`, nothing for a bare one.
+fn suffix(dimension: Dimension) -> String {
+    let unit = units::written(dimension);
+    if unit.is_empty() { unit } else { format!(" {unit}") }
+}
+
+fn unit_behind(dimension: Dimension) -> String {
+    let unit = units::written(dimension);
+    if unit.is_empty() { unit } else { format!(" in `{unit}`") }
+}

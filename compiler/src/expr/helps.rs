@@ -1,0 +1,38 @@
+//! What to do about operands that do not go together.
+
+use dsl::tree::BinaryOp;
+use stdlib_tasks::dimension::{ANGLE, NONE};
+
+use super::{Kind, Typed};
+use crate::units;
+
+/// `one argument`, `2 to 16 arguments`.
+pub(super) fn count(arity: &std::ops::RangeInclusive<usize>) -> String {
+    match (arity.start(), arity.end()) {
+        (1, 1) => "one argument".to_string(),
+        (a, b) if a == b => format!("{a} arguments"),
+        (a, b) => format!("{a} to {b} arguments"),
+    }
+}
+
+pub(super) fn help_for_kinds(op: BinaryOp, a: Kind, b: Kind) -> &'static str {
+    match (op, a, b) {
+        (BinaryOp::Mul, Kind::Vector, Kind::Vector) => "write `dot(a, b)` or `cross(a, b)`",
+        (BinaryOp::Add | BinaryOp::Sub, Kind::Rotation, Kind::Rotation) => "one turn after another is a product: `a*b`",
+        (BinaryOp::Mul, Kind::Vector, Kind::Rotation) => "the orientation stands first: `rpy(..)*[x, y, z]`",
+        (BinaryOp::Mul, ..) => "a number scales numbers and vectors; an orientation turns vectors and orientations",
+        (BinaryOp::Div, ..) => "divide by a number",
+        _ => "both sides are numbers, or both are vectors",
+    }
+}
+
+pub(super) fn help_for_sum(a: &Typed, b: &Typed) -> String {
+    let (bare, other) = if a.dimension == NONE { (a, b) } else { (b, a) };
+    if bare.dimension == NONE && bare.bare {
+        format!("give the bare number a unit, such as `{}`", units::written(other.dimension))
+    } else if a.dimension == ANGLE || b.dimension == ANGLE {
+        "an angle times a radius is a length".to_string()
+    } else {
+        "check the units of both".to_string()
+    }
+}

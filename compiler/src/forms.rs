@@ -1,0 +1,73 @@
+//! The forms that a written value can have: text, name, list, block; and the keys of blocks.
+
+use dsl::Diagnostic;
+use dsl::tree::{Block, Entry, Value, ValueKind};
+
+use crate::names::{list, suggest};
+
+/// Reports a key that has no meaning in a block.
+pub fn check_keys(block: &Block, keys: &[&str], what: &str, diagnostics: &mut Vec<Diagnostic>) {
+    for (i, e) in block.entries.iter().enumerate() {
+        if !keys.contains(&e.key.value.as_str()) {
+            diagnostics.push(unknown_key(block, i, keys, what));
+        }
+    }
+}
+
+/// The diagnostic for the unknown key of entry `i`; a word behind a bare number may have been meant as its unit.
+pub fn unknown_key(block: &Block, i: usize, keys: &[&str], what: &str) -> Diagnostic {
+    let key = &block.entries[i].key;
+    let mut d = Diagnostic::error("HQ0205", key.span, format!("{what} has no `{}`", key.value));
+    let before = i.checked_sub(1).map(|k| &block.entries[k]);
+    if let Some(near) = suggest(&key.value, keys.iter().copied()) {
+        d = d.help(format!("did you mean `{near}`?"));
+    } else if let Some(Entry { value: Value { kind: ValueKind::Number(n), span }, .. }) = before
+        && key.span.start >= span.end
+        && key.span.start - span.end <= 2
+    {
+        d = d.help(format!("if `{}` was meant as the unit of {}, the language does not know it", key.value, n.text));
+    } else {
+        d = d.help(format!("it may have {}", list(keys.iter().copied(), 20)));
+    }
+    d
+}
+
+/// The text of a value that must be text or a name.
+pub fn text_of(value: &Value) -> Option<&str> {
+    match &value.kind {
+        ValueKind::Text(s) | ValueKind::Name(s) => Some(s),
+        _ => None,
+    }
+}
+
+/// A dotted name such as `arms.left`.
+pub fn path_of(value: &Value) -> Option<String> {
+    match &value.kind {
+        ValueKind::Name(n) | ValueKind::Text(n) => Some(n.clone()),
+        ValueKind::Field(inner, field) => Some(format!("{}.{}", path_of(inner)?, field.value)),
+        _ => None,
+    }
+}
+
+/// A value as a list: a list's items, or the value itself.
+pub fn items_of(value: &Value) -> &[Value] {
+    match &value.kind {
+        ValueKind::List(items) => items,
+        _ => std::slice::from_ref(value),
+    }
+}
+
+/// The block of a value that must be one.
+pub fn block_of<'v>(value: &'v Value, what: &str, diagnostics: &mut Vec<Diagnostic>) -> Option<&'v Block> {
+    match &value.kind {
+        ValueKind::Block(b) => Some(b),
+        ValueKind::Missing => None,
+        _ => {
+            diagnostics.push(
+                Diagnostic::error("HQ0304", value.span, format!("named values are needed for {what}"))
+                    .help("write `{ name value .. }`"),
+            );
+            None
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! From a tree to a program: declarations collected, names bound, stacks laid out.
+
+mod declared;
+mod run;
+mod stack;
+mod values;
+
+use std::path::{Path, PathBuf};
+
+use dsl::tree::{Spec, Stack, TaskDefinition};
+use dsl::{Diagnostic, SourceId, Span, Spelling};
+use runtime::program::{FORMAT, Program, RobotProgram, RunProgram, StackProgram, TaskProgram};
+
+use crate::binding::{BoundTask, Table};
+use crate::checks;
+use crate::constants::{Constants, Params};
+use crate::expr::Graph;
+use crate::report::Report;
+use crate::robot_binding::{self, BoundRobot, Files};
+use crate::spelling::in_yaml;
+use declared::Declared;
+use run::{RunSettings, run_settings};
+use stack::definitions;
+
+/// What to compile.
+#[derive(Clone, Debug)]
+pub struct Input<'a> {
+    /// How diagnostics call the text; usually the path as the user gave it.
+    pub name: &'a str,
+    /// The text.
+    pub text: &'a str,
+    /// Its spelling.
+    pub spelling: Spelling,
+    /// Folder that relative paths start from.
+    pub folder: &'a Path,
+    /// Parameters that are overridden, as `(name, value)` in the language.
+    pub set: &'a [(String, String)],
+    /// Where `package://` addresses are looked for, beside the usual places.
+    pub package_paths: &'a [PathBuf],
+}
+
+/// The outcome: a program where there is no error, and everything there is to say.
+#[derive(Debug)]
+pub struct Compiled {
+    /// The program.
+    pub program: Option<Program>,
+    /// Errors and warnings.
+    pub report: Report,
+}
+
+/// Where the parts of a program were written, for checks that look at the finished program.
+pub(crate) struct Places {
+    /// For each task of the program.
+    pub tasks: Vec<BoundTask>,
+    /// For each stack, its name; for each level of it, its name.
+    pub stacks: Vec<(Span, Vec<Span>)>,
+    /// The robot's rate and home.
+    pub rate: Span,
+    /// See `rate`.
+    pub home: Span,
+}
+
+/// Compiles a spec.
+pub fn compile(input: &Input) -> Compiled {
+    let mut report = Report::default();
+    let source = report.sources.add(input.name, input.text);
+    let (spec, mut diagnostics) = dsl::parse(source, input.text, input.spelling);
+    let program = Lowerer::new(input, source, &mut report.sources, &mut diagnostics).spec(&spec);
+    if input.spelling == Spelling::Yaml {
+        for d in &mut diagnostics {
+            d.help = d.help.as_deref().map(in_yaml);
+        }
+    }
+    report.diagnostics = diagnostics;
+    report.finish();
+    let program = program.filter(|_| report.errors() == 0);
+    Compiled { program, report }
+}
+
+struct Lowerer<'a> {
+    input: &'a Input<'a>,
+    source: SourceId,
+    sources: &'a mut dsl::Sources,
+    diagnostics: &'a mut Vec<Diagnostic>,
+    graph: Graph,
+    table: Table,
+    params: Params,
+    /// Tasks that a misspelt name in a stack probably meant.
+    meant: Vec<String>,
+}
+
+impl<'a> Lowerer<'a> {
+    fn new(
+        input: &'a Input<'a>,
+        source: SourceId,
+        sources: &'a mut dsl::Sources,
+        diagnostics: &'a mut Vec<Diagnostic>,
+    ) -> Self {
+        Lowerer {
+            input,
+            source,
+            sources,
+            diagnostics,
+            graph: Graph::default(),
+            table: Table::default(),
+            params: Params::default(),
+            meant: Vec::new(),
+        }
+    }
+
+    fn push(&mut self, d: Diagnostic) {
+        self.diagnostics.push(d);
+    }
+
+    fn spec(&mut self, spec: &Spec) -> Option<Program> {
+        let declared = self.collect(&spec.items);
+        let overrides = self.overrides(&declared);
+        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+        for p in &declared.params {
+            constants.declare(p, overrides.get(&p.name.value), self.diagnostics);
+        }
+        let robot = declared.robots.first().and_then(|r| {
+            let mut files = Files {
+                folder: self.input.folder,
+                package_paths: self.input.package_paths,
+                sources: self.sources,
+                diagnostics: self.diagnostics,
+            };
+            robot_binding::bind(r, &mut files, &mut constants)
+        });
+        let run = declared.runs.first().map(|(r, span)| run_settings(r, *span, &mut constants, self.diagnostics));
+        // A file that could not be read at all has said so already.
+        if declared.robots.is_empty() && (!spec.items.is_empty() || self.diagnostics.is_empty()) {
+            self.push(
+                Diagnostic::error("HQ0206", Span::new(self.source, 0, 0), "this spec declares no robot")
+                    .help("write `robot NAME { urdf \"..\"  rate 100 Hz }`"),
+            );
+        }
+        let definitions = definitions(&declared);
+        let bound = match &robot {
+            Some(robot) => self.tasks(&definitions, robot),
+            None => {
+                self.kinds(&definitions);
+                Vec::new()
+            }
+        };
+        let (stacks, run) = self.hierarchy(&declared, &definitions, robot.as_ref(), run);
+        let complete = robot.is_some() && bound.iter().all(Option::is_some);
+        self.unused(&declared, complete);
+        if self.diagnostics.iter().any(|d| d.severity == dsl::Severity::Error) {
+            return None;
+        }
+        let (program, places) = self.program(&robot?, &definitions, bound, (&declared, stacks), run?)?;
+        checks::program(&program, &places, self.diagnostics);
+        Some(program)
+    }
+
+    /// Stacks, and what is run.
+    fn hierarchy(
+        &mut self,
+        declared: &Declared,
+        definitions: &[(String, TaskDefinition)],
+        robot: Option<&BoundRobot>,
+        run: Option<RunSettings>,
+    ) -> (Vec<StackProgram>, Option<(RunProgram, String)>) {
+        let names: Vec<&str> = definitions.iter().map(|d| d.0.as_str()).collect();
+        let mut inline = declared.tasks.len();
+        let mut stacks = Vec::new();
+        for s in &declared.stacks {
+            stacks.push(self.stack(s, robot, &names, &declared.tasks, &mut inline));
+        }
+        if let (true, Some(robot)) = (declared.stacks.is_empty(), declared.robots.first()) {
+            let text = "this spec has no stack, so the robot has nothing to hold to";
+            self.push(
+                Diagnostic::error("HQ0601", robot.name.span, text).help("write `stack NAME { level NAME { task } }`"),
+            );
+        }
+        (stacks, self.run(run, declared, robot))
+    }
+
+    fn program(
+        &mut self,
+        robot: &BoundRobot,
+        definitions: &[(String, TaskDefinition)],
+        bound: Vec<Option<BoundTask>>,
+        (declared, stacks): (&Declared, Vec<StackProgram>),
+        run: (RunProgram, String),
+    ) -> Option<(Program, Places)> {
+        let level_names = |s: &&Stack| (s.name.span, s.levels.iter().map(|l| l.name.span).collect());
+        let places = declared.stacks.iter().map(level_names).collect();
+        let bound: Vec<BoundTask> = bound.into_iter().collect::<Option<_>>()?;
+        let task = |((name, _), task): (&(String, TaskDefinition), &BoundTask)| TaskProgram {
+            name: name.clone(),
+            kind: task.kind.name.to_string(),
+            params: task.params.clone(),
+        };
+        let tasks = definitions.iter().zip(&bound).map(task).collect();
+        let program = Program {
+            format: FORMAT,
+            name: Path::new(self.input.name)
+                .file_stem()
+                .map_or_else(|| "spec".to_string(), |s| s.to_string_lossy().into_owned()),
+            title: run.1,
+            robot: RobotProgram {
+                name: robot.name.value.clone(),
+                urdf: robot.urdf.clone(),
+                model: robot.model.clone(),
+                period: robot.period,
+                home: robot.home.clone(),
+                tracking_gain: robot.tracking_gain,
+                arms: robot.arms.clone(),
+                geometries: robot.geometries.clone(),
+            },
+            values: self.values(),
+            tasks,
+            stacks,
+            run: run.0,
+        };
+        Some((program, Places { tasks: bound, stacks: places, rate: robot.rate_span, home: robot.home_span }))
+    }
+}

@@ -1,0 +1,141 @@
+//! What a `run` block says, and which stack it runs.
+
+use dsl::tree::{Block, Run};
+use dsl::{Diagnostic, Span, Spanned};
+use runtime::program::{RunProgram, Simulator};
+use stdlib_tasks::dimension::{ANGLE, NONE, TIME};
+
+use super::Lowerer;
+use super::declared::Declared;
+use crate::constants::Constants;
+use crate::forms::{block_of, check_keys, text_of};
+use crate::names::{list, suggest};
+use crate::robot_binding::BoundRobot;
+
+/// What a `run` block says.
+#[derive(Debug, Default)]
+pub(super) struct RunSettings {
+    stack: Option<Spanned<String>>,
+    duration: Option<f64>,
+    duration_span: Option<Span>,
+    title: Option<String>,
+    simulator: Simulator,
+    span: Option<Span>,
+}
+
+pub(super) fn run_settings(
+    run: &Run,
+    span: Span,
+    constants: &mut Constants,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> RunSettings {
+    check_keys(&run.body, &["stack", "duration", "title", "simulator"], "a run", diagnostics);
+    let mut settings = RunSettings { span: Some(span), ..RunSettings::default() };
+    for e in &run.body.entries {
+        match e.key.value.as_str() {
+            "stack" => match text_of(&e.value) {
+                Some(name) => settings.stack = Some(Spanned::new(name.to_string(), e.value.span)),
+                None => diagnostics.push(
+                    Diagnostic::error("HQ0304", e.value.span, "`stack` is the name of a stack")
+                        .help("write the name that stands behind `stack` where it is declared"),
+                ),
+            },
+            "duration" => {
+                settings.duration = constants.scalar(&e.value, TIME, diagnostics);
+                settings.duration_span = Some(e.value.span);
+                if let Some(d) = settings.duration.filter(|d| *d <= 0.0) {
+                    let text = format!("a run lasts longer than nothing, and this is {d} s");
+                    diagnostics.push(
+                        Diagnostic::error("HQ0308", e.value.span, text).help("write for instance `duration 10 s`"),
+                    );
+                }
+            }
+            "title" => match text_of(&e.value) {
+                Some(text) => settings.title = Some(text.to_string()),
+                None => diagnostics
+                    .push(Diagnostic::error("HQ0304", e.value.span, "a title is a text").help("write it in quotes")),
+            },
+            "simulator" => {
+                if let Some(b) = block_of(&e.value, "`simulator`", diagnostics) {
+                    settings.simulator = simulator(b, constants, diagnostics);
+                }
+            }
+            _ => {}
+        }
+    }
+    settings
+}
+
+fn simulator(block: &Block, constants: &mut Constants, diagnostics: &mut Vec<Diagnostic>) -> Simulator {
+    check_keys(block, &["lag", "noise", "seed"], "the simulator", diagnostics);
+    let mut s = Simulator::default();
+    for e in &block.entries {
+        let wanted = match e.key.value.as_str() {
+            "lag" => TIME,
+            "noise" => ANGLE,
+            "seed" => NONE,
+            _ => continue,
+        };
+        let Some(x) = constants.scalar(&e.value, wanted, diagnostics) else { continue };
+        if x < 0.0 || (e.key.value == "seed" && (x.fract() != 0.0 || x > 9e15)) {
+            let wanted = if e.key.value == "seed" { "a whole number from 0" } else { "zero or more" };
+            let text = format!("`{}` is {wanted}, and this is {x}", e.key.value);
+            diagnostics
+                .push(Diagnostic::error("HQ0308", e.value.span, text).help(format!("write {wanted}, or leave it out")));
+            continue;
+        }
+        match e.key.value.as_str() {
+            "lag" => s.lag = x,
+            "noise" => s.noise = x,
+            _ => s.seed = x as u64,
+        }
+    }
+    s
+}
+
+impl Lowerer<'_> {
+    pub(super) fn run(
+        &mut self,
+        run: Option<RunSettings>,
+        declared: &Declared,
+        robot: Option<&BoundRobot>,
+    ) -> Option<(RunProgram, String)> {
+        let stacks = &declared.stacks;
+        let settings = run.unwrap_or_default();
+        let stack = match &settings.stack {
+            Some(name) => match stacks.iter().position(|s| s.name.value == name.value) {
+                Some(i) => i,
+                None => {
+                    let names = stacks.iter().map(|s| s.name.value.as_str());
+                    let d = Diagnostic::error("HQ0201", name.span, format!("there is no stack `{}`", name.value));
+                    let d = match suggest(&name.value, names.clone()) {
+                        Some(near) => d.help(format!("did you mean `{near}`?")),
+                        None => d.help(format!("declared are {}", list(names, 8))),
+                    };
+                    self.push(d);
+                    return None;
+                }
+            },
+            None if stacks.len() == 1 => 0,
+            None if stacks.is_empty() => return None,
+            None => {
+                let at = settings.span.unwrap_or(stacks[1].name.span);
+                self.push(
+                    Diagnostic::error("HQ0603", at, "several stacks, and nothing says which one to run")
+                        .help(format!("write `run {{ stack {}  duration 10 s }}`", stacks[0].name.value)),
+                );
+                return None;
+            }
+        };
+        let duration = settings.duration.unwrap_or(10.0);
+        if let Some(robot) = robot
+            && duration / robot.period > 1e9
+        {
+            let at = settings.duration_span.or(settings.span).unwrap_or(robot.name.span);
+            let d = Diagnostic::error("HQ0605", at, "the run would have more than a thousand million ticks");
+            self.push(d.label(robot.rate_span, format!("one tick is {} s", robot.period)).help("shorten the run"));
+        }
+        let title = settings.title.unwrap_or_else(|| stacks[stack].name.value.clone());
+        Some((RunProgram { stack, duration, simulator: settings.simulator }, title))
+    }
+}

@@ -1,0 +1,210 @@
+//! Stacks and their levels, and the tasks that stand in them.
+
+use std::collections::BTreeMap;
+
+use dsl::tree::{Level, MemberTask, Stack, Task, TaskDefinition, Value};
+use dsl::{Diagnostic, Span, Spanned};
+use runtime::program::{LevelProgram, MemberProgram, StackProgram};
+use stdlib_tasks::dimension::NONE;
+
+use super::Lowerer;
+use super::declared::{Declared, twice};
+use crate::binding::{Binder, BoundTask, unknown_kind};
+use crate::constants::Constants;
+use crate::forms::{check_keys, items_of};
+use crate::names::{list, suggest};
+use crate::robot_binding::{BoundRobot, joints};
+
+impl Lowerer<'_> {
+    /// Binds tasks: `None` for one that failed.
+    pub(super) fn tasks(
+        &mut self,
+        definitions: &[(String, TaskDefinition)],
+        robot: &BoundRobot,
+    ) -> Vec<Option<BoundTask>> {
+        let mut binder = Binder {
+            robot,
+            params: &mut self.params,
+            graph: &mut self.graph,
+            table: &mut self.table,
+            sources: self.sources,
+            numbers: Vec::new(),
+            diagnostics: self.diagnostics,
+        };
+        definitions.iter().enumerate().map(|(i, (_, d))| binder.task(d, i)).collect()
+    }
+
+    /// Where no robot is to be had, at least the types of tasks can be looked at.
+    pub(super) fn kinds(&mut self, definitions: &[(String, TaskDefinition)]) {
+        for (_, d) in definitions {
+            if stdlib_tasks::find(&d.kind.value).is_none() {
+                self.push(unknown_kind(&d.kind));
+            }
+        }
+    }
+
+    pub(super) fn stack(
+        &mut self,
+        s: &Stack,
+        robot: Option<&BoundRobot>,
+        names: &[&str],
+        tasks: &[&Task],
+        inline: &mut usize,
+    ) -> StackProgram {
+        let declared = tasks.len();
+        check_keys(&s.settings, &["lock"], "a stack", self.diagnostics);
+        let locked = s
+            .settings
+            .get("lock")
+            .zip(robot)
+            .and_then(|(e, robot)| joints(items_of(&e.value), &robot.model, &robot.joint_groups, self.diagnostics));
+        if s.levels.is_empty() {
+            self.push(
+                Diagnostic::error("HQ0601", s.name.span, format!("stack `{}` has no level", s.name.value))
+                    .help("write `level NAME { task }`"),
+            );
+        }
+        let mut levels = Vec::new();
+        let mut seen: BTreeMap<usize, Span> = BTreeMap::new();
+        let mut soft: Option<Span> = None;
+        for (i, l) in s.levels.iter().enumerate() {
+            if let Some(first) = s.levels[..i].iter().find(|o| o.name == l.name) {
+                self.push(twice(&l.name, first.name.span));
+            }
+            check_keys(&l.settings, &["damping"], "a level", self.diagnostics);
+            let damping = l.settings.get("damping").and_then(|e| self.constant(&e.value, "the damping", 0.0, true));
+            if l.members.is_empty() {
+                self.push(
+                    Diagnostic::error("HQ0601", l.name.span, format!("level `{}` has no task", l.name.value))
+                        .help("add a task, or remove the level"),
+                );
+            }
+            match (l.hard, soft) {
+                (Some(hard), Some(soft)) => {
+                    let d = Diagnostic::warning("HQ0606", hard, "this hard level stands below a soft one")
+                        .label(soft, "this level is soft")
+                        .note("what the soft level takes can make the hard one impossible, and that is a fault")
+                        .help("put hard levels first");
+                    self.push(d);
+                }
+                (None, None) => soft = Some(l.name.span),
+                _ => {}
+            }
+            let mut members = Vec::new();
+            for m in &l.members {
+                let task = match &m.task {
+                    task if in_place(task, tasks).is_some() => {
+                        *inline += 1;
+                        *inline - 1
+                    }
+                    MemberTask::Inline(_) => continue,
+                    MemberTask::Name(n) => match names[..declared].iter().position(|x| *x == n.value) {
+                        Some(t) => t,
+                        None => {
+                            self.unknown_task(n, &names[..declared]);
+                            continue;
+                        }
+                    },
+                };
+                if let Some(first) = seen.insert(task, m.span) {
+                    self.push(
+                        Diagnostic::error(
+                            "HQ0602",
+                            m.span,
+                            format!("task `{}` stands twice in stack `{}`", names[task], s.name.value),
+                        )
+                        .label(first, "first here")
+                        .help("keep it where it matters most"),
+                    );
+                    continue;
+                }
+                let weight = match &m.weight {
+                    Some(w) => self.constant(w, "a weight", 0.0, false).unwrap_or(1.0),
+                    None => 1.0,
+                };
+                members.push(MemberProgram { task, weight });
+            }
+            levels.push(LevelProgram {
+                name: l.name.value.clone(),
+                hard: l.hard.is_some(),
+                damping: damping.unwrap_or(0.0),
+                members,
+            });
+        }
+        StackProgram { name: s.name.value.clone(), locked: locked.unwrap_or_default(), levels }
+    }
+
+    fn unknown_task(&mut self, name: &Spanned<String>, names: &[&str]) {
+        let d = Diagnostic::error("HQ0201", name.span, format!("there is no task `{}`", name.value));
+        let d = if let Some(near) = suggest(&name.value, names.iter().copied()) {
+            // The task that was meant is not left over.
+            self.meant.push(near.to_string());
+            d.help(format!("did you mean `{near}`?"))
+        } else if let Some(near) = suggest(&name.value, stdlib_tasks::KINDS.iter().map(|k| k.name)) {
+            d.help(format!("did you mean the task type `{near}`?"))
+        } else if names.is_empty() {
+            d.help("declare it: `task NAME = TYPE { .. }`")
+        } else {
+            d.help(format!("declared are {}", list(names.iter().copied(), 12)))
+        };
+        self.push(d);
+    }
+
+    /// A bare constant above (or at) a bound.
+    fn constant(&mut self, value: &Value, what: &str, min: f64, included: bool) -> Option<f64> {
+        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+        let x = constants.scalar(value, NONE, self.diagnostics)?;
+        if x < min || (x == min && !included) {
+            let wanted = if included { "zero or more" } else { "more than zero" };
+            let d = Diagnostic::error("HQ0308", value.span, format!("{what} is {wanted}, and this is {x}"));
+            self.push(d.help(match included {
+                true => "leave it out for none",
+                false => "to be without the task, take it out of the level",
+            }));
+            return None;
+        }
+        Some(x)
+    }
+}
+
+/// All tasks in the order of the program: declared ones, then those written in place, each with its name.
+pub(super) fn definitions(declared: &Declared) -> Vec<(String, TaskDefinition)> {
+    let mut all: Vec<(String, TaskDefinition)> =
+        declared.tasks.iter().map(|t| (t.name.value.clone(), t.definition.clone())).collect();
+    for s in &declared.stacks {
+        for l in &s.levels {
+            for m in &l.members {
+                if let Some(d) = in_place(&m.task, &declared.tasks) {
+                    all.push((inline_name(&s.name.value, l, &d, &all), d));
+                }
+            }
+        }
+    }
+    all
+}
+
+/// The definition of a task that is written in place: with parameters, or just the name of its type.
+fn in_place(task: &MemberTask, declared: &[&Task]) -> Option<TaskDefinition> {
+    match task {
+        MemberTask::Inline(d) => Some(d.clone()),
+        MemberTask::Name(n) if declared.iter().any(|t| t.name == *n) => None,
+        MemberTask::Name(n) => {
+            let kind = stdlib_tasks::find(&n.value)?;
+            let kind = Spanned::new(kind.name.to_string(), n.span);
+            let body = dsl::tree::Block { span: n.span, ..Default::default() };
+            Some(TaskDefinition { kind, args: Vec::new(), body, span: n.span })
+        }
+    }
+}
+
+/// The name of a task written in place: its type, with the level and the stack before it where that is not unique.
+fn inline_name(stack: &str, level: &Level, d: &TaskDefinition, known: &[(String, TaskDefinition)]) -> String {
+    let kind = d.kind.value.as_str();
+    let candidates =
+        [kind.to_string(), format!("{}.{kind}", level.name.value), format!("{stack}.{}.{kind}", level.name.value)];
+    let free = |name: &String| !known.iter().any(|k| k.0 == *name);
+    if let Some(name) = candidates.iter().find(|n| free(n)) {
+        return name.clone();
+    }
+    (2..).map(|i| format!("{}.{i}", candidates[2])).find(free).unwrap_or_else(|| kind.to_string())
+}

@@ -1,0 +1,36 @@
+//! The table of values: constants folded, moving values and their rates on a tape.
+
+use runtime::program::{Op, Output, Tape, ValueRange, Values};
+
+use super::Lowerer;
+
+impl Lowerer<'_> {
+    /// The table of values: constants folded, moving values and their rates on a tape.
+    pub(super) fn values(&mut self) -> Values {
+        let nodes = std::mem::take(&mut self.table.nodes);
+        let mut initial = Vec::with_capacity(nodes.len());
+        let mut moving = Vec::new();
+        for (at, &n) in nodes.iter().enumerate() {
+            match self.graph.constant(n) {
+                Some(x) => initial.push(x),
+                None => {
+                    initial.push(0.0);
+                    moving.push((at, n, self.graph.rate(n)));
+                }
+            }
+        }
+        let roots: Vec<usize> = moving.iter().flat_map(|m| [m.1, m.2]).collect();
+        let (ops, index) = self.graph.extract(&roots);
+        let outputs = moving.iter().map(|m| Output { at: m.0, value: index[&m.1], rate: index[&m.2] }).collect();
+        let tape = Tape { ops, outputs, inputs: self.table.inputs };
+        let mut registers = vec![0.0; tape.ops.len()];
+        let mut rates = vec![0.0; initial.len()];
+        let inputs = vec![0.0; tape.inputs];
+        tape.evaluate(runtime::program::Times::default(), &inputs, &mut registers, &mut initial, &mut rates);
+        debug_assert!(tape.ops.iter().enumerate().all(|(i, o)| o.operands().iter().flatten().all(|&x| x < i) && !matches!(o, Op::Const(x) if x.is_nan())));
+        let finite = |x: f64| x.is_finite().then_some(x);
+        let ranges =
+            self.table.ranges.iter().map(|&(at, min, max)| ValueRange { at, min: finite(min), max: finite(max) });
+        Values { ranges: ranges.collect(), initial, tape, captures: std::mem::take(&mut self.table.captures) }
+    }
+}

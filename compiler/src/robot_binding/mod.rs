@@ -1,0 +1,225 @@
+//! The robot of a spec: its URDF read and reduced, its arms, points, groups and home bound to the model.
+
+mod geometry;
+mod joints;
+mod lookup;
+mod urdf;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use dsl::tree::{Block, Robot, Value, ValueKind};
+use dsl::{Diagnostic, Sources, Span, Spanned};
+use robot::{Base, LinkId, Model};
+use stdlib_tasks::bound::{Arm, Geometry};
+use stdlib_tasks::dimension::RATE;
+
+use crate::constants::Constants;
+use crate::forms::{block_of, check_keys, text_of};
+use crate::names::suggest;
+
+pub use lookup::{joints, unknown_geometry, unknown_joint, unknown_link};
+
+/// A robot with everything that names can mean on it.
+#[derive(Clone, Debug)]
+pub struct BoundRobot {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// The URDF's path as written.
+    pub urdf: String,
+    /// The model.
+    pub model: Model,
+    /// Control period, in s.
+    pub period: f64,
+    /// Where the rate was written.
+    pub rate_span: Span,
+    /// Start configuration.
+    pub home: Vec<f64>,
+    /// Where `home` was written.
+    pub home_span: Span,
+    /// Low-level gain, in 1/s.
+    pub tracking_gain: f64,
+    /// Arms, in the order declared.
+    pub arms: Vec<Arm>,
+    /// Points and segments, in the order declared.
+    pub geometries: Vec<Geometry>,
+    /// Groups of geometry names, `arms` and `arms.NAME` among them.
+    pub groups: BTreeMap<String, Vec<String>>,
+    /// Groups of joints.
+    pub joint_groups: JointGroups,
+    /// Arms, points, segments and groups whose declaration is wrong. They were reported, and who uses one stays silent.
+    pub failed: BTreeSet<String>,
+}
+
+/// Groups of joints.
+#[derive(Clone, Debug, Default)]
+pub struct JointGroups {
+    /// Degrees of freedom by the group's name, `all` and `base` among them.
+    pub members: BTreeMap<String, Vec<usize>>,
+    /// Groups whose declaration is wrong, as in [`BoundRobot::failed`].
+    pub failed: BTreeSet<String>,
+}
+
+/// What the compiler needs to read files.
+pub struct Files<'a> {
+    /// Folder of the spec; relative paths start here.
+    pub folder: &'a Path,
+    /// Where `package://` addresses are looked for, beside the usual places.
+    pub package_paths: &'a [PathBuf],
+    /// Texts that diagnostics point into.
+    pub sources: &'a mut Sources,
+    /// Where mistakes go.
+    pub diagnostics: &'a mut Vec<Diagnostic>,
+}
+
+static KEYS: &[&str] = &[
+    "urdf",
+    "base",
+    "rate",
+    "arms",
+    "points",
+    "segments",
+    "groups",
+    "joints",
+    "home",
+    "lock",
+    "limits",
+    "tracking_gain",
+    "package_path",
+];
+
+/// Reads and binds a robot. `None` where no model could be had; the diagnostics say why.
+pub fn bind(robot: &Robot, files: &mut Files, constants: &mut Constants) -> Option<BoundRobot> {
+    check_keys(&robot.body, KEYS, "a robot", files.diagnostics);
+    let missing = |key: &str, example: &str| {
+        Diagnostic::error("HQ0206", robot.name.span, format!("robot `{}` has no `{key}`", robot.name.value))
+            .help(format!("write for instance `{example}`"))
+    };
+    let (period, rate_span) = match robot.body.get("rate") {
+        Some(e) => (constants.scalar(&e.value, RATE, files.diagnostics).map(|r| 1.0 / r), e.value.span),
+        None => {
+            files.diagnostics.push(missing("rate", "rate 100 Hz"));
+            (None, robot.name.span)
+        }
+    };
+    let period = period.filter(|p| {
+        let good = p.is_finite() && (1e-5..=10.0).contains(p);
+        if !good {
+            let text = format!("a control rate lies between 0.1 Hz and 100 kHz, and this is {} Hz", 1.0 / p);
+            files.diagnostics.push(Diagnostic::error("HQ0308", rate_span, text).help("most arms take 100 Hz to 1 kHz"));
+        }
+        good
+    });
+    let base = match robot.body.get("base") {
+        None => Base::Fixed,
+        Some(e) => match text_of(&e.value) {
+            Some("fixed") => Base::Fixed,
+            Some("planar") => Base::Planar,
+            Some("unicycle") => Base::Unicycle,
+            Some("floating") => Base::Floating,
+            other => {
+                let words = ["fixed", "planar", "unicycle", "floating"];
+                let mut d = Diagnostic::error("HQ0201", e.value.span, "a base is fixed, planar, unicycle or floating");
+                d = match other.and_then(|o| suggest(o, words)) {
+                    Some(near) => d.help(format!("did you mean `{near}`?")),
+                    None => d.help("leave `base` out for an arm that is bolted down"),
+                };
+                files.diagnostics.push(d);
+                Base::Fixed
+            }
+        },
+    };
+    let Some(urdf) = robot.body.get("urdf") else {
+        files.diagnostics.push(missing("urdf", "urdf \"robots/arm7.urdf\""));
+        return None;
+    };
+    let Some(path_text) = text_of(&urdf.value).map(str::to_string) else {
+        if !matches!(urdf.value.kind, ValueKind::Missing) {
+            let d = Diagnostic::error("HQ0304", urdf.value.span, "`urdf` is the path of one file, in quotes");
+            files.diagnostics.push(d.help("write for instance `urdf \"robots/arm7.urdf\"`"));
+        }
+        return None;
+    };
+    let locks = urdf::locks(&robot.body, files.diagnostics);
+    let model = urdf::read((&path_text, urdf.value.span), base, &locks, robot, constants, files)?;
+    if model.nv() == 0 {
+        let d = Diagnostic::error("HQ0402", urdf.value.span, "nothing of this robot moves");
+        files.diagnostics.push(
+            d.note("every joint of it is fixed or locked, and its base is fixed")
+                .help("name another URDF, lock fewer joints, or give it a `base`"),
+        );
+        return None;
+    }
+    let mut b = Binder { model, robot, constants, failed: BTreeSet::new(), diagnostics: files.diagnostics };
+    let joint_groups = b.joint_groups();
+    b.limits(&joint_groups);
+    let geometries = b.geometries();
+    let arms = b.arms();
+    let groups = b.groups(&geometries);
+    let (home, home_span) = b.home(&joint_groups, &locks);
+    let tracking_gain = match robot.body.get("tracking_gain") {
+        Some(e) => b.constants.scalar(&e.value, RATE, b.diagnostics).unwrap_or(0.0),
+        None => 0.0,
+    };
+    let span = robot.body.get("tracking_gain").map_or(robot.name.span, |e| e.value.span);
+    if tracking_gain < 0.0 {
+        let text = format!("a tracking gain is at least 0, and this is {tracking_gain} /s");
+        b.diagnostics.push(Diagnostic::error("HQ0308", span, text).help("write a rate from 0 up to the control rate"));
+    } else if let Some(p) = period.filter(|p| tracking_gain * p > 1.0) {
+        let text = format!("this tracking gain overshoots: {tracking_gain} /s times {p} s is {:.3}", tracking_gain * p);
+        b.diagnostics.push(
+            Diagnostic::error("HQ0501", span, text)
+                .label(rate_span, format!("a period of {p} s"))
+                .note("above 1 the error changes its sign at every tick, above 2 it grows")
+                .help(format!("keep it at or below {} /s, or raise the rate", 1.0 / p)),
+        );
+    }
+    let (model, failed) = (b.model, b.failed);
+    Some(BoundRobot {
+        name: robot.name.clone(),
+        urdf: path_text,
+        model,
+        period: period.unwrap_or(0.01),
+        rate_span,
+        home,
+        home_span,
+        tracking_gain,
+        arms,
+        geometries,
+        groups,
+        joint_groups,
+        failed,
+    })
+}
+
+struct Binder<'a, 'c> {
+    model: Model,
+    robot: &'a Robot,
+    constants: &'a mut Constants<'c>,
+    failed: BTreeSet<String>,
+    diagnostics: &'a mut Vec<Diagnostic>,
+}
+
+impl Binder<'_, '_> {
+    fn block(&mut self, key: &str) -> Option<Block> {
+        let entry = self.robot.body.get(key)?;
+        block_of(&entry.value, &format!("`{key}`"), self.diagnostics).cloned()
+    }
+
+    fn link(&mut self, value: &Value) -> Option<(String, LinkId)> {
+        let Some(name) = text_of(value) else {
+            if !matches!(value.kind, ValueKind::Missing) {
+                let d = Diagnostic::error("HQ0304", value.span, "the name of a link is needed here");
+                self.diagnostics.push(d.help("write `NAME LINK`, such as `elbow link_4`"));
+            }
+            return None;
+        };
+        match self.model.link(name) {
+            Some(id) => Some((name.to_string(), id)),
+            None => {
+                self.diagnostics.push(unknown_link(&self.model, name, value.span, &[]));
+                None
+            }
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! Helps are written for `*.hq` files; in a YAML spec they show the YAML spelling.
+
+/// What a help shows in a `*.hq` file, and the same in YAML.
+static PAIRS: &[(&str, &str)] = &[
+    ("`{ name value .. }`", "`{ name: value, .. }`"),
+    ("`{ joint value .. }`", "`{ joint: value, .. }`"),
+    ("`{ ARM value .. }`", "`{ ARM: value, .. }`"),
+    ("`robot NAME { urdf \"..\"  rate 100 Hz }`", "`robots: { NAME: { urdf: .., rate: 100 Hz } }`"),
+    ("`stack NAME { level NAME { task } }`", "`stacks: { NAME: { levels: [ { name: NAME, tasks: [task] } ] } }`"),
+    ("`level NAME { task }`", "`levels: [ { name: NAME, tasks: [task] } ]`"),
+    ("`param NAME = VALUE`", "`params: { NAME: VALUE }`"),
+    ("`task NAME = TYPE { .. }`", "`tasks: { NAME: { TYPE: { .. } } }`"),
+    ("`run { stack ", "`run: { stack: "),
+    ("  duration 10 s }`", ", duration: 10 s }`"),
+    ("`duration 10 s`", "`duration: 10 s`"),
+    ("`rate 100 Hz`", "`rate: 100 Hz`"),
+    ("`urdf \"robots/arm7.urdf\"`", "`urdf: robots/arm7.urdf`"),
+    ("`package_path \"..\"`", "`package_path: \"..\"`"),
+    ("`tip left_tool`", "`tip: left_tool`"),
+    ("`arms { left { tip left_tool } }`", "`arms: { left: { tip: left_tool } }`"),
+    (
+        "`arms { left { shoulder .. elbow .. wrist .. tip .. } }`",
+        "`arms: { left: { shoulder: .., elbow: .., wrist: .., tip: .. } }`",
+    ),
+    ("`points { left_elbow arm_left_4_link }`", "`points: { left_elbow: arm_left_4_link }`"),
+    (
+        "`{ link NAME  from [x, y, z] m  to [x, y, z] m }`",
+        "`{ link: NAME, from: \"[x, y, z] m\", to: \"[x, y, z] m\" }`",
+    ),
+    ("`lock [head_pan]`, or `lock { head_pan 0.1 rad }`", "`lock: [head_pan]`, or `lock: { head_pan: 0.1 rad }`"),
+    ("`NAME LINK`, such as `elbow link_4`", "`NAME: LINK`, such as `elbow: link_4`"),
+    ("in quotes", "as a text"),
+    ("in braces", "as a mapping, `{ name: value }`"),
+];
+
+/// A help in the YAML spelling.
+pub fn in_yaml(help: &str) -> String {
+    PAIRS.iter().fold(help.to_string(), |text, (hq, yaml)| text.replace(hq, yaml))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn helps_in_yaml() {
+        assert_eq!(in_yaml("write `run { stack a  duration 10 s }`"), "write `run: { stack: a, duration: 10 s }`");
+        assert_eq!(in_yaml("write `[x, y, z]`"), "write `[x, y, z]`");
+        for (hq, yaml) in PAIRS {
+            assert!(!yaml.contains(hq), "{hq} would be replaced twice");
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! How diagnostics look as text, and that their JSON says the same.
+
+mod common;
+
+use common::{cases, examples};
+use dsl::Spelling;
+use hierarq_compiler::{Report, Style};
+
+/// One of each: a place in the spec, in a second file, two places, notes with their help, a help of two lines.
+const CASES: &str = r#"
+==== [3] several
+param speed = 5 cm
+task reach = hold(toool) { gain speed }
+task both = uncooperative_motion { right { position [0, 0, 0] m  orientation rpy(0, 0, 0) }  left { position [0, 0, 0] m  orientation rpy(0, 0, 0) } }
+task go = frame_position(tool) { position [0.5 m + 0.2 rad, 0 m, 0 m] }
+==== a label in another file
+robot r { urdf "r.urdf"  rate 100 Hz }
+---- r.urdf
+<robot name="r">
+  <link name="a"/><link name="b"/>
+  <joint name="j" type="revolute"><parent link="a"/><child link="c"/><axis xyz="0 0 1"/></joint>
+</robot>
+==== a warning
+task reach = frame_orientation(tool) { orientation rpy(0, 0, 45) }
+==== a check of the finished program
+task wall = virtual_wall(elbow) { through [[0, 0, 0], [1, 0, 0], [0, 1, 0]] m  d_min 3 m }
+==== nothing to point at
+!alone
+"#;
+
+fn reports() -> Vec<Report> {
+    cases(CASES, Spelling::Hq).iter().map(|c| c.compile().report).collect()
+}
+
+#[test]
+fn plain() {
+    let text: Vec<String> = reports().iter().map(|r| r.render(Style::Plain, 100)).collect();
+    let text = text.join("").replace(&examples().display().to_string(), "EXAMPLES");
+    // The renderer ends empty lines with blanks; they are nothing to compare.
+    let lines: Vec<&str> = text.lines().map(str::trim_end).collect();
+    insta::assert_snapshot!("plain", lines.join("\n"));
+}
+
+#[test]
+fn colours_change_nothing_else() {
+    for report in reports() {
+        let (mut bare, mut inside) = (String::new(), false);
+        for c in report.render(Style::Terminal, 100).chars() {
+            match c {
+                '\u{1b}' => inside = true,
+                'm' if inside => inside = false,
+                c if !inside => bare.push(c),
+                _ => {}
+            }
+        }
+        let normal = |s: &str| s.split_whitespace().collect::<Vec<_>>().join(" ").replace(['─', '┬'], "");
+        assert_eq!(normal(&bare), normal(&report.render(Style::Plain, 100)));
+    }
+}
+
+#[test]
+fn notes_and_helps_keep_to_the_width() {
+    for report in reports() {
+        for width in [40, 60, 100] {
+            for line in report.render(Style::Plain, width).lines() {
+                let words = line.trim_start();
+                if words.starts_with("note:") || words.starts_with("help:") {
+                    assert!(line.chars().count() <= width, "{line}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn json_says_the_same() {
+    for report in reports() {
+        let json = report.to_json();
+        assert_eq!(json["version"], 1);
+        assert_eq!(json["errors"], report.errors());
+        assert_eq!(json["warnings"], report.warnings());
+        let all = json["diagnostics"].as_array().expect("a list");
+        assert_eq!(all.len(), report.diagnostics.len());
+        for (j, d) in all.iter().zip(&report.diagnostics) {
+            assert_eq!((j["code"].as_str(), j["message"].as_str()), (Some(d.code), Some(d.message.as_str())));
+            assert_eq!(j["help"].as_str(), d.help.as_deref());
+            let (line, column) = report.sources.line_column(d.primary.span.source, d.primary.span.start);
+            assert_eq!((&j["place"]["line"], &j["place"]["column"]), (&line.into(), &column.into()));
+        }
+    }
+}
