@@ -12,7 +12,7 @@ use crate::stage::{Guess, Proven, Stage};
 
 /// A row further than this from its interval is violated, relative to its own size and bound.
 /// Wider than what counts as feasible inside, so that rounding never makes a level "relaxed".
-const MET: f64 = 1e-9;
+pub(crate) const MET: f64 = 1e-9;
 
 /// Solves a hierarchy level by level in the affine set that the levels above leave.
 ///

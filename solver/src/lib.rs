@@ -39,13 +39,15 @@
 //!
 //! # Solvers
 //!
-//! [`ClarabelCascade`] is the reference. Whatever implements [`HierarchicalSolver`] can take its
-//! place.
+//! [`ActiveSet`] is the one to use: a dual active-set method over the whole hierarchy, warm from
+//! the last tick, without allocation while it solves. [`ClarabelCascade`] is the reference, level
+//! by level, slower, and shares nothing with it but the problem. Whatever implements
+//! [`HierarchicalSolver`] can take their place.
 //!
 //! # Example
 //!
 //! ```
-//! use hierarq_solver::{ClarabelCascade, HierarchicalSolver, LevelShape, Problem, Solution, Status};
+//! use hierarq_solver::{ActiveSet, HierarchicalSolver, LevelShape, Problem, Solution, Status};
 //!
 //! // A speed limit above a wish that it cuts short, and a wish below that gets the rest.
 //! let shape = |rows| LevelShape { rows, hard: false, damping: 0.0 };
@@ -54,12 +56,13 @@
 //! problem.levels[1].set(0, &[1.0, 1.0], 3.0, 3.0); // x + y = 3
 //! problem.levels[2].set(0, &[1.0, 0.0], 5.0, 5.0); // x = 5, as far as that goes
 //! let mut solution = Solution::new(&problem);
-//! ClarabelCascade::new(&problem).solve(&problem, &mut solution);
+//! ActiveSet::new(&problem).solve(&problem, &mut solution);
 //! assert_eq!(solution.status, Status::Optimal);
 //! assert!((solution.x[0] - 1.0).abs() < 1e-12 && (solution.x[1] - 2.0).abs() < 1e-12);
 //! assert!((solution.levels[2].slack[0] + 4.0).abs() < 1e-12); // 4 short
 //! ```
 
+pub mod active_set;
 pub mod cascade;
 pub mod certificate;
 mod conic;
@@ -73,7 +76,8 @@ pub mod solution;
 mod space;
 mod stage;
 
+pub use active_set::{ActiveSet, Effort};
 pub use cascade::{ClarabelCascade, Statistics};
 pub use certificate::certificate;
 pub use problem::{Level, LevelShape, Problem, ProblemError, check};
-pub use solution::{Active, HierarchicalSolver, LevelSolution, LevelStatus, Solution, Status};
+pub use solution::{Active, Blocking, HierarchicalSolver, LevelSolution, LevelStatus, Solution, Status};

@@ -6,7 +6,7 @@
 use std::fmt;
 
 /// How many numbers a row occupies is a multiple of this, so that the inner loops vectorise.
-const LANES: usize = 4;
+pub(crate) const LANES: usize = 8;
 
 /// What is known about a level before any number is: its size, and how it treats its rows.
 #[derive(Clone, Copy, Debug, PartialEq)]

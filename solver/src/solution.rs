@@ -78,6 +78,22 @@ pub struct LevelSolution {
     pub status: LevelStatus,
 }
 
+/// A row at its bound that keeps a level from coming closer to what it asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Blocking {
+    /// The level that is held back, from 0.
+    pub level: usize,
+    /// The level of the row that holds it back; higher than `level`.
+    pub by_level: usize,
+    /// The row in that level, from 0.
+    pub by_row: usize,
+    /// True if the row is at its upper bound, false if at its lower.
+    pub at_upper: bool,
+    /// Half the derivative of the held level's cost by this bound, > 0: so much would a wider
+    /// bound gain, to first order.
+    pub multiplier: f64,
+}
+
 /// A solution with its storage, made once for a problem and overwritten by every solve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
@@ -87,6 +103,10 @@ pub struct Solution {
     pub status: Status,
     /// One entry per level.
     pub levels: Vec<LevelSolution>,
+    /// Which inequality rows hold which level back: the levels in order, at most `n` rows in
+    /// all. With the equality rows and violated rows of higher levels (any sign), these balance
+    /// the gradient of the level's cost. Empty where a backend gives none.
+    pub blocking: Vec<Blocking>,
 }
 
 impl Solution {
@@ -104,7 +124,12 @@ impl Solution {
                 status: LevelStatus::NotSolved,
             })
             .collect();
-        Solution { x: vec![0.0; problem.n], status: Status::Failed { level: 0 }, levels }
+        Solution {
+            x: vec![0.0; problem.n],
+            status: Status::Failed { level: 0 },
+            levels,
+            blocking: Vec::with_capacity(problem.n + 1),
+        }
     }
 
     /// Everything back to "not solved", with `x` at the reference. Allocates nothing when the
@@ -124,6 +149,7 @@ impl Solution {
             level.freedom = problem.n;
             level.status = LevelStatus::NotSolved;
         }
+        self.blocking.clear();
         self.x.fill(0.0);
         for (x, r) in self.x.iter_mut().zip(&problem.reference) {
             *x = *r;

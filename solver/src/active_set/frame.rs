@@ -1,0 +1,115 @@
+//! The orthonormal frame of all rows that are fixed, in the order in which they were fixed, and
+//! the point that has followed them.
+//!
+//! A row is added by projecting it out of the frame (classical Gram-Schmidt, a second pass where
+//! the first leaves little: twice is enough), and the point moves along the new direction until
+//! the row has its target. Taking rows away is cutting the frame back to an earlier length. Both
+//! leave what stands before untouched, so that a change of the active set costs only what comes
+//! after it.
+
+use super::kernels::{LANES, axpy, dot, norm, scaled};
+use crate::dense::DEPENDENT;
+
+/// Below this part of the row that is left after one projection, a second one is made.
+const SMALL: f64 = 0.1;
+
+#[derive(Clone, Debug)]
+pub(crate) struct Frame {
+    n: usize,
+    stride: usize,
+    len: usize,
+    /// `len` orthonormal rows.
+    q: Vec<f64>,
+    /// How far the point has moved along each of them.
+    step: Vec<f64>,
+    /// The point.
+    pub(crate) x: Vec<f64>,
+    /// Coefficients of the last projected row in the frame.
+    pub(crate) coefficient: Vec<f64>,
+}
+
+impl Frame {
+    pub(crate) fn new(n: usize) -> Self {
+        let stride = n.div_ceil(LANES) * LANES;
+        Frame {
+            n,
+            stride,
+            len: 0,
+            q: vec![0.0; n * stride],
+            step: vec![0.0; n],
+            x: vec![0.0; stride],
+            coefficient: vec![0.0; n],
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.len
+    }
+
+    pub(crate) fn is_full(&self) -> bool {
+        self.len == self.n
+    }
+
+    #[inline(always)]
+    pub(crate) fn row(&self, k: usize) -> &[f64] {
+        &self.q[k * self.stride..(k + 1) * self.stride]
+    }
+
+    /// Cuts the frame to `len` rows, with the point at `start` moved along the rows from `from`.
+    #[inline(always)]
+    pub(crate) fn cut(&mut self, len: usize, from: usize, start: &[f64]) {
+        self.len = len;
+        self.x.copy_from_slice(start);
+        for k in from..len {
+            axpy(self.step[k], &self.q[k * self.stride..(k + 1) * self.stride], &mut self.x);
+        }
+    }
+
+    /// Takes the frame's part out of `v`, whose norm was `size`; returns the norm of what is
+    /// left, 0 where that is nothing but rounding. The coefficients stay in `coefficient`.
+    #[inline(always)]
+    pub(crate) fn project(&mut self, v: &mut [f64], size: f64) -> f64 {
+        for k in 0..self.len {
+            self.coefficient[k] = dot(&self.q[k * self.stride..(k + 1) * self.stride], v);
+        }
+        for k in 0..self.len {
+            axpy(-self.coefficient[k], &self.q[k * self.stride..(k + 1) * self.stride], v);
+        }
+        let mut left = norm(v);
+        if left < SMALL * size {
+            left = self.again(v);
+        }
+        if left <= DEPENDENT * size { 0.0 } else { left }
+    }
+
+    /// One more pass, for what rounding left of the frame in `v`.
+    #[inline(always)]
+    pub(crate) fn again(&mut self, v: &mut [f64]) -> f64 {
+        for k in 0..self.len {
+            let q = &self.q[k * self.stride..(k + 1) * self.stride];
+            let c = dot(q, v);
+            self.coefficient[k] += c;
+            axpy(-c, q, v);
+        }
+        norm(v)
+    }
+
+    /// Appends the direction `v` of norm `size > 0`, orthogonal to the frame, and moves the point
+    /// by `step` along it. The frame must not be full.
+    #[inline(always)]
+    pub(crate) fn push(&mut self, v: &[f64], size: f64, step: f64) {
+        let k = self.len;
+        let q = &mut self.q[k * self.stride..(k + 1) * self.stride];
+        scaled(1.0 / size, v, q);
+        axpy(step, q, &mut self.x);
+        self.step[k] = step;
+        self.len += 1;
+    }
+
+    /// Moves the point further by `step` along row `k`.
+    #[inline(always)]
+    pub(crate) fn advance(&mut self, k: usize, step: f64) {
+        axpy(step, &self.q[k * self.stride..(k + 1) * self.stride], &mut self.x);
+        self.step[k] += step;
+    }
+}

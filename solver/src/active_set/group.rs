@@ -1,0 +1,298 @@
+//! The rows that a level minimises, its equalities and violated rows, within what the frame
+//! leaves: weighted least squares of any rank.
+//!
+//! The rows are eliminated one by one, the one with the most left first, and their directions
+//! join the frame (a complete orthogonal decomposition `W A = C Q`, the rows of `Q` orthonormal,
+//! `C` trapezoidal). If all rows but those on the diagonal are met by the point that meets these,
+//! nothing is left over, and this is the usual case. Otherwise, with `C = [L; B]` and `e` the
+//! residual of the dependent rows, the residuals of the minimiser are
+//!
+//! ```text
+//! u = (1 + G G^T)^-1 e   of the dependent rows,   -G^T u   of the others,   G = B L^-1
+//! ```
+//!
+//! a system as small as the number of dependent rows, well conditioned because the elimination
+//! with the largest row first keeps `G` small.
+
+use super::frame::Frame;
+use super::kernels::{LANES, axpy, dot, norm, scaled};
+use super::rows::weight;
+use super::stages::Entry;
+use crate::dense::DEPENDENT;
+use crate::problem::Level;
+
+/// A residual below this, relative to the size of the row, the bound and the point, is none.
+const CONSISTENT: f64 = 1e-12;
+
+/// A force below this part of all forces of its level is rounding.
+const FORCE: f64 = 1e-11;
+
+#[derive(Clone, Debug)]
+pub(crate) struct Group {
+    n: usize,
+    stride: usize,
+    /// Weighted rows, overwritten by what is left of them.
+    rows: Vec<f64>,
+    /// The trapezoidal factor, n numbers a row, from the frame's length at the start.
+    factor: Vec<f64>,
+    /// Residual targets.
+    target: Vec<f64>,
+    /// Norms of the weighted rows, of what is left of them (squared), and the latter when last
+    /// computed and not merely updated.
+    size: Vec<f64>,
+    left: Vec<f64>,
+    sure: Vec<f64>,
+    /// Below this a residual is none.
+    quiet: Vec<f64>,
+    /// The members: row of the level, or `rows + i` for the damping of `x_i`; and square roots of
+    /// weights.
+    member: Vec<usize>,
+    root: Vec<f64>,
+    /// Members in the order of elimination; the dependent ones behind.
+    order: Vec<usize>,
+    /// Weighted residuals `sqrt(w) (target - a x)` of the minimiser, per member.
+    residual: Vec<f64>,
+    /// `B L^-1` (n numbers a row), `1 + G G^T`, and a right-hand side.
+    g: Vec<f64>,
+    gram: Vec<f64>,
+    u: Vec<f64>,
+    /// Below this a component of the gradient is rounding.
+    pub(crate) noise: f64,
+}
+
+impl Group {
+    /// Room for levels of up to `most` rows, damping included.
+    pub(crate) fn new(n: usize, most: usize) -> Self {
+        let stride = n.div_ceil(LANES) * LANES;
+        Group {
+            n,
+            stride,
+            rows: vec![0.0; most * stride],
+            factor: vec![0.0; most * n],
+            target: vec![0.0; most],
+            size: vec![0.0; most],
+            left: vec![0.0; most],
+            sure: vec![0.0; most],
+            quiet: vec![0.0; most],
+            member: Vec::with_capacity(most),
+            root: vec![0.0; most],
+            order: Vec::with_capacity(most),
+            residual: vec![0.0; most],
+            g: vec![0.0; most * n],
+            gram: vec![0.0; most * most],
+            u: vec![0.0; most],
+            noise: 0.0,
+        }
+    }
+
+    /// Moves the frame's point to the minimisers and extends the frame by the directions that
+    /// they fix. Writes half the gradient of the cost into `gradient` and returns true if it is
+    /// not zero; sets the multipliers of `own`.
+    pub(crate) fn minimise(
+        &mut self,
+        level: &Level,
+        norms: &[f64],
+        equal: &[usize],
+        own: &mut [Entry],
+        frame: &mut Frame,
+        gradient: &mut [f64],
+    ) -> bool {
+        self.gather(level, norms, equal, own, frame);
+        let p = self.member.len();
+        if p == 0 {
+            return false;
+        }
+        let base = frame.len();
+        self.eliminate(frame);
+        let rank = frame.len() - base;
+        let far = norm(&frame.x);
+        let mut left_over = false;
+        for m in 0..p {
+            self.quiet[m] += CONSISTENT * self.size[m] * far;
+        }
+        for &i in &self.order[rank..] {
+            left_over |= self.target[i].abs() > self.quiet[i];
+        }
+        if left_over {
+            self.compromise(frame, base, rank);
+            self.differentiate(level, gradient);
+            self.noise = 0.0;
+            for m in 0..p {
+                self.noise += self.size[m] * (FORCE * self.residual[m].abs() + 0.01 * self.quiet[m]);
+            }
+        }
+        for (entry, m) in own.iter_mut().zip(equal.len()..) {
+            let e = if left_over { self.residual[m] } else { 0.0 };
+            entry.trial = -entry.side * e * self.root[m];
+            entry.noise = self.root[m] * self.quiet[m];
+        }
+        left_over
+    }
+
+    /// Collects the weighted rows, their residuals at the point, and what the frame leaves of
+    /// them.
+    fn gather(&mut self, level: &Level, norms: &[f64], equal: &[usize], own: &[Entry], frame: &mut Frame) {
+        let s = self.stride;
+        self.member.clear();
+        let members = equal.iter().map(|i| (*i, level.lower[*i]));
+        let violated = own.iter().map(|e| (e.row, if e.side > 0.0 { level.upper[e.row] } else { level.lower[e.row] }));
+        for (i, bound) in members.chain(violated) {
+            let m = self.member.len();
+            let w = weight(level, i);
+            let root = if w == 1.0 { 1.0 } else { w.sqrt() };
+            let row = &mut self.rows[m * s..(m + 1) * s];
+            scaled(root, &level.padded()[i * s..(i + 1) * s], row);
+            self.size[m] = root * norms[i];
+            self.root[m] = root;
+            self.target[m] = root * bound - dot(row, &frame.x);
+            self.quiet[m] = CONSISTENT * (self.size[m] + (root * bound).abs());
+            self.member.push(i);
+        }
+        if level.damping > 0.0 {
+            let root = level.damping.sqrt();
+            for i in 0..self.n {
+                let m = self.member.len();
+                let row = &mut self.rows[m * s..(m + 1) * s];
+                row.fill(0.0);
+                row[i] = root;
+                self.size[m] = root;
+                self.root[m] = root;
+                self.target[m] = -root * frame.x[i];
+                self.quiet[m] = CONSISTENT * root;
+                self.member.push(level.rows() + i);
+            }
+        }
+        for m in 0..self.member.len() {
+            let size = self.size[m];
+            let row = &mut self.rows[m * s..(m + 1) * s];
+            let left = if frame.is_full() { 0.0 } else { frame.project(row, size) };
+            self.left[m] = left * left;
+            self.sure[m] = self.left[m];
+        }
+    }
+
+    /// Right-looking Gram-Schmidt with the largest remaining row first. A row that counts as
+    /// dependent gives no direction, but what is left of it is still seen by later directions:
+    /// dropped, it would be an error of that size in all residuals.
+    fn eliminate(&mut self, frame: &mut Frame) {
+        let (s, n) = (self.stride, self.n);
+        let base = frame.len();
+        self.order.clear();
+        self.order.extend(0..self.member.len());
+        let mut rank = 0;
+        while rank < self.order.len() && !frame.is_full() {
+            let mut best = rank;
+            for k in rank + 1..self.order.len() {
+                if self.left[self.order[k]] > self.left[self.order[best]] {
+                    best = k;
+                }
+            }
+            self.order.swap(rank, best);
+            let i = self.order[rank];
+            if self.left[i] == 0.0 {
+                break;
+            }
+            let row = &mut self.rows[i * s..(i + 1) * s];
+            let mut size = norm(row);
+            if size < 0.1 * self.size[i] {
+                size = frame.again(row);
+            }
+            if size <= DEPENDENT * self.size[i] {
+                (self.left[i], self.sure[i]) = (0.0, 0.0);
+                continue;
+            }
+            let step = self.target[i] / size;
+            frame.push(row, size, step);
+            let q = frame.row(base + rank);
+            self.factor[i * n + rank] = size;
+            self.target[i] = 0.0;
+            for &k in &self.order[rank + 1..] {
+                let row = &mut self.rows[k * s..(k + 1) * s];
+                let c = dot(row, q);
+                axpy(-c, q, row);
+                self.factor[k * n + rank] = c;
+                self.target[k] -= c * step;
+                let left = self.left[k] - c * c;
+                self.left[k] = if self.sure[k] > 0.0 { left } else { 0.0 };
+                if self.sure[k] > 0.0 && left < 0.01 * self.sure[k] {
+                    let left = norm(row);
+                    let nothing = left <= DEPENDENT * self.size[k];
+                    self.left[k] = if nothing { 0.0 } else { left * left };
+                    self.sure[k] = self.left[k];
+                }
+            }
+            rank += 1;
+        }
+    }
+
+    /// Distributes what the dependent rows are left with; see the head of the file.
+    fn compromise(&mut self, frame: &mut Frame, base: usize, rank: usize) {
+        let n = self.n;
+        let (pivots, dependent) = self.order.split_at(rank);
+        let d = dependent.len();
+        for (a, &i) in dependent.iter().enumerate() {
+            // G L = B, from the last column on.
+            for j in (0..rank).rev() {
+                let mut sum = self.factor[i * n + j];
+                for (k, pivot) in pivots.iter().enumerate().skip(j + 1) {
+                    sum -= self.g[a * n + k] * self.factor[pivot * n + j];
+                }
+                self.g[a * n + j] = sum / self.factor[pivots[j] * n + j];
+            }
+            self.u[a] = self.target[i];
+        }
+        // Cholesky factor of 1 + G G^T in place, then the two substitutions.
+        for a in 0..d {
+            for b in 0..=a {
+                let mut sum: f64 = if a == b { 1.0 } else { 0.0 };
+                for j in 0..rank {
+                    sum += self.g[a * n + j] * self.g[b * n + j];
+                }
+                for j in 0..b {
+                    sum -= self.gram[a * d + j] * self.gram[b * d + j];
+                }
+                self.gram[a * d + b] = if a == b { sum.max(1.0).sqrt() } else { sum / self.gram[b * d + b] };
+            }
+        }
+        for a in 0..d {
+            for j in 0..a {
+                self.u[a] -= self.gram[a * d + j] * self.u[j];
+            }
+            self.u[a] /= self.gram[a * d + a];
+        }
+        for a in (0..d).rev() {
+            for j in a + 1..d {
+                self.u[a] -= self.gram[j * d + a] * self.u[j];
+            }
+            self.u[a] /= self.gram[a * d + a];
+        }
+        for (a, &i) in dependent.iter().enumerate() {
+            self.residual[i] = self.u[a];
+        }
+        // The pivots give way by z = G^T u: L dy = z.
+        for (j, &i) in pivots.iter().enumerate() {
+            let z: f64 = (0..d).map(|a| self.g[a * n + j] * self.u[a]).sum();
+            self.residual[i] = -z;
+            let mut sum = z;
+            for (k, pivot) in pivots[..j].iter().enumerate() {
+                sum -= self.factor[i * n + k] * self.target[*pivot];
+            }
+            // The pivots' targets are spent: their places take dy.
+            self.target[i] = sum / self.factor[i * n + j];
+            frame.advance(base + j, self.target[i]);
+        }
+    }
+
+    /// Half the gradient of the cost at the minimiser: `-A^T W^(1/2) e`.
+    fn differentiate(&self, level: &Level, gradient: &mut [f64]) {
+        gradient.fill(0.0);
+        for (m, &i) in self.member.iter().enumerate() {
+            let force = -self.residual[m] * self.root[m];
+            if i < level.rows() {
+                axpy(force, &level.padded()[i * self.stride..(i + 1) * self.stride], gradient);
+            } else {
+                gradient[i - level.rows()] += force;
+            }
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! The inner loops: products of padded rows, written in lanes so that they become vector
+//! instructions. The order of the sums is fixed, so the result does not depend on the width of
+//! the machine's registers.
+
+/// Rows are padded with zeros to a multiple of this.
+pub(crate) const LANES: usize = crate::problem::LANES;
+
+/// Dot product of two padded rows of equal length.
+#[inline(always)]
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a, b) = (a.as_chunks::<LANES>().0, b.as_chunks::<LANES>().0);
+    let mut s = [0.0_f64; LANES];
+    for k in 0..a.len().min(b.len()) {
+        for i in 0..LANES {
+            s[i] += a[k][i] * b[k][i];
+        }
+    }
+    ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]))
+}
+
+/// `y += s x` on padded rows.
+#[inline(always)]
+pub(crate) fn axpy(s: f64, x: &[f64], y: &mut [f64]) {
+    let (x, y) = (x.as_chunks::<LANES>().0, y.as_chunks_mut::<LANES>().0);
+    for k in 0..x.len().min(y.len()) {
+        for i in 0..LANES {
+            y[k][i] += s * x[k][i];
+        }
+    }
+}
+
+/// `y = s x` on padded rows.
+#[inline(always)]
+pub(crate) fn scaled(s: f64, x: &[f64], y: &mut [f64]) {
+    let (x, y) = (x.as_chunks::<LANES>().0, y.as_chunks_mut::<LANES>().0);
+    for k in 0..x.len().min(y.len()) {
+        for i in 0..LANES {
+            y[k][i] = s * x[k][i];
+        }
+    }
+}
+
+/// Euclidean norm of a padded row, safe where the squares overflow or underflow.
+#[inline(always)]
+pub(crate) fn norm(a: &[f64]) -> f64 {
+    let square = dot(a, a);
+    if square > 1e-200 && square < 1e200 { square.sqrt() } else { crate::dense::norm(a) }
+}

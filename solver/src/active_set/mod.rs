@@ -1,0 +1,182 @@
+//! The hierarchical active-set solver: exact, warm-started, without allocation while it solves.
+//!
+//! At a tick it reads the rows once (`rows`), takes the working set of the last tick (`stages`),
+//! and fixes its rows one after the other in an orthonormal frame, level by level (`frame`,
+//! `group`, `relaxed`). Multipliers tell which rows must leave, residuals which must enter
+//! (`search`). When nothing is to change, which is most of the time, that is one factorisation
+//! and one look at every row.
+//!
+//! # How it finds the optimum
+//!
+//! The working set is read as a relaxed problem, in which only its rows exist. Its optimum is
+//! known; rows outside it may be violated. A violated row is added by a growing force. At first
+//! the force is infinitesimal against every level, so that only the choice among equals (the
+//! nearest point) gives way. Where the row depends on rows that hold that choice already, these
+//! and the force become as large as the level above it, and so on up to the row's own level,
+//! where it may stay violated against the squares of the others. While the force grows, the
+//! multipliers of all other rows change linearly; the first that reaches zero leaves. This is the
+//! dual method of Goldfarb and Idnani (1983) for the cost `sum_k eps^k cost_k` with a symbolic
+//! `eps`: the lexicographic value of the relaxed optimum only rises, so no working set returns,
+//! and a start may be any working set whose multipliers have the right sign. Wrong ones are
+//! simply dropped, which is all that a warm start needs. A start that is far off (many rows to
+//! change) is given up for an empty one, and then levels are added one at a time.
+//!
+//! # Where rounding matters
+//!
+//! * Dependent rows never meet in the frame: a row that depends on rows held at its stage sends
+//!   one of them away or rises with them.
+//! * A level of any rank is eliminated with its largest remaining row first, so coefficients of
+//!   dependent rows stay small; zero rows are dependent rows like others.
+//! * Every multiplier carries the size of its rounding. Within it, a row is idle: it falls to the
+//!   stage below, where it may still be needed.
+//! * A row that is added too often, a multiplier that falls where it must rise, or too many
+//!   changes end the attempt; three more orders of adding rows follow. Each attempt has a bound
+//!   on its changes, so each solve ends. [`Effort`] counts what it took.
+
+mod frame;
+mod group;
+mod kernels;
+mod relaxed;
+mod report;
+mod rows;
+mod search;
+mod stages;
+
+use crate::problem::{Problem, ProblemError};
+use crate::solution::{HierarchicalSolver, LevelStatus, Solution, Status};
+use search::{Rule, Search};
+
+/// Counters over all solves so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Effort {
+    /// Number of solves.
+    pub solves: u64,
+    /// Changes of the working set, those of a trial included.
+    pub changes: u64,
+    /// New beginnings from an empty working set, after running in a circle.
+    pub restarts: u64,
+    /// Solves that gave up.
+    pub failures: u64,
+}
+
+/// The hierarchical active-set least-squares solver.
+///
+/// Made for one shape of problem: number of variables, levels, rows. It accepts any other, and
+/// then allocates once.
+#[derive(Clone, Debug)]
+pub struct ActiveSet {
+    search: Search,
+    shape: Vec<usize>,
+    warm: bool,
+    effort: Effort,
+}
+
+impl ActiveSet {
+    /// A solver with storage for problems of this shape.
+    pub fn new(problem: &Problem) -> Self {
+        ActiveSet {
+            search: Search::new(problem),
+            shape: shape(problem).collect(),
+            warm: true,
+            effort: Effort::default(),
+        }
+    }
+
+    /// Whether the working set of one solve is the start of the next (the default).
+    pub fn with_warm_start(mut self, warm: bool) -> Self {
+        self.warm = warm;
+        self
+    }
+
+    /// Forgets the working set, so that the next solve starts from none.
+    pub fn forget(&mut self) {
+        let relaxed = &mut self.search.relaxed;
+        relaxed.stages.clear(&mut relaxed.rows);
+    }
+
+    /// What the solves have cost so far.
+    pub fn effort(&self) -> Effort {
+        self.effort
+    }
+
+    /// Solves the first `levels` levels; false if it gave up.
+    fn search(&mut self, problem: &Problem, levels: usize) -> bool {
+        let rules = [Rule::Worst, Rule::Worst, Rule::Level, Rule::First];
+        for (attempt, rule) in rules.into_iter().enumerate() {
+            if attempt > 0 {
+                self.forget();
+                self.effort.restarts += 1;
+            }
+            self.search.begin(problem, levels, rule);
+            let budget = self.search.budget;
+            let done = self.search.run(problem).is_ok();
+            self.effort.changes += (budget - self.search.budget) as u64;
+            if done {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+fn shape(problem: &Problem) -> impl Iterator<Item = usize> + '_ {
+    std::iter::once(problem.n).chain(problem.levels.iter().map(crate::Level::rows))
+}
+
+impl HierarchicalSolver for ActiveSet {
+    fn name(&self) -> &'static str {
+        "active-set"
+    }
+
+    fn solve(&mut self, problem: &Problem, solution: &mut Solution) {
+        self.effort.solves += 1;
+        if !shape(problem).eq(self.shape.iter().copied()) {
+            self.search = Search::new(problem);
+            self.shape = shape(problem).collect();
+        }
+        solution.reset(problem);
+        if let Err(error) = self.search.relaxed.rows.read(problem) {
+            solution.status = refusal(error, problem);
+            return;
+        }
+        if !self.warm {
+            self.forget();
+        }
+        let mut levels = problem.levels.len();
+        let mut status = Status::Optimal;
+        loop {
+            if !self.search(problem, levels) {
+                self.effort.failures += 1;
+                self.forget();
+                solution.status = Status::Failed { level: levels };
+                return;
+            }
+            report::write(&self.search.relaxed, problem, solution);
+            let unmet = |l: &usize| problem.levels[*l].hard && solution.levels[*l].status != LevelStatus::Met;
+            let Some(l) = (0..levels).find(unmet) else { break };
+            // What stands in the way is known; what the levels above want is still to be found.
+            solution.levels[l].status = LevelStatus::Infeasible;
+            solution.levels[l + 1..].iter_mut().for_each(|below| below.status = LevelStatus::NotSolved);
+            status = Status::Infeasible { level: l };
+            levels = l;
+        }
+        solution.x.copy_from_slice(&self.search.relaxed.frame.x[..problem.n]);
+        solution.status =
+            if solution.x.iter().all(|x| x.is_finite()) { status } else { Status::Failed { level: levels } };
+        if solution.status != status {
+            self.forget();
+        }
+    }
+}
+
+/// The status for a problem that cannot be looked at.
+fn refusal(error: ProblemError, problem: &Problem) -> Status {
+    match error {
+        ProblemError::NotFinite { level, row } => Status::NotFinite { level, row },
+        ProblemError::BadReference => Status::NotFinite { level: problem.levels.len(), row: 0 },
+        ProblemError::EmptyInterval { level, .. }
+        | ProblemError::NegativeWeight { level, .. }
+        | ProblemError::BadDamping { level }
+        | ProblemError::WrongSize { level } => Status::Failed { level },
+    }
+}

@@ -1,0 +1,209 @@
+//! The relaxed problem of a working set: only its rows exist, each at its place. One pass over
+//! them, stage by stage, gives its lexicographic optimum and the multipliers that say whether the
+//! working set is right.
+//!
+//! Factorisations are kept: the frame holds the rows in the order of the stages, first those held
+//! against a stage, then those that the stage minimises; a change at a stage recomputes what
+//! comes after it only.
+
+use super::frame::Frame;
+use super::group::Group;
+use super::kernels::{LANES, dot, norm, scaled};
+use super::rows::Rows;
+use super::stages::{Entry, Stages};
+use crate::problem::Problem;
+
+/// A multiplier below this part of the forces it balances is rounding.
+const NOISE: f64 = 1e-13;
+
+#[derive(Clone, Debug)]
+pub(crate) struct Relaxed {
+    /// Number of levels that count; also the index of the last stage.
+    pub(crate) levels: usize,
+    pub(crate) rows: Rows,
+    pub(crate) stages: Stages,
+    pub(crate) frame: Frame,
+    group: Group,
+    /// Stages before this one are in the frame, and `pushed` held rows of this one.
+    pub(crate) stage: usize,
+    pub(crate) pushed: usize,
+    /// The frame's length and the point at the beginning of each stage.
+    pub(crate) mark: Vec<usize>,
+    start: Vec<f64>,
+    /// Half the gradient of each stage's cost, whether it is not zero, and the noise of the
+    /// multipliers that balance it.
+    gradient: Vec<f64>,
+    presses: Vec<bool>,
+    noise: Vec<f64>,
+    /// Lower triangles of the held rows in the frame, n numbers a row, by place in the frame.
+    pub(crate) lower: Vec<f64>,
+    /// The row at hand.
+    row: Vec<f64>,
+    reference: Vec<f64>,
+    pub(crate) stride: usize,
+    pub(crate) n: usize,
+}
+
+impl Relaxed {
+    pub(crate) fn new(problem: &Problem) -> Self {
+        let n = problem.n;
+        let stride = n.div_ceil(LANES) * LANES;
+        let levels = problem.levels.len();
+        let sizes: Vec<usize> = problem.levels.iter().map(crate::Level::rows).collect();
+        let most = sizes.iter().max().copied().unwrap_or(0) + n;
+        let rows = Rows::new(problem);
+        Relaxed {
+            levels,
+            rows,
+            stages: Stages::new(n, &sizes),
+            frame: Frame::new(n),
+            group: Group::new(n, most),
+            stage: 0,
+            pushed: 0,
+            mark: vec![0; levels + 1],
+            start: vec![0.0; (levels + 1) * stride],
+            gradient: vec![0.0; (levels + 1) * stride],
+            presses: vec![false; levels + 1],
+            noise: vec![0.0; levels + 1],
+            lower: vec![0.0; n * n],
+            row: vec![0.0; stride],
+            reference: vec![0.0; stride],
+            stride,
+            n,
+        }
+    }
+
+    /// Begins a solve of the first `levels` levels from the working set at hand.
+    pub(crate) fn begin(&mut self, problem: &Problem, levels: usize) {
+        self.levels = levels;
+        self.stages.adopt(problem, &mut self.rows, levels);
+        self.reference[..self.n].copy_from_slice(&problem.reference);
+        self.start[..self.stride].copy_from_slice(&self.reference);
+        self.mark[0] = 0;
+        (self.stage, self.pushed) = (0, 0);
+        self.frame.cut(0, 0, &self.reference);
+    }
+
+    /// Cuts the frame back to the first `keep` held rows of stage `s`, if it is longer.
+    pub(crate) fn rewind(&mut self, s: usize, keep: usize) {
+        if self.stage > s || (self.stage == s && self.pushed > keep) {
+            let from = self.mark[s];
+            self.frame.cut(from + keep, from, &self.start[s * self.stride..(s + 1) * self.stride]);
+            (self.stage, self.pushed) = (s, keep);
+        }
+    }
+
+    /// Scales a row to norm one, pointing out of its bound, into `self.row`; returns how far the
+    /// point is within the bound.
+    pub(crate) fn outward(&mut self, problem: &Problem, e: &Entry) -> f64 {
+        let level = &problem.levels[e.level];
+        let scale = e.side / self.rows.norm[self.rows.at(e.level, e.row)];
+        scaled(scale, &level.padded()[e.row * self.stride..(e.row + 1) * self.stride], &mut self.row);
+        let bound = if e.side > 0.0 { level.upper[e.row] } else { level.lower[e.row] };
+        scale * bound - dot(&self.row, &self.frame.x)
+    }
+
+    /// Takes the frame's part out of the row that `outward` prepared; returns what is left of it,
+    /// 0 if the row depends on the frame. The coefficients stay with the frame.
+    pub(crate) fn project(&mut self) -> f64 {
+        let left = self.frame.project(&mut self.row, 1.0);
+        if self.frame.is_full() { 0.0 } else { left }
+    }
+
+    /// Adds the held row that `project` left to the frame, and moves the point to its bound.
+    pub(crate) fn fix(&mut self, left: f64, room: f64) {
+        let (k, n) = (self.frame.len(), self.n);
+        let from = self.mark[self.stage];
+        self.lower[k * n + from..k * n + k].copy_from_slice(&self.frame.coefficient[from..k]);
+        self.lower[k * n + k] = left;
+        self.frame.push(&self.row, left, room / left);
+        self.pushed += 1;
+    }
+
+    /// Brings the frame to just before the minimisation of stage `s`. Held rows that have become
+    /// dependent leave the working set.
+    pub(crate) fn advance(&mut self, problem: &Problem, s: usize) {
+        loop {
+            while self.pushed < self.stages.held[self.stage].len() {
+                let e = self.stages.held[self.stage][self.pushed];
+                let room = self.outward(problem, &e);
+                let left = self.project();
+                if left > 0.0 {
+                    self.fix(left, room);
+                } else {
+                    self.stages.held[self.stage].remove(self.pushed);
+                    let at = self.rows.at(e.level, e.row);
+                    self.rows.side[at] = 0;
+                }
+            }
+            if self.stage == s {
+                return;
+            }
+            let l = self.stage;
+            let span = l * self.stride..(l + 1) * self.stride;
+            let norms = &self.rows.norm[self.rows.first[l]..];
+            self.presses[l] = self.group.minimise(
+                &problem.levels[l],
+                norms,
+                &self.stages.equal[l],
+                &mut self.stages.own[l],
+                &mut self.frame,
+                &mut self.gradient[span],
+            );
+            self.noise[l] = self.group.noise;
+            self.balance(l);
+            self.stage = l + 1;
+            self.pushed = 0;
+            self.mark[self.stage] = self.frame.len();
+            self.start[self.stage * self.stride..(self.stage + 1) * self.stride].copy_from_slice(&self.frame.x);
+        }
+    }
+
+    /// The trial multipliers of the rows held against stage `s`, from its gradient.
+    fn balance(&mut self, s: usize) {
+        let held = &mut self.stages.held[s];
+        let gradient = &self.gradient[s * self.stride..(s + 1) * self.stride];
+        if !self.presses[s] {
+            held.iter_mut().for_each(|e| (e.trial, e.noise) = (0.0, 0.0));
+            return;
+        }
+        let (n, from, w) = (self.n, self.mark[s], held.len());
+        for j in (0..w).rev() {
+            let mut sum = -dot(self.frame.row(from + j), gradient);
+            for (i, e) in held.iter().enumerate().skip(j + 1) {
+                sum -= self.lower[(from + i) * n + from + j] * e.trial;
+            }
+            held[j].trial = sum / self.lower[(from + j) * n + from + j];
+            held[j].noise = self.noise[s] / self.lower[(from + j) * n + from + j];
+        }
+    }
+
+    /// Completes the frame through the last stage.
+    pub(crate) fn complete(&mut self, problem: &Problem) {
+        let last = self.levels;
+        self.advance(problem, last);
+        if self.stages.held[last].is_empty() {
+            return;
+        }
+        let span = last * self.stride..(last + 1) * self.stride;
+        for ((g, x), r) in self.gradient[span].iter_mut().zip(&self.frame.x).zip(&self.reference) {
+            *g = x - r;
+        }
+        self.presses[last] = true;
+        self.noise[last] = NOISE * (norm(&self.frame.x) + norm(&self.reference));
+        self.balance(last);
+    }
+
+    /// The trial multipliers from stage `s` on become the multipliers.
+    pub(crate) fn accept(&mut self, s: usize) {
+        let own = self.stages.own[s.min(self.levels)..].iter_mut();
+        for e in own.chain(&mut self.stages.held[s..]).flatten() {
+            e.value = e.trial;
+        }
+    }
+
+    /// Dimension of what level `l` and those above leave to choose.
+    pub(crate) fn freedom(&self, l: usize) -> usize {
+        self.n - self.mark[l + 1]
+    }
+}

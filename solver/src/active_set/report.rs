@@ -1,0 +1,53 @@
+//! Writes what the search found into the solution.
+
+use super::relaxed::Relaxed;
+use crate::cascade::MET;
+use crate::problem::Problem;
+use crate::solution::{Active, Blocking, LevelStatus, Solution};
+
+/// Slacks, activity and status of the levels that were solved. The point itself is not copied.
+#[inline(always)]
+pub(crate) fn write(relaxed: &Relaxed, problem: &Problem, solution: &mut Solution) {
+    for (l, level) in problem.levels.iter().enumerate().take(relaxed.levels) {
+        let out = &mut solution.levels[l];
+        let first = relaxed.rows.first[l];
+        let mut sum = 0.0;
+        let mut met = true;
+        for i in 0..level.rows() {
+            let (value, size) = (relaxed.rows.value[first + i], relaxed.rows.norm[first + i]);
+            let (lower, upper, weight) = (level.lower[i], level.upper[i], level.weight[i]);
+            let slack = (value - upper).max(0.0) + (value - lower).min(0.0);
+            let near = MET * (size + if slack > 0.0 || lower == f64::NEG_INFINITY { upper } else { lower }.abs());
+            out.active[i] = if slack.abs() > near {
+                met &= weight == 0.0 && !level.hard;
+                Active::Violated
+            } else if lower == upper {
+                Active::Equality
+            } else if value <= lower + MET * (size + lower.abs()) {
+                Active::Lower
+            } else if value >= upper - MET * (size + upper.abs()) {
+                Active::Upper
+            } else {
+                Active::Free
+            };
+            out.slack[i] = slack;
+            out.multipliers[i] = weight * slack;
+            sum += weight * slack * slack;
+        }
+        out.violation = sum.sqrt();
+        out.status = if met { LevelStatus::Met } else { LevelStatus::Relaxed };
+        out.freedom = relaxed.freedom(l);
+    }
+    solution.blocking.clear();
+    for (level, held) in relaxed.stages.held.iter().enumerate().take(relaxed.levels) {
+        for e in held.iter().filter(|e| e.value > e.noise) {
+            solution.blocking.push(Blocking {
+                level,
+                by_level: e.level,
+                by_row: e.row,
+                at_upper: e.side > 0.0,
+                multiplier: e.value / relaxed.rows.norm[relaxed.rows.at(e.level, e.row)],
+            });
+        }
+    }
+}

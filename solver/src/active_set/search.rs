@@ -1,0 +1,385 @@
+//! The dual active-set search over the whole hierarchy.
+//!
+//! The working set is read as a relaxed problem: only the rows in it exist, and its optimum is at
+//! hand. A violated row is added by letting a force on it grow until it is met. The force is
+//! first infinitesimal against every level, so that only the choice of the nearest point gives
+//! way; where the row depends on rows that hold that choice, they and the force become as large
+//! as the level above it, and so on up to the row's own level, where it may stay violated.
+//! Along the way, multipliers of other rows change linearly; the first that reaches zero leaves
+//! the working set. This is the dual method of Goldfarb and Idnani (1983) for the cost
+//! `sum_k eps^k cost_k` with eps symbolic: the lexicographic optimum rises with every step, so no
+//! working set comes back.
+//!
+//! Factorisations are kept: the frame holds the rows in the order of the stages, and a change at
+//! a stage recomputes what comes after it only.
+
+use super::kernels::{dot, norm};
+use super::relaxed::Relaxed;
+use super::rows::tolerance;
+use super::stages::Entry;
+use crate::problem::Problem;
+use crate::space::Kind;
+
+/// How often a row may fall back to a lower stage in one solve before it stays where it is.
+const RETURNS: u8 = 8;
+
+/// How often a row may be added in one solve: more is a circle.
+const ADDS: u8 = 60;
+
+/// With more changes than this to be expected, a solve starts from an empty working set.
+const FEW: usize = 4;
+
+/// A coefficient in the combination of held rows below this is none.
+const COMBINED: f64 = 1e-9;
+
+/// What is left of a row of norm one below this is so little that held rows give way to it
+/// before the point moves.
+const NEAR: f64 = 1e-6;
+
+/// The search gave up: too many changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Exhausted;
+
+/// Which violated row is added first. Any order leads to the same optimum; where rounding leads
+/// one in a circle, another does not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Rule {
+    /// The row that is violated most.
+    Worst,
+    /// The row that is violated most, of the highest level that has any.
+    Level,
+    /// The first row.
+    First,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Search {
+    pub(crate) relaxed: Relaxed,
+    /// Which violated row is added first.
+    pub(crate) rule: Rule,
+    /// Changes of the working set that are left before giving up.
+    pub(crate) budget: usize,
+    /// How often each row fell back, and how often it was added.
+    returns: Vec<u8>,
+    adds: Vec<u8>,
+    /// How many rows were seen violated at the last look.
+    violated: usize,
+    /// How the row at hand combines the held ones.
+    combination: Vec<f64>,
+}
+
+impl Search {
+    pub(crate) fn new(problem: &Problem) -> Self {
+        let relaxed = Relaxed::new(problem);
+        let total = relaxed.rows.norm.len();
+        Search {
+            relaxed,
+            rule: Rule::Worst,
+            budget: 0,
+            returns: vec![0; total],
+            adds: vec![0; total],
+            violated: 0,
+            combination: vec![0.0; problem.n + 1],
+        }
+    }
+
+    /// Begins a solve of the first `levels` levels from the working set at hand.
+    pub(crate) fn begin(&mut self, problem: &Problem, levels: usize, rule: Rule) {
+        self.relaxed.begin(problem, levels);
+        self.returns.fill(0);
+        self.adds.fill(0);
+        self.rule = rule;
+        self.budget = 400 + 40 * problem.n;
+    }
+
+    /// From the working set at hand to the optimum.
+    ///
+    /// # Errors
+    /// When the budget of changes is spent.
+    pub(crate) fn run(&mut self, problem: &Problem) -> Result<(), Exhausted> {
+        let before = self.relaxed.stages.count();
+        self.relaxed.complete(problem);
+        self.relaxed.accept(0);
+        self.settle(problem)?;
+        let Some(entry) = self.next_violated(problem) else { return Ok(()) };
+        let changes = self.violated + before.saturating_sub(self.relaxed.stages.count());
+        if self.rule != Rule::Worst || (before > 0 && changes <= FEW) {
+            self.add(problem, entry)?;
+            self.settle(problem)?;
+            return self.improve(problem);
+        }
+        let all = self.relaxed.levels;
+        self.relaxed.rewind(0, 0);
+        self.relaxed.stages.clear(&mut self.relaxed.rows);
+        for l in 1..=all {
+            self.relaxed.levels = l;
+            self.relaxed.complete(problem);
+            self.relaxed.accept(0);
+            self.settle(problem)?;
+            self.improve(problem)?;
+            if l < all {
+                self.relaxed.rewind(l, 0);
+                let (above, below) = self.relaxed.stages.held.split_at_mut(l + 1);
+                below[0].append(&mut above[l]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds violated rows until there is none.
+    fn improve(&mut self, problem: &Problem) -> Result<(), Exhausted> {
+        while let Some(entry) = self.next_violated(problem) {
+            self.add(problem, entry)?;
+            self.settle(problem)?;
+        }
+        Ok(())
+    }
+
+    /// Makes the working set fit to be the relaxed problem's: rows with a negative multiplier
+    /// leave it, and those without a multiplier fall back to the stage below, where they may be
+    /// needed.
+    fn settle(&mut self, problem: &Problem) -> Result<(), Exhausted> {
+        while let Some((s, keep)) = self.first_idle() {
+            self.budget = self.budget.checked_sub(1).ok_or(Exhausted)?;
+            self.relaxed.rewind(s, keep);
+            self.relaxed.complete(problem);
+            self.relaxed.accept(s);
+        }
+        Ok(())
+    }
+
+    /// Frees or lowers the idle rows of the first stage that has any; returns the stage and how
+    /// many of its held rows come before the first of them.
+    fn first_idle(&mut self) -> Option<(usize, usize)> {
+        for s in 0..=self.relaxed.levels {
+            let mut keep = self.relaxed.stages.held[s].len();
+            let mut changed = false;
+            for j in (0..self.relaxed.stages.held[s].len()).rev() {
+                let e = self.relaxed.stages.held[s][j];
+                if e.value <= e.noise && self.retire(e, s) {
+                    self.relaxed.stages.held[s].remove(j);
+                    keep = j;
+                    changed = true;
+                }
+            }
+            if s < self.relaxed.levels {
+                for j in (0..self.relaxed.stages.own[s].len()).rev() {
+                    let e = self.relaxed.stages.own[s][j];
+                    if e.value <= e.noise && self.retire(e, s) {
+                        self.relaxed.stages.own[s].remove(j);
+                        changed = true;
+                        keep = keep.min(self.relaxed.stages.held[s].len());
+                    }
+                }
+            }
+            if changed {
+                return Some((s, keep));
+            }
+        }
+        None
+    }
+
+    /// Frees an idle row of stage `s`, or lowers it by one stage; false if it has to stay.
+    fn retire(&mut self, e: Entry, s: usize) -> bool {
+        let at = self.relaxed.rows.at(e.level, e.row);
+        if self.returns[at] >= RETURNS && e.value >= -e.noise {
+            return false;
+        }
+        self.returns[at] = self.returns[at].saturating_add(1);
+        if e.value >= -e.noise
+            && s < self.relaxed.levels
+            && self.relaxed.stages.held[self.relaxed.levels].len() < self.relaxed.n
+        {
+            self.relaxed.stages.held[self.relaxed.levels].push(Entry::new(e.level, e.row, e.side));
+        } else {
+            self.relaxed.rows.side[at] = 0;
+        }
+        true
+    }
+
+    /// The row outside the working set to add next, by the rule; none at the optimum. The values
+    /// of all rows that it looks at go to `rows.value`.
+    fn next_violated(&mut self, problem: &Problem) -> Option<Entry> {
+        let x = &self.relaxed.frame.x;
+        let far = norm(x);
+        let mut worst = 0.0;
+        let mut found = None;
+        self.violated = 0;
+        for (l, level) in problem.levels.iter().enumerate().take(self.relaxed.levels) {
+            let first = self.relaxed.rows.first[l];
+            let rows =
+                level.padded().chunks_exact(self.relaxed.stride.max(1)).zip(level.lower.iter().zip(&level.upper));
+            for (i, (row, (&lower, &upper))) in rows.enumerate() {
+                let value = dot(row, x);
+                self.relaxed.rows.value[first + i] = value;
+                let beyond = (value - upper).max(lower - value);
+                if beyond > 0.0
+                    && self.relaxed.rows.side[first + i] == 0
+                    && self.relaxed.rows.kind[first + i] == Kind::Inequality
+                {
+                    let size = self.relaxed.rows.norm[first + i];
+                    let (side, bound) = if value > upper { (1.0, upper) } else { (-1.0, lower) };
+                    let excess = beyond / size - tolerance(bound / size, far);
+                    self.violated += usize::from(excess > 0.0);
+                    if excess > worst && !(self.rule == Rule::First && found.is_some()) {
+                        worst = excess;
+                        found = Some(Entry::new(l, i, side));
+                    }
+                }
+            }
+            if self.rule != Rule::Worst && found.is_some() {
+                return found;
+            }
+        }
+        found
+    }
+
+    /// Adds a violated row; see the head of the file.
+    fn add(&mut self, problem: &Problem, mut entry: Entry) -> Result<(), Exhausted> {
+        let at = self.relaxed.rows.at(entry.level, entry.row);
+        self.relaxed.rows.side[at] = if entry.side > 0.0 { 1 } else { -1 };
+        self.adds[at] = self.adds[at].saturating_add(1);
+        if self.adds[at] > ADDS {
+            return Err(Exhausted);
+        }
+        let mut s = self.relaxed.levels;
+        loop {
+            self.budget = self.budget.checked_sub(1).ok_or(Exhausted)?;
+            let own = s == entry.level;
+            let held = self.relaxed.stages.held[s].len();
+            self.relaxed.rewind(s, held);
+            if own {
+                self.relaxed.stages.own[s].push(entry);
+            } else {
+                self.relaxed.advance(problem, s);
+                let room = self.relaxed.outward(problem, &entry);
+                let left = self.relaxed.project();
+                let leaving = if left < NEAR { self.combine(s) } else { None };
+                if left == 0.0 || leaving.is_some() {
+                    s = self.oppose(s, leaving, &mut entry);
+                    continue;
+                }
+                self.relaxed.fix(left, room);
+                self.relaxed.stages.held[s].push(entry);
+            }
+            self.relaxed.complete(problem);
+            let list = if own { &self.relaxed.stages.own[s] } else { &self.relaxed.stages.held[s] };
+            if list.last().is_some_and(|e| e.trial < -e.noise) {
+                // The multiplier of a violated row rises; where it falls, the working set is so
+                // nearly dependent that rounding has taken over. Another order avoids it.
+                return Err(Exhausted);
+            }
+            let Some((stage, is_own, j, part)) = self.first_to_leave(s, own) else {
+                self.relaxed.accept(s);
+                return Ok(());
+            };
+            self.go_part(s, part);
+            let list = if own { &mut self.relaxed.stages.own[s] } else { &mut self.relaxed.stages.held[s] };
+            entry = list.pop().unwrap_or(entry);
+            self.relaxed.rewind(s, self.relaxed.stages.held[s].len());
+            let gone = if is_own {
+                self.relaxed.stages.own[stage].remove(j)
+            } else {
+                self.relaxed.stages.held[stage].remove(j)
+            };
+            let at = self.relaxed.rows.at(gone.level, gone.row);
+            self.relaxed.rows.side[at] = 0;
+            if !is_own {
+                self.relaxed.rewind(stage, j);
+            }
+        }
+    }
+
+    /// The combination of the rows held at stage `s` that the last projection took out of a row
+    /// at that stage, into `combination`; returns the held row whose multiplier reaches zero
+    /// first when the row is pushed back by a growing force.
+    fn combine(&mut self, s: usize) -> Option<usize> {
+        let (n, from) = (self.relaxed.n, self.relaxed.mark[s]);
+        let held = &self.relaxed.stages.held[s];
+        let w = held.len();
+        let mut least = f64::INFINITY;
+        let mut leaving = None;
+        for j in (0..w).rev() {
+            let mut sum = self.relaxed.frame.coefficient[from + j];
+            for i in j + 1..w {
+                sum -= self.relaxed.lower[(from + i) * n + from + j] * self.combination[i];
+            }
+            let c = sum / self.relaxed.lower[(from + j) * n + from + j];
+            self.combination[j] = c;
+            if c > COMBINED && held[j].value.max(0.0) / c < least {
+                least = held[j].value.max(0.0) / c;
+                leaving = Some(j);
+            }
+        }
+        leaving
+    }
+
+    /// The row that is to join the rows held at stage `s` depends on them, by `combination`.
+    /// Either `leaving` gives way to it, or the held rows that it presses against rise with it to
+    /// the stage above. Returns the stage to try next.
+    fn oppose(&mut self, s: usize, leaving: Option<usize>, entry: &mut Entry) -> usize {
+        let held = &mut self.relaxed.stages.held[s];
+        let w = held.len();
+        if let Some(leaving) = leaving {
+            let least = held[leaving].value.max(0.0) / self.combination[leaving];
+            for (e, c) in held.iter_mut().zip(&self.combination) {
+                e.value -= least * c;
+            }
+            entry.value += least;
+            let gone = held.remove(leaving);
+            let at = self.relaxed.rows.at(gone.level, gone.row);
+            self.relaxed.rows.side[at] = 0;
+            self.relaxed.rewind(s, leaving);
+            return s;
+        }
+        let above = s - 1;
+        let kept = self.relaxed.stages.held[above].len();
+        for j in (0..w).rev() {
+            if self.combination[j] < -COMBINED {
+                let mut e = self.relaxed.stages.held[s].remove(j);
+                e.value = 0.0;
+                if e.level == above {
+                    self.relaxed.stages.own[above].push(e);
+                } else {
+                    self.relaxed.stages.held[above].push(e);
+                }
+            }
+        }
+        entry.value = 0.0;
+        self.relaxed.rewind(above, kept);
+        above
+    }
+
+    /// Which multiplier from stage `s` on reaches zero first on the way to the trial: stage,
+    /// whether it is a violated row of that level, place in its list, part of the way. The row
+    /// that is being added, last among the violated (`own`) or the held ones of `s`, does not
+    /// count: its multiplier rises.
+    fn first_to_leave(&self, s: usize, own: bool) -> Option<(usize, bool, usize, f64)> {
+        let mut first = None;
+        let mut least = f64::INFINITY;
+        for stage in s..=self.relaxed.levels {
+            let violated = if stage < self.relaxed.levels { &self.relaxed.stages.own[stage][..] } else { &[] };
+            for (is_own, list) in [(true, violated), (false, &self.relaxed.stages.held[stage][..])] {
+                let added = usize::from(stage == s && is_own == own);
+                for (j, e) in list[..list.len() - added].iter().enumerate() {
+                    if e.trial < -e.noise {
+                        let part = e.value.max(0.0) / (e.value.max(0.0) - e.trial);
+                        if part < least {
+                            least = part;
+                            first = Some((stage, is_own, j, part));
+                        }
+                    }
+                }
+            }
+        }
+        first
+    }
+
+    /// Goes part of the way to the trial multipliers from stage `s` on.
+    fn go_part(&mut self, s: usize, part: f64) {
+        let own = self.relaxed.stages.own[s.min(self.relaxed.levels)..].iter_mut();
+        for e in own.chain(&mut self.relaxed.stages.held[s..]).flatten() {
+            e.value += part * (e.trial - e.value);
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! The working set: for every level the rows it violates, and for every stage (the levels, then
+//! the nearest point) the rows of higher levels that hold it back.
+
+use super::rows::Rows;
+use crate::space::Kind;
+
+/// A row in the working set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Entry {
+    pub(crate) level: usize,
+    pub(crate) row: usize,
+    /// The bound: +1 upper, -1 lower.
+    pub(crate) side: f64,
+    /// The multiplier at its stage, >= 0: of the row scaled to norm one if held, of the row as it
+    /// is (weight times slack) if violated.
+    pub(crate) value: f64,
+    /// The multiplier that the present trial gives it, any sign.
+    pub(crate) trial: f64,
+    /// Below this the multiplier is rounding.
+    pub(crate) noise: f64,
+}
+
+impl Entry {
+    pub(crate) fn new(level: usize, row: usize, side: f64) -> Self {
+        Entry { level, row, side, value: 0.0, trial: 0.0, noise: 0.0 }
+    }
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Stages {
+    /// Per level: the rows it violates.
+    pub(crate) own: Vec<Vec<Entry>>,
+    /// Per stage: rows of higher levels, held at their bound against it, in the order of the
+    /// frame. The last stage is the nearest point.
+    pub(crate) held: Vec<Vec<Entry>>,
+    /// Per level: its equality rows.
+    pub(crate) equal: Vec<Vec<usize>>,
+}
+
+impl Stages {
+    /// Room for levels of these sizes in `n` variables.
+    pub(crate) fn new(n: usize, rows: &[usize]) -> Self {
+        Stages {
+            own: rows.iter().map(|m| Vec::with_capacity(*m)).collect(),
+            held: (0..=rows.len()).map(|_| Vec::with_capacity(n + 1)).collect(),
+            equal: rows.iter().map(|m| Vec::with_capacity(*m)).collect(),
+        }
+    }
+
+    /// Number of rows in the working set, equalities apart.
+    pub(crate) fn count(&self) -> usize {
+        self.own.iter().chain(&self.held).map(Vec::len).sum()
+    }
+
+    /// Forgets everything.
+    pub(crate) fn clear(&mut self, rows: &mut Rows) {
+        self.own.iter_mut().chain(&mut self.held).for_each(Vec::clear);
+        rows.side.fill(0);
+    }
+
+    /// Reads the equality rows of the first `levels` levels, and drops from the working set what
+    /// this tick does not have: rows that are no inequalities any more, bounds that are gone.
+    pub(crate) fn adopt(&mut self, problem: &crate::Problem, rows: &mut Rows, levels: usize) {
+        for (l, equal) in self.equal.iter_mut().enumerate().take(levels) {
+            equal.clear();
+            for (i, kind) in rows.kind[rows.first[l]..rows.first[l + 1]].iter().enumerate() {
+                if *kind == Kind::Equality {
+                    equal.push(i);
+                }
+            }
+        }
+        rows.side.fill(0);
+        // Stages that are beyond the last one press through the last one.
+        for s in levels + 1..self.held.len() {
+            let (kept, beyond) = self.held.split_at_mut(s);
+            kept[levels].append(&mut beyond[0]);
+        }
+        for list in self.own.iter_mut().chain(&mut self.held) {
+            list.retain(|e| {
+                let at = rows.at(e.level, e.row);
+                let level = &problem.levels[e.level];
+                let bound = if e.side > 0.0 { level.upper[e.row] } else { level.lower[e.row] };
+                let stays = e.level < levels && rows.kind[at] == Kind::Inequality && bound.is_finite();
+                if stays {
+                    rows.side[at] = if e.side > 0.0 { 1 } else { -1 };
+                }
+                stays
+            });
+        }
+    }
+}
