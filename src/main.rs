@@ -1,6 +1,7 @@
 //! The `hierarq` command.
 
 mod cli;
+mod ticks;
 
 use std::process::ExitCode;
 

@@ -128,7 +128,10 @@ fn the_map_names_only_what_exists() {
     let text = std::fs::read_to_string(root().join("ARCHITECTURE.md")).expect("there is one");
     let mut named = 0;
     for word in text.split('`').skip(1).step_by(2) {
-        let is_path = word.contains('/') && !word.starts_with("//") && !word.contains([' ', '(', ':', '<', '*', '{']) && !word.starts_with("http");
+        let is_path = word.contains('/')
+            && !word.starts_with("//")
+            && !word.contains([' ', '(', ':', '<', '*', '{'])
+            && !word.starts_with("http");
         if is_path {
             named += 1;
             assert!(root().join(word).exists(), "ARCHITECTURE.md names `{word}`, which does not exist");

@@ -18,9 +18,9 @@ pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<
     for (i, stack) in program.stacks.iter().enumerate() {
         let model = &program.robot.model;
         let built = build_tasks(model, program.robot.period, &program.values.initial, &program.tasks, stack);
-        let members = stack.levels.iter().flat_map(|l| &l.members);
+        let members = stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, m)));
         let mut complete = true;
-        for (task, m) in built.iter().zip(members) {
+        for (task, (level, m)) in built.iter().zip(members) {
             match task {
                 Ok(task) => {
                     for gain in task.gains(&program.values.initial) {
@@ -36,7 +36,12 @@ pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<
                     let once = (m.task, e.param.clone());
                     if !reported.contains(&once) {
                         reported.push(once);
-                        diagnostics.push(cannot_build(e, places, m.task));
+                        let d = cannot_build(e, places, m.task);
+                        diagnostics.push(if e.param == "sampled_margin" {
+                            loose_speeds(d, program, (i, level), places)
+                        } else {
+                            d
+                        });
                     }
                 }
             }
@@ -89,6 +94,72 @@ fn cannot_build(e: &BuildError, places: &Places, task: usize) -> Diagnostic {
         Some(h) => d.help(h.clone()),
         None => d,
     }
+}
+
+/// Points at speed limits of the stack that do not count for a wall on this level, because they are soft or stand below.
+fn loose_speeds(mut d: Diagnostic, program: &Program, (stack, level): (usize, usize), places: &Places) -> Diagnostic {
+    let levels = program.stacks[stack].levels.iter().zip(&places.stacks[stack].1);
+    for (k, (l, span)) in levels.enumerate() {
+        let limits = l.members.iter().any(|m| program.tasks[m.task].kind == "joint_velocity_limits");
+        let why = if !limits || (l.hard && k <= level) {
+            continue;
+        } else if l.hard {
+            "the speed limits of this level do not count: it stands below"
+        } else {
+            "the speed limits of this level do not count: it is soft and may give way"
+        };
+        d = d.label(*span, why);
+    }
+    d
+}
+
+/// Warns of limits whose reserve is larger than the margin at the start: they push the robot away from the first tick.
+fn reserves(evaluator: &Evaluator, period: f64, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+    for (i, m) in evaluator.members().iter().enumerate() {
+        let kept = evaluator.reserve(i);
+        let margins = &evaluator.margins()[m.margins.clone()];
+        let rows = m.row_info.iter().zip(margins.iter().zip(&kept));
+        let short: Vec<(&str, f64, f64)> =
+            rows.filter(|(_, (h, k))| *h < *k).map(|(r, (h, k))| (r.name.as_str(), *h, *k)).collect();
+        let worst = short.iter().copied().reduce(|a, b| if b.2 - b.1 > a.2 - a.1 { b } else { a });
+        let Some((row, margin, reserve)) = worst else { continue };
+        let more = match short.len() - 1 {
+            0 => String::new(),
+            n => format!(", and {n} more rows with theirs"),
+        };
+        let text = format!(
+            "`{}` starts inside its reserve: {row} has a margin of {}, and {} are held back{more}",
+            m.name,
+            millimetres(margin),
+            millimetres(reserve)
+        );
+        let d = Diagnostic::warning("HQ0505", place(places, m.program_index, "sampled_margin"), text)
+            .label(places.home, "the robot starts here")
+            .note(
+                "the limit pushes the robot away from the first tick on, until the margin is as large as the reserve",
+            );
+        diagnostics.push(d.help(smaller_reserve(margin, reserve, period)));
+    }
+}
+
+/// What makes a reserve fit a margin: it grows with the square of the speeds and with the period.
+fn smaller_reserve(margin: f64, reserve: f64, period: f64) -> String {
+    let share = margin / reserve;
+    if share < 1e-3 {
+        return "start further away, lower the speed limits, or raise the rate".to_string();
+    }
+    // Rounded to the side that suffices.
+    let slower = (share.sqrt() * 100.0).floor();
+    let rate = (1.0 / (period * share)).ceil();
+    format!(
+        "start further away; or lower the speed limits of all joints to {slower} % of what they are, or raise the rate to \
+         {rate} Hz, and the reserve is as small as the margin"
+    )
+}
+
+/// A length in mm, to a thousandth.
+fn millimetres(x: f64) -> String {
+    format!("{} mm", runtime::text::number((x * 1e3 * 1e3).round() / 1e3))
 }
 
 /// Evaluates a stack at the home configuration.
@@ -148,6 +219,7 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
         });
     }
     if !outside {
+        reserves(&evaluator, program.robot.period, places, diagnostics);
         first_tick(&at_stack, stack, places, diagnostics);
     }
 }

@@ -210,7 +210,7 @@ task reach = hold(tool) { gain 150 /s }   // error: 150 /s times 0.01 s is 1.5
     (
         "HQ0503",
         "cannot be built",
-        r#"The parameters of the task are each well formed but make no sense together, such as three points on one line that should span a plane, or a pair of parts that cannot move against each other.
+        r#"The parameters of the task are each well formed but make no sense together, such as three points on one line that should span a plane, or a pair of parts that cannot move against each other. `sampled_margin auto` needs speed limits that hold: `joint_velocity_limits` on a hard level, that of the task or one above it.
 
 ```hq
 task wall = virtual_wall(elbow) { through [[0, 0, 0], [1, 0, 0], [2, 0, 0]] m }   // error
@@ -220,6 +220,18 @@ task wall = virtual_wall(elbow) { through [[0, 0, 0], [1, 0, 0], [2, 0, 0]] m } 
         "HQ0504",
         "hard limits not met at the start",
         "A hard level has no solution at the home configuration: what it asks for contradicts itself or the hard levels above. A hard level takes no slack, so the very first tick would be a fault. Relax one of them, or remove `hard` from the lower one.",
+    ),
+    (
+        "HQ0505",
+        "starts inside its reserve",
+        r#"A wall or a collision limit holds a reserve back against what sampling in time can lose (`sampled_margin`), and at the home configuration the margin is smaller than it. The limit is not violated, but its row asks for distance from the first tick on: the robot is pushed away until the margin is as large as the reserve, whatever the levels below want.
+
+The reserve `δ = A T / (2 φ)` grows with the square of the speeds and with the period. Start further away, lower the limits of `joint_velocity_limits`, raise the rate or the gain. This is a warning.
+
+```hq
+task wall = virtual_wall(tip) { through [[0, 0, 0.3], [1, 0, 0.3], [0, 1, 0.3]] m  sampled_margin auto }
+stack s { level limits hard { joint_velocity_limits { max 2 rad/s }  wall } }   // warning: 40 mm of margin, 89 mm held back
+```"#,
     ),
     (
         "HQ0601",

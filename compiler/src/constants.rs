@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use dsl::tree::{Param, Value, ValueKind};
+use dsl::tree::{BinaryOp, Param, Unit, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use robot::{DofUnit, Model};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, RATE, TIME};
@@ -100,6 +100,33 @@ pub fn wrong_dimension(typed: &Typed, wanted: Dimension, what: &str) -> Diagnost
     }
 }
 
+/// For `1/2 m`, where the unit belongs to the 2 alone: what was probably meant, `(1/2) m`, if that has the dimension.
+pub fn unit_of_divisor(value: &Value, wanted: Dimension) -> Option<String> {
+    let ValueKind::Binary(op, left, right) = &value.kind else { return None };
+    let ValueKind::Unit(divisor, unit) = &right.kind else { return None };
+    let (ValueKind::Number(a), ValueKind::Number(b)) = (&left.kind, &divisor.kind) else { return None };
+    let (_, dimension) = units::meaning(unit).ok()?;
+    let meant = op.value == BinaryOp::Div && wanted.accepts(dimension) && wanted != NONE;
+    meant.then(|| format!("a unit belongs to the number before it: write `({}/{}) {}`", a.text, b.text, written(unit)))
+}
+
+/// A unit as it is written: `m/s^2`.
+fn written(unit: &Unit) -> String {
+    let mut text = String::new();
+    for (symbol, power) in &unit.factors {
+        match (text.is_empty(), *power < 0) {
+            (_, true) => text.push('/'),
+            (false, _) => text.push(' '),
+            _ => {}
+        }
+        text.push_str(symbol);
+        if power.unsigned_abs() != 1 {
+            text.push_str(&format!("^{}", power.unsigned_abs()));
+        }
+    }
+    text
+}
+
 impl Constants<'_> {
     /// Types a declared parameter; `changed` is the value given in its place on the command line. A second one of the
     /// same name, or one without a value, is reported.
@@ -195,7 +222,8 @@ impl Constants<'_> {
             ));
             return None;
         }
-        if let Some(d) = self.fits(&typed, wanted, "") {
+        if let Some(mut d) = self.fits(&typed, wanted, "") {
+            d.help = unit_of_divisor(value, wanted).or(d.help);
             let error = d.severity == dsl::Severity::Error;
             diagnostics.push(d);
             if error {

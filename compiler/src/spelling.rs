@@ -29,6 +29,9 @@ static PAIRS: &[(&str, &str)] = &[
     ),
     ("`lock [head_pan]`, or `lock { head_pan 0.1 rad }`", "`lock: [head_pan]`, or `lock: { head_pan: 0.1 rad }`"),
     ("`NAME LINK`, such as `elbow link_4`", "`NAME: LINK`, such as `elbow: link_4`"),
+    ("`max 1 rad/s`", "`max: 1 rad/s`"),
+    ("`base fixed`", "`base: fixed`"),
+    ("`lock [base]`", "`lock: [base]`"),
     ("in quotes", "as a text"),
     ("in braces", "as a mapping, `{ name: value }`"),
 ];

@@ -2,7 +2,7 @@
 
 use crate::explain::clip;
 use crate::tree::{Block, Entry, Value, ValueKind};
-use crate::words::is_text_key;
+use crate::words::{is_pattern, is_text_key};
 use crate::{Diagnostic, Span};
 use std::collections::BTreeMap;
 
@@ -77,7 +77,12 @@ pub(crate) fn reserved(settings: &mut Block, words: &[&str], what: &str, diags: 
                     }),
             );
         }
-        !clash
+        let pattern = is_pattern(&entry.key.value);
+        if pattern {
+            let text = format!("a pattern cannot be a setting of a {what}");
+            diags.push(Diagnostic::error("HQ0121", entry.key.span, text).help("write the name of a setting"));
+        }
+        !clash && !pattern
     });
 }
 

@@ -93,7 +93,7 @@ pub static CODES: &[(&str, &str, &str)] = &[
     (
         "HQ0121",
         "word reserved here",
-        "Some keys would mean two things in one of the two spellings: a stack cannot have a setting `level` or `levels`, a level none called `name`, `hard` or `tasks`, a member of a level only `task` and `weight`.",
+        "Some keys would mean two things in one of the two spellings: a stack cannot have a setting `level` or `levels`, a level none called `name`, `hard` or `tasks`, a member of a level only `task` and `weight`. A pattern such as `\"arm_*\"` can be a key where joints are named, and no setting.",
     ),
     (
         "HQ0130",

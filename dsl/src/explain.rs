@@ -47,6 +47,24 @@ pub(crate) fn junk(
     at_place(text, start, at.min(end), end, place, after, unit_only)
 }
 
+/// A pattern of names without its quotes at byte `at`, or just before it: `finger_*`, `arm_?_joint`, `*_elbow`.
+pub(crate) fn unquoted_pattern(text: &str, at: usize, after: After<'_>) -> Option<std::ops::Range<usize>> {
+    let part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '*' | '?');
+    let start = text[..at].trim_end_matches(part).len();
+    let end = text[at..].find(|c: char| !part(c)).map_or(text.len(), |n| at + n);
+    let word = &text[start..end];
+    let named = word.starts_with(|c: char| c.is_ascii_alphabetic() || matches!(c, '_' | '*' | '?'))
+        && word.contains(|c: char| c.is_ascii_alphabetic() || c == '_');
+    // `a * b` and `a**2` are arithmetic; behind a value `*` is an operator.
+    let is_pattern = word.contains('?') || (word.contains('*') && !matches!(after, After::Value(_)));
+    (named && is_pattern && !word.contains("**")).then_some(start..end)
+}
+
+/// The diagnostic for a pattern without quotes.
+pub(crate) fn needs_quotes(word: &str, span: crate::Span) -> Diagnostic {
+    Diagnostic::error("HQ0113", span, "a pattern of names stands in quotes").help(format!("write `\"{}\"`", clip(word)))
+}
+
 /// Explains the character at byte `at` of the piece `start..end`.
 fn at_place(
     text: &str,
@@ -63,6 +81,9 @@ fn at_place(
     let Some(first) = rest.chars().next() else { return ends_early(text, start, end, place, after) };
     let one = place.span(at, at + first.len_utf8());
     let word_end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).map_or(end, |n| at + n);
+    if let Some(range) = unquoted_pattern(text, at, after) {
+        return needs_quotes(&text[range.clone()], place.span(range.start, range.end));
+    }
     let follows_operator = last.is_some_and(|c| "+-*/^".contains(c)) && before.len() > start;
     match first {
         '\'' => {

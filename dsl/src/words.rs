@@ -63,6 +63,11 @@ pub(crate) fn is_glob(word: &str) -> bool {
         && (word.starts_with('*') || word.ends_with('*') || word.contains('?'))
 }
 
+/// True for a pattern that may be a key: letters, digits, `_`, and at least one `*` or `?`.
+pub(crate) fn is_pattern(word: &str) -> bool {
+    word.contains(['*', '?']) && word.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'*' | b'?'))
+}
+
 /// True for a key whose value is text.
 pub(crate) fn is_text_key(key: &str) -> bool {
     TEXT_KEYS.contains(&key)

@@ -4,7 +4,6 @@
 //! the chosen velocity for one period. Low-level layer, thesis (3.9): `q' = q_d' + K_q (q_d - q)`, with the measured `q`,
 //! limited to the joints' speeds.
 
-use solver::ClarabelCascade;
 use solver::Problem;
 use solver::{Active, HierarchicalSolver, LevelStatus, Solution, Status};
 
@@ -84,7 +83,7 @@ impl Controller {
         let (nq, nv) = (evaluator.model().nq(), evaluator.model().nv());
         Ok(Controller {
             solution: Solution::new(&problem),
-            solver: Box::new(ClarabelCascade::new(&problem)),
+            solver: program.run.solver.solver(&problem),
             level_names: program.stacks[program.run.stack].levels.iter().map(|l| l.name.clone()).collect(),
             value_names: value_names(program),
             period: program.robot.period,
@@ -179,6 +178,11 @@ impl Controller {
     /// The problem of the last tick.
     pub fn problem(&self) -> &Problem {
         &self.problem
+    }
+
+    /// Name of the solver that finds the velocities.
+    pub fn solver_name(&self) -> &'static str {
+        self.solver.name()
     }
 
     /// Degrees of freedom left after a level at the last tick, without those that the stack locks.

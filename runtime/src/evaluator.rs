@@ -63,8 +63,9 @@ pub struct Evaluator {
     undefined: Vec<bool>,
 }
 
-/// Builds the tasks of a stack, one for each member in the order of levels. Speed limits that tasks of the stack
-/// impose are known to all of them.
+/// Builds the tasks of a stack, one for each member in the order of levels. A task is told the speed limits that hold
+/// whatever it does: those of tasks on hard levels down to its own. A soft level gives way, a lower one comes after, and
+/// the robot's own limits bound the command but not the reference that the levels move.
 pub fn build_tasks(
     model: &Model,
     period: f64,
@@ -72,26 +73,30 @@ pub fn build_tasks(
     tasks: &[TaskProgram],
     stack: &StackProgram,
 ) -> Vec<Result<Box<dyn Task>, BuildError>> {
-    let mut speed: Vec<f64> = model.dofs.iter().map(|d| d.velocity).collect();
+    let one = |task: &TaskProgram, speed: &[f64]| match stdlib_tasks::find(&task.kind) {
+        Some(kind) => (kind.build)(&task.params, &Context { model, values, period, speed }),
+        None => Err(BuildError::new("", format!("there is no task type `{}`", task.kind))),
+    };
+    let mut speed = vec![f64::INFINITY; model.nv()];
     for &dof in &stack.locked {
         speed[dof] = 0.0;
     }
-    let build = |speed: &[f64]| {
-        let context = Context { model, values, period, speed };
-        let one = |task: &TaskProgram| match stdlib_tasks::find(&task.kind) {
-            Some(kind) => (kind.build)(&task.params, &context),
-            None => Err(BuildError::new("", format!("there is no task type `{}`", task.kind))),
-        };
-        let members = stack.levels.iter().flat_map(|l| &l.members);
-        members.map(|m| one(&tasks[m.task])).collect::<Vec<_>>()
-    };
-    let first = build(&speed);
-    for task in first.iter().flatten() {
-        for (dof, limit) in task.speed_limits(values) {
-            speed[dof] = speed[dof].min(limit);
+    let mut built = Vec::new();
+    for level in &stack.levels {
+        let members = level.members.iter().map(|m| &tasks[m.task]);
+        if level.hard {
+            let limits: Vec<(usize, f64)> = members
+                .clone()
+                .filter_map(|t| one(t, &speed).ok())
+                .flat_map(|task| task.speed_limits(values))
+                .collect();
+            for (dof, limit) in limits {
+                speed[dof] = speed[dof].min(limit);
+            }
         }
+        built.extend(members.map(|t| one(t, &speed)));
     }
-    build(&speed)
+    built
 }
 
 impl Evaluator {
@@ -196,6 +201,16 @@ impl Evaluator {
         &self.undefined
     }
 
+    /// What each row of a task keeps in reserve against sampling in time; empty where its limit cannot bend.
+    pub fn reserve(&self, member: usize) -> Vec<f64> {
+        self.tasks.get(member).map(|t| t.reserve()).unwrap_or_default()
+    }
+
+    /// What each row of a task can lose to sampling in time; empty where its limit cannot bend.
+    pub fn sampled_loss(&self, member: usize) -> Vec<f64> {
+        self.tasks.get(member).map(|t| t.sampled_loss()).unwrap_or_default()
+    }
+
     /// The value of a parameter at the last tick.
     pub fn value(&self, at: usize) -> Option<f64> {
         self.current.get(at).copied()
@@ -280,7 +295,8 @@ impl Evaluator {
                 Err(TaskFault::NotFinite { row }) => return Err(Fault::NotFinite { member: i, row }),
                 Err(TaskFault::Overlap { row }) => return Err(Fault::Overlap { member: i, row }),
             }
-            for row in rows.jacobian.chunks_exact_mut(stride) {
+            // A robot without a degree of freedom has rows without a coefficient.
+            for row in rows.jacobian.chunks_exact_mut(stride.max(1)) {
                 for &dof in locked.iter() {
                     row[dof] = 0.0;
                 }

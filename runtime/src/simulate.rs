@@ -23,6 +23,8 @@ pub struct Tick<'a> {
     pub command: &'a [f64],
     /// Margins and errors at the true configuration.
     pub evaluator: &'a Evaluator,
+    /// What the solver was asked.
+    pub problem: &'a Problem,
     /// The solver's answer.
     pub solution: &'a Solution,
     /// The fault that keeps the robot still, if any.
@@ -136,6 +138,7 @@ impl Simulation {
                 v: &self.controller.solution().x,
                 command: &velocity,
                 evaluator,
+                problem: self.controller.problem(),
                 solution: self.controller.solution(),
                 fault,
                 elapsed,

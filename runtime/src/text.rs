@@ -27,7 +27,13 @@ fn write(p: &Program, out: &mut String) -> std::fmt::Result {
     }
     values(p, out)?;
     let ticks = (p.run.duration / p.robot.period).round();
-    writeln!(out, "\nrun stack {} for {} s, {ticks} ticks", p.stacks[p.run.stack].name, p.run.duration)?;
+    writeln!(
+        out,
+        "\nrun stack {} for {} s, {ticks} ticks, solver {}",
+        p.stacks[p.run.stack].name,
+        p.run.duration,
+        p.run.solver.name()
+    )?;
     let s = &p.run.simulator;
     if s.lag > 0.0 || s.noise > 0.0 {
         writeln!(out, "  simulator lag {} s, noise {} rad or m, seed {}", s.lag, s.noise, s.seed)?;
@@ -111,7 +117,7 @@ fn stack_text(p: &Program, index: usize, stack: &StackProgram, out: &mut String)
                 let bound = if loss.is_finite() {
                     format!("{} mm", number(loss * 1e3))
                 } else {
-                    "unbounded, speeds are".to_string()
+                    "unbounded: no hard level limits the speeds".to_string()
                 };
                 writeln!(
                     out,

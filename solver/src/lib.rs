@@ -63,6 +63,7 @@
 //! ```
 
 pub mod active_set;
+mod backend;
 pub mod cascade;
 pub mod certificate;
 mod conic;
@@ -77,6 +78,7 @@ mod space;
 mod stage;
 
 pub use active_set::{ActiveSet, Effort};
+pub use backend::Backend;
 pub use cascade::{ClarabelCascade, Statistics};
 pub use certificate::certificate;
 pub use problem::{Level, LevelShape, Problem, ProblemError, check};

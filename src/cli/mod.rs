@@ -2,12 +2,15 @@
 //!
 //! 0 good, 1 the spec or the run fails, 2 wrong usage or a file that cannot be written.
 
+mod backend;
+mod bench;
 mod check;
 mod compile;
 mod explain;
 mod fmt;
 mod output;
 mod run;
+mod solve;
 mod table;
 mod tasks;
 
@@ -39,6 +42,10 @@ enum Command {
     Explain(explain::Arguments),
     /// Format specs, or convert them to the other spelling.
     Fmt(fmt::Arguments),
+    /// Solve a file of hierarchical problems, and check and time the answers.
+    Solve(solve::Arguments),
+    /// Time the closed loop of a spec, and the solvers on its problems.
+    Bench(bench::Arguments),
 }
 
 /// How specs are compiled.
@@ -94,6 +101,8 @@ pub fn main() -> ExitCode {
         Command::Tasks(a) => tasks::run(&a),
         Command::Explain(a) => explain::run(&a),
         Command::Fmt(a) => fmt::run(&a),
+        Command::Solve(a) => solve::run(&a),
+        Command::Bench(a) => bench::run(&a),
     };
     match outcome {
         Outcome::Good => ExitCode::SUCCESS,

@@ -12,7 +12,9 @@ use runtime::record::All;
 use runtime::record::csv::CsvRecorder;
 use runtime::record::series::SeriesRecorder;
 use runtime::record::summary::{Summary, SummaryRecorder};
+use runtime::record::verify::Verifier;
 use runtime::{Program, Simulation};
+use solver::Backend;
 
 use super::{Outcome, SpecOptions, output, table};
 
@@ -28,9 +30,22 @@ pub struct Arguments {
     /// Print the summary as JSON.
     #[arg(long)]
     json: bool,
+    /// Solve with this backend instead of what the spec says: `active_set` or `clarabel`.
+    #[arg(long, value_name = "BACKEND", value_parser = backend)]
+    solver: Option<Backend>,
+    /// Solve every tick with the other backend too, and report the largest difference.
+    #[arg(long)]
+    verify: bool,
     /// Run for this long instead of what the spec says, in seconds.
     #[arg(long, value_name = "SECONDS")]
     duration: Option<f64>,
+}
+
+fn backend(text: &str) -> Result<Backend, String> {
+    Backend::from_name(text).ok_or_else(|| {
+        let names: Vec<&str> = Backend::ALL.iter().map(|b| b.name()).collect();
+        format!("known are {}", names.join(" and "))
+    })
 }
 
 pub fn run(a: &Arguments) -> Outcome {
@@ -50,15 +65,18 @@ pub fn run(a: &Arguments) -> Outcome {
             return Outcome::Trouble(format!("--duration {d}: {}", e.message));
         }
     }
+    if let Some(backend) = a.solver {
+        program.run.solver = backend;
+    }
     let folder = a.out.clone().unwrap_or_else(|| Path::new("out").join(&program.name));
-    match execute(&program, &a.spec.display().to_string(), &folder, a.json) {
+    match execute(&program, &a.spec.display().to_string(), &folder, a) {
         Ok(summary) if summary.ok => Outcome::Good,
         Ok(_) => Outcome::Failed,
         Err(trouble) => Outcome::Trouble(trouble),
     }
 }
 
-fn execute(program: &Program, spec: &str, folder: &Path, json: bool) -> Result<Summary, String> {
+fn execute(program: &Program, spec: &str, folder: &Path, a: &Arguments) -> Result<Summary, String> {
     let mut simulation = Simulation::new(program).map_err(|e| e.to_string())?;
     let ticks = simulation.ticks();
     std::fs::create_dir_all(folder).map_err(|e| format!("cannot create {}: {e}", folder.display()))?;
@@ -84,7 +102,11 @@ fn execute(program: &Program, spec: &str, folder: &Path, json: bool) -> Result<S
         }
         true
     };
+    let mut verifier = a.verify.then(|| Verifier::new(program, simulation.controller()));
     let mut all = All(vec![&mut csv, &mut statistics, &mut series]);
+    if let Some(verifier) = &mut verifier {
+        all.0.push(verifier);
+    }
     simulation.run(&mut all, &mut clock, &mut go_on).map_err(|e| format!("cannot write {}: {e}", log.display()))?;
     bar.finish_and_clear();
     let took = started.elapsed();
@@ -92,11 +114,12 @@ fn execute(program: &Program, spec: &str, folder: &Path, json: bool) -> Result<S
 
     let outputs: Vec<String> =
         ["report.html", "log.csv", "summary.json"].iter().map(|n| path(n).display().to_string()).collect();
-    let summary = statistics.summary(program, simulation.controller(), outputs);
+    let mut summary = statistics.summary(program, simulation.controller(), outputs);
+    summary.verification = verifier.map(|v| v.result().clone());
     let text = serde_json::to_string_pretty(&summary).map_err(|e| e.to_string())? + "\n";
     write(&path("summary.json"), &text)?;
     write(&path("report.html"), &report::html(program, spec, &summary, &series))?;
-    if json {
+    if a.json {
         output::print(&text);
     } else {
         show(program, &summary, folder, took);
@@ -127,12 +150,14 @@ fn show(program: &Program, summary: &Summary, folder: &Path, took: Duration) {
         stack.levels.iter().flat_map(|l| &l.members).map(|m| program.tasks[m.task].name.clone()).collect();
     let speed = summary.duration_s / took.as_secs_f64().max(1e-9);
     let t = &summary.tick_us;
+    let verified = summary.verification.as_ref().map(table::verification).unwrap_or_default();
     let mark = if summary.ok { "held" } else { "FAILED" };
     output::print(&format!(
-        "\n{}\n{}\n{}\n{mark}: {}\n{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\nwrote {}\n",
+        "\n{}\n{}\n{}{}\n{mark}: {}\n{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\n{verified}wrote {}\n",
         program.title,
         table::tasks(summary, &order),
         table::levels(summary),
+        table::held_back(summary),
         report::verdict(summary),
         summary.ticks,
         program.robot.period * 1e3,

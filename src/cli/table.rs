@@ -2,6 +2,7 @@
 
 use comfy_table::{CellAlignment, Table, presets};
 use runtime::record::summary::{LevelSummary, Summary, TaskSummary};
+use runtime::record::verify::Verification;
 
 /// A number with its SI unit, at a scale that reads well; angles in degrees.
 pub fn quantity(x: f64, unit: &str) -> String {
@@ -142,4 +143,27 @@ mod tests {
         assert_eq!(quantity(0.0, "m"), "0 m");
         assert_eq!(quantity(f64::NAN, "m"), "-");
     }
+}
+
+/// Which limits held which level back; the ones that did so longest.
+pub fn held_back(summary: &Summary) -> String {
+    const SHOWN: usize = 6;
+    let mut lines = String::new();
+    for h in summary.held_back.iter().take(SHOWN) {
+        lines += &format!("`{}` gave way to `{}`, {}: {} of the time\n", h.level, h.by_task, h.by_row, share(h.share));
+    }
+    let more = summary.held_back.len().saturating_sub(SHOWN);
+    if more > 0 {
+        lines += &format!("and {more} more, in summary.json\n");
+    }
+    lines
+}
+
+/// What the second solver said, in a line.
+pub fn verification(v: &Verification) -> String {
+    let failed = if v.failed == 0 { String::new() } else { format!("; {} found no answer", v.failed) };
+    format!(
+        "solved again by {}: {} ticks{failed}, largest difference {:.1e} at {:.2} s, optimality certificate {:.1e}\n",
+        v.backend, v.ticks, v.max_difference, v.at_s, v.max_certificate
+    )
 }

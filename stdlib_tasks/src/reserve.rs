@@ -34,22 +34,26 @@ pub struct Reserve {
 }
 
 impl Reserve {
-    /// From the name and the acceleration bound of each row.
-    pub fn new(auto: Auto, gain: Input<1>, rows: Vec<(&str, f64)>, ctx: &Context) -> Result<Self, BuildError> {
+    /// From the name of each row, and its acceleration bound at given speeds, in m/s².
+    ///
+    /// # Errors
+    /// `auto`, and nothing bounds how far a row can bend.
+    pub fn new(
+        auto: Auto,
+        gain: Input<1>,
+        names: &[&str],
+        bend_of: &dyn Fn(usize, &[f64]) -> f64,
+        ctx: &Context,
+    ) -> Result<Self, BuildError> {
         let [gain] = gain.of(ctx.values);
-        let loss: Vec<f64> = rows.iter().map(|&(_, a)| clearance::loss(a, ctx.period, gain)).collect();
-        let bend = rows.iter().map(|&(_, a)| 0.5 * a * ctx.period).collect();
+        let bounds: Vec<f64> = (0..names.len()).map(|i| bend_of(i, ctx.speed)).collect();
+        let loss: Vec<f64> = bounds.iter().map(|&a| clearance::loss(a, ctx.period, gain)).collect();
+        let bend = bounds.iter().map(|&a| 0.5 * a * ctx.period).collect();
         let kept = match auto {
             Auto::Given(x) => vec![x.of(ctx.values)[0]; loss.len()],
-            Auto::Auto => match rows.iter().find(|(_, a)| !a.is_finite()) {
+            Auto::Auto => match bounds.iter().position(|a| !a.is_finite()) {
                 None => loss.clone(),
-                Some((name, _)) => {
-                    let text = format!(
-                        "`auto` needs a speed limit for every joint that moves `{name}`, and a stroke for those that slide"
-                    );
-                    return Err(BuildError::new("sampled_margin", text)
-                        .help("give the limits in the robot, or add `joint_velocity_limits` with `max` to the stack"));
-                }
+                Some(i) => return Err(unbounded(names[i], &|speed| bend_of(i, speed), ctx)),
             },
         };
         Ok(Reserve { auto: auto == Auto::Auto, bend, loss, kept })
@@ -59,4 +63,34 @@ impl Reserve {
     pub fn rate(&self, row: usize, gain: f64) -> f64 {
         if self.auto { self.bend[row] } else { gain * self.kept[row] }
     }
+}
+
+/// Says which joints make a row bend without bound.
+fn unbounded(name: &str, bend: &dyn Fn(&[f64]) -> f64, ctx: &Context) -> BuildError {
+    // A joint is at fault where the bound stays infinite although every other open speed is known.
+    let known: Vec<f64> = ctx.speed.iter().map(|s| if s.is_finite() { *s } else { 1.0 }).collect();
+    let at_fault = |dof: &usize| {
+        let mut speed = known.clone();
+        speed[*dof] = ctx.speed[*dof];
+        !speed[*dof].is_finite() && !bend(&speed).is_finite()
+    };
+    if !bend(&known).is_finite() {
+        let text = format!("`auto` has no bound for `{name}`: a joint on the way to it slides without position limits");
+        return BuildError::new("sampled_margin", text).help(
+            "give that joint `lower` and `upper` under `limits` of the robot, or write a length instead of `auto`",
+        );
+    }
+    let open: Vec<usize> = (0..ctx.speed.len()).filter(at_fault).collect();
+    let shown: Vec<String> =
+        open.iter().take(4).filter_map(|&d| Some(format!("`{}`", ctx.model.dofs.get(d)?.name))).collect();
+    let more = open.len().saturating_sub(shown.len());
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    let text = format!(
+        "`auto` has no bound for `{name}`: no hard level down to this one limits the speed of {}{more}",
+        shown.join(", ")
+    );
+    BuildError::new("sampled_margin", text).help(
+        "put `joint_velocity_limits` on a hard level, this one or one above it, with `max` for joints that have no \
+         speed limit of their own; or write a length instead of `auto`",
+    )
 }

@@ -90,8 +90,9 @@ pub struct Context<'a> {
     pub values: &'a [f64],
     /// Control period T, in s.
     pub period: f64,
-    /// For each degree of freedom the largest speed that hard limits or the robot allow, in rad/s or m/s;
-    /// infinite where nothing bounds it.
+    /// For each degree of freedom the largest speed that hard levels down to that of the task let through, in rad/s or
+    /// m/s; infinite where none bounds it. What the robot itself can do does not count: the reference, which the
+    /// limits are kept for, moves as the levels say.
     pub speed: &'a [f64],
 }
 

@@ -76,6 +76,8 @@ struct Owner<'p> {
     task: usize,
     /// The groups that the parameter stands in, `left.` for example.
     prefix: &'p str,
+    /// The joints that the task is about, where its `joints` says so.
+    joints: Option<&'p [usize]>,
 }
 
 impl Binder<'_> {
@@ -93,8 +95,13 @@ impl Binder<'_> {
             spans.entry(e.key.value.clone()).or_insert(e.value.span);
         }
         let what = format!("task type `{}`", kind.name);
-        let params =
-            self.group(Owner { kind, task: index, prefix: "" }, kind.params, &body, &what, definition.kind.span)?;
+        let params = self.group(
+            Owner { kind, task: index, prefix: "", joints: None },
+            kind.params,
+            &body,
+            &what,
+            definition.kind.span,
+        )?;
         let numbers = std::mem::take(&mut self.numbers);
         Some(BoundTask { kind, params, spans, numbers, span: definition.kind.span })
     }
@@ -181,7 +188,11 @@ impl Binder<'_> {
                 continue;
             }
             let before = self.diagnostics.len();
-            match self.one(owner, info, value) {
+            let joints = match bound.get("joints") {
+                Some(Bound::Joints(joints)) => Some(joints.clone()),
+                _ => None,
+            };
+            match self.one(Owner { joints: joints.as_deref(), ..owner }, info, value) {
                 Some(b) => {
                     bound.insert(info.name.to_string(), b);
                 }

@@ -6,7 +6,8 @@ use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
 use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE};
-use stdlib_tasks::params::ParamInfo;
+use stdlib_tasks::params::{ParamInfo, Quantity};
+use stdlib_tasks::task::Nature;
 
 use super::{Binder, Owner};
 use crate::constants::{fits, joint_dimension, joint_items, merge_bare};
@@ -15,9 +16,16 @@ use crate::forms::block_of;
 use crate::robot_binding::joints;
 use crate::units;
 
+impl Owner<'_> {
+    /// Limits of joints are taken in when the task is built, and cannot move; targets can.
+    fn range(&self, dimension: Dimension) -> Option<Quantity> {
+        (self.kind.nature == Nature::Limit).then(|| Quantity::any(dimension).constant())
+    }
+}
+
 impl Binder<'_> {
-    /// Numbers for joints: `{ name value .. }`, or one value for all joints of its unit. `per` is what the joint's own
-    /// unit is multiplied with: nothing for positions, a rate for velocities.
+    /// Numbers for joints: `{ name value .. }`, or one value for all of the task's joints that have its unit. `per` is what
+    /// the joint's own unit is multiplied with: nothing for positions, a rate for velocities.
     pub(super) fn per_joint(&mut self, owner: Owner, value: &Value, info: &ParamInfo, per: Dimension) -> Option<Bound> {
         let model = &self.robot.model;
         let dimension = |dof: usize| joint_dimension(model, dof).times(per).unwrap_or(per);
@@ -32,16 +40,18 @@ impl Binder<'_> {
                     good = false;
                     continue;
                 };
-                for &dof in &dofs {
-                    if let Some(first) = seen.insert(dof, e.key.span) {
-                        let text = format!("joint `{}` is given twice", model.dofs[dof].name);
-                        self.diagnostics.push(
-                            Diagnostic::error("HQ0207", e.key.span, text)
-                                .label(first, "first here")
-                                .help("name each joint once"),
-                        );
-                        good = false;
-                    }
+                let twice: Vec<(usize, Span)> =
+                    dofs.iter().filter_map(|&dof| Some((dof, seen.insert(dof, e.key.span)?))).collect();
+                if let Some((dof, first)) = twice.first() {
+                    let more = match twice.len() - 1 {
+                        0 => String::new(),
+                        1 => ", and so is 1 more".to_string(),
+                        n => format!(", and so are {n} more"),
+                    };
+                    let text = format!("joint `{}` is given twice{more}", model.dofs[*dof].name);
+                    let d = Diagnostic::error("HQ0207", e.key.span, text).label(*first, "first here");
+                    self.diagnostics.push(d.help("name each joint once"));
+                    good = false;
                 }
                 match self.joint_values(owner, &e.value, &dofs, &dimension) {
                     Some(slots) => out.extend(dofs.into_iter().zip(slots)),
@@ -58,14 +68,33 @@ impl Binder<'_> {
         {
             return self.wrong(value, info, "`{ joint value .. }`, or one number in the joints' unit");
         }
-        if !(0..model.nv()).any(|d| dimension(d) == wanted) {
+        // A base has velocities and no joint position.
+        let placed = |d: usize| per != NONE || model.dofs[d].q_index.is_some();
+        let own = |d: usize| owner.joints.is_none_or(|joints| joints.contains(&d));
+        let meant: Vec<usize> = (0..model.nv()).filter(|&d| placed(d) && own(d) && dimension(d) == wanted).collect();
+        if meant.is_empty() {
             let is = wanted.describe();
-            let d = Diagnostic::error("HQ0301", value.span, format!("no joint of this robot moves with {is}")).here(is);
-            self.diagnostics.push(d.help("use the joints' own unit, or name the joints: `{ joint value .. }`"));
+            let whose = if owner.joints.is_some() { "`joints`" } else { "this robot" };
+            let text = format!("no joint of {whose} moves with {is}");
+            let units: Vec<String> = (0..model.nv())
+                .filter(|&d| placed(d) && own(d))
+                .map(|d| format!("`{}`", units::written(dimension(d))))
+                .fold(Vec::new(), |mut all, u| {
+                    if !all.contains(&u) {
+                        all.push(u);
+                    }
+                    all
+                });
+            let help = match units.is_empty() {
+                true => "name joints that have a position".to_string(),
+                false => format!("write a number in {}", units.join(" or ")),
+            };
+            self.diagnostics.push(Diagnostic::error("HQ0301", value.span, text).here(is).help(help));
             return None;
         }
-        let slot = self.value(owner, value, (Kind::Scalar, wanted), None, &format!("`{}`", info.name))?;
-        out.extend((0..model.nv()).filter(|&d| dimension(d) == wanted).map(|d| (d, slot)));
+        let what = format!("`{}`", info.name);
+        let slot = self.value(owner, value, (Kind::Scalar, wanted), owner.range(wanted), &what)?;
+        out.extend(meant.into_iter().map(|d| (d, slot)));
         Some(Bound::PerJoint(out))
     }
 
@@ -96,7 +125,10 @@ impl Binder<'_> {
             }
             let slot = match names.as_slice() {
                 [_] => self.joint(owner, value, first, dimension(first))?,
-                _ => self.value(owner, value, (Kind::Scalar, dimension(first)), None, "the value of these joints")?,
+                _ => {
+                    let (wanted, what) = (dimension(first), "the value of these joints");
+                    self.value(owner, value, (Kind::Scalar, wanted), owner.range(wanted), what)?
+                }
             };
             return Some(vec![slot; dofs.len()]);
         };
@@ -108,7 +140,7 @@ impl Binder<'_> {
 
     fn joint(&mut self, owner: Owner, value: &Value, dof: usize, dimension: Dimension) -> Option<Slot> {
         let what = format!("the value of `{}`", self.robot.model.dofs[dof].name);
-        self.value(owner, value, (Kind::Scalar, dimension), None, &what)
+        self.value(owner, value, (Kind::Scalar, dimension), owner.range(dimension), &what)
     }
 
     pub(super) fn per_arm(

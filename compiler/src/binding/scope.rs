@@ -86,7 +86,7 @@ impl TaskScope<'_> {
         {
             let dof = model.dof(name).filter(|&d| model.dofs[d].q_index.is_some());
             let Some(dof) = dof else {
-                return Err(Box::new(unknown_joint(model, name, one.span, &[])));
+                return Err(Box::new(unknown_joint(model, name, one.span, &[], &self.robot.joint_groups.locked)));
             };
             let q = model.dofs[dof].q_index.unwrap_or(0);
             return Ok((CaptureSource::Joint(q), ActualType::Scalar(joint_dimension(model, dof))));

@@ -8,7 +8,7 @@ use stdlib_tasks::params::{ParamInfo, Quantity};
 
 use super::scope::TaskScope;
 use super::{Binder, Number, Owner};
-use crate::constants::{fits, with_units};
+use crate::constants::{fits, unit_of_divisor, with_units};
 use crate::expr::{Kind, Lowering, Typed};
 use crate::forms::unknown_key;
 use crate::names::list;
@@ -43,7 +43,8 @@ impl Binder<'_> {
             }));
             return None;
         }
-        if let Some(d) = fits(self.graph, &typed, wanted.1, what) {
+        if let Some(mut d) = fits(self.graph, &typed, wanted.1, what) {
+            d.help = unit_of_divisor(value, wanted.1).or(d.help);
             let error = d.severity == dsl::Severity::Error;
             self.diagnostics.push(d);
             if error {

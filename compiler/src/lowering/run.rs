@@ -3,6 +3,7 @@
 use dsl::tree::{Block, Run};
 use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::{RunProgram, Simulator};
+use solver::Backend;
 use stdlib_tasks::dimension::{ANGLE, NONE, TIME};
 
 use super::Lowerer;
@@ -20,6 +21,7 @@ pub(super) struct RunSettings {
     duration_span: Option<Span>,
     title: Option<String>,
     simulator: Simulator,
+    solver: Backend,
     span: Option<Span>,
 }
 
@@ -29,7 +31,7 @@ pub(super) fn run_settings(
     constants: &mut Constants,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> RunSettings {
-    check_keys(&run.body, &["stack", "duration", "title", "simulator"], "a run", diagnostics);
+    check_keys(&run.body, &["stack", "duration", "title", "solver", "simulator"], "a run", diagnostics);
     let mut settings = RunSettings { span: Some(span), ..RunSettings::default() };
     for e in &run.body.entries {
         match e.key.value.as_str() {
@@ -54,6 +56,16 @@ pub(super) fn run_settings(
                 Some(text) => settings.title = Some(text.to_string()),
                 None => diagnostics
                     .push(Diagnostic::error("HQ0304", e.value.span, "a title is a text").help("write it in quotes")),
+            },
+            "solver" => match text_of(&e.value).and_then(Backend::from_name) {
+                Some(backend) => settings.solver = backend,
+                None => {
+                    let names: Vec<&str> = Backend::ALL.iter().map(|b| b.name()).collect();
+                    diagnostics.push(
+                        Diagnostic::error("HQ0304", e.value.span, "this is not the name of a solver")
+                            .help(format!("solvers are {}", list(names.iter().copied(), 8))),
+                    );
+                }
             },
             "simulator" => {
                 if let Some(b) = block_of(&e.value, "`simulator`", diagnostics) {
@@ -136,6 +148,6 @@ impl Lowerer<'_> {
             self.push(d.label(robot.rate_span, format!("one tick is {} s", robot.period)).help("shorten the run"));
         }
         let title = settings.title.unwrap_or_else(|| stacks[stack].name.value.clone());
-        Some((RunProgram { stack, duration, simulator: settings.simulator }, title))
+        Some((RunProgram { stack, duration, solver: settings.solver, simulator: settings.simulator }, title))
     }
 }

@@ -16,7 +16,7 @@ use crate::forms::{block_of, check_keys, items_of, path_of};
 impl Binder<'_, '_> {
     pub(super) fn arms(&mut self) -> Vec<Arm> {
         let mut arms: Vec<Arm> = Vec::new();
-        for e in self.block("arms").iter().flat_map(|b| &b.entries) {
+        for e in self.declarations("arms").iter().flat_map(|b| &b.entries) {
             let Some(inner) = block_of(&e.value, "an arm", self.diagnostics) else {
                 self.failed.insert(e.key.value.clone());
                 continue;
@@ -44,7 +44,7 @@ impl Binder<'_, '_> {
 
     pub(super) fn geometries(&mut self) -> Vec<Geometry> {
         let mut all: Vec<Geometry> = Vec::new();
-        for e in self.block("points").iter().flat_map(|b| &b.entries) {
+        for e in self.declarations("points").iter().flat_map(|b| &b.entries) {
             let found = match &e.value.kind {
                 ValueKind::Block(inner) => {
                     check_keys(inner, &["link", "offset"], "a point", self.diagnostics);
@@ -65,7 +65,7 @@ impl Binder<'_, '_> {
                 }
             }
         }
-        for e in self.block("segments").iter().flat_map(|b| &b.entries) {
+        for e in self.declarations("segments").iter().flat_map(|b| &b.entries) {
             if let Some(point) = self.robot.body.get("points").and_then(|p| match &p.value.kind {
                 ValueKind::Block(b) => b.get(&e.key.value),
                 _ => None,
@@ -139,7 +139,7 @@ impl Binder<'_, '_> {
                 None => self.failed.extend([name, "arms".to_string()]),
             }
         }
-        let block = self.block("groups");
+        let block = self.declarations("groups");
         let declared: Vec<&str> = block.iter().flat_map(|b| &b.entries).map(|e| e.key.value.as_str()).collect();
         for (i, e) in block.iter().flat_map(|b| &b.entries).enumerate() {
             let name = e.key.value.as_str();

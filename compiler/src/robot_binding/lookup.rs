@@ -1,10 +1,10 @@
 //! What names mean on a robot, and the diagnostics for those that mean nothing.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
-use robot::Model;
+use robot::{Drive, Model};
 use stdlib_tasks::bound::{Arm, Geometry};
 
 use super::JointGroups;
@@ -33,30 +33,80 @@ pub fn glob(pattern: &str, name: &str) -> bool {
     p[i..].iter().all(|&c| c == '*')
 }
 
-/// The diagnostic for a joint that is not there, with the reason if it is there and does not move.
-pub fn unknown_joint(model: &Model, name: &str, span: Span, groups: &[&str]) -> Diagnostic {
+/// True for a name with `*` or `?` in it.
+pub fn is_pattern(name: &str) -> bool {
+    name.contains(['*', '?'])
+}
+
+/// The diagnostic for a joint that is not there, with the reason if it is there and does not move. `offered` are names
+/// that could have been meant beside those of joints, `locked` the joints that the spec locks.
+pub fn unknown_joint(
+    model: &Model,
+    name: &str,
+    span: Span,
+    offered: &[&str],
+    locked: &BTreeSet<String>,
+) -> Diagnostic {
     if let Some(j) = model.joint(name) {
-        let why = match model.joint_ref(j).drive {
-            robot::Drive::Fixed => "it is fixed",
-            robot::Drive::Mimic { .. } => "it mimics another joint",
-            robot::Drive::Locked(_) => "the robot's `lock` holds it still",
-            robot::Drive::Dof(_) => "it cannot be named here",
+        let joint = model.joint_ref(j);
+        let (why, help) = match joint.drive {
+            Drive::Fixed => ("it is fixed", "leave it out"),
+            Drive::Mimic { .. } => ("it mimics another joint", "name the joint that it follows"),
+            Drive::Locked(_) if locked.contains(name) => {
+                ("the robot's `lock` holds it still", "take it out of `lock`, or leave it out here")
+            }
+            Drive::Locked(_) if joint.lower == joint.upper => (
+                "its limits in the URDF are one and the same position",
+                "leave it out, or write the `<limit>` of a joint that moves into the URDF",
+            ),
+            Drive::Locked(_) => ("it mimics a joint that stands still", "leave it out"),
+            Drive::Dof(_) => ("it cannot be named here", "leave it out"),
         };
-        let d = Diagnostic::error("HQ0201", span, format!("joint `{name}` does not move by itself: {why}"));
-        return match model.joint_ref(j).drive {
-            robot::Drive::Locked(_) => d.help("take it out of `lock`, or leave it out here"),
-            robot::Drive::Mimic { .. } => d.help("name the joint that it follows"),
-            _ => d.help("leave it out"),
-        };
+        let text = format!("joint `{name}` does not move by itself: {why}");
+        return Diagnostic::error("HQ0201", span, text).help(help);
+    }
+    if is_pattern(name) {
+        return unmatched(model, name, span, offered, locked);
     }
     let mut known: Vec<&str> = model.dofs.iter().map(|d| d.name.as_str()).collect();
-    known.extend(groups);
+    known.extend(offered);
     let d = Diagnostic::error("HQ0201", span, format!("robot `{}` has no joint `{name}`", model.name));
     match suggest(name, known.iter().copied()) {
         _ if model.link(name).is_some() => d.help("this is a link; name the joint that moves it"),
         Some(near) => d.help(format!("did you mean `{near}`?")),
         None => d.help(format!("it has {}", list(known, 8))),
     }
+}
+
+/// The diagnostic for a pattern that fits no joint that moves.
+fn unmatched(model: &Model, pattern: &str, span: Span, offered: &[&str], locked: &BTreeSet<String>) -> Diagnostic {
+    let text = format!("no joint of robot `{}` that moves by itself fits `{pattern}`", model.name);
+    let d = Diagnostic::error("HQ0201", span, text);
+    if locked.iter().any(|n| glob(pattern, n)) {
+        return d.help("the robot's `lock` holds those that fit; take them out of `lock`, or leave them out here");
+    }
+    let names: Vec<&str> = model.dofs.iter().map(|d| d.name.as_str()).collect();
+    let patterns = common_patterns(&names);
+    match suggest(pattern, patterns.iter().map(String::as_str).chain(offered.iter().copied())) {
+        Some(near) if is_pattern(near) => d.help(format!("did you mean `\"{near}\"`?")),
+        Some(near) => d.help(format!("did you mean the group `{near}`?")),
+        None => d.help(format!("it has {}", list(names.into_iter().chain(offered.iter().copied()), 8))),
+    }
+}
+
+/// Patterns that fit two joints or more: `arm_*`, `*_joint`, from the parts of their names.
+fn common_patterns(names: &[&str]) -> Vec<String> {
+    let mut patterns: Vec<String> = Vec::new();
+    for name in names {
+        for (i, _) in name.match_indices('_') {
+            for p in [format!("{}*", &name[..=i]), format!("*{}", &name[i..])] {
+                if !patterns.contains(&p) && names.iter().filter(|n| glob(&p, n)).count() > 1 {
+                    patterns.push(p);
+                }
+            }
+        }
+    }
+    patterns
 }
 
 /// The diagnostic for a link that is not there.
@@ -101,7 +151,7 @@ pub fn joints(
     for item in items {
         let Some(name) = text_of(item) else {
             if !matches!(item.kind, ValueKind::Missing) {
-                diagnostics.push(Diagnostic::error("HQ0304", item.span, "the name of a joint or group is needed here"));
+                diagnostics.push(no_name(item));
             }
             good = false;
             continue;
@@ -114,14 +164,29 @@ pub fn joints(
         } else if let Some(g) = groups.members.get(name) {
             g.clone()
         } else {
-            (0..model.nv()).filter(|&i| name.contains(['*', '?']) && glob(name, &model.dofs[i].name)).collect()
+            (0..model.nv()).filter(|&i| is_pattern(name) && glob(name, &model.dofs[i].name)).collect()
         };
         if found.is_empty() {
             let names: Vec<&str> = groups.members.keys().map(String::as_str).collect();
-            diagnostics.push(unknown_joint(model, name, item.span, &names));
+            diagnostics.push(if groups.members.contains_key(name) {
+                Diagnostic::error("HQ0201", item.span, format!("no joint of group `{name}` moves"))
+                    .note("the robot's `lock` holds all of them still")
+                    .help("take them out of `lock`, or leave the group out here")
+            } else {
+                unknown_joint(model, name, item.span, &names, &groups.locked)
+            });
             good = false;
         }
         dofs.extend(found.into_iter().filter(|d| !dofs.contains(d)).collect::<Vec<_>>());
     }
     good.then_some(dofs)
+}
+
+/// The diagnostic for something else than a name; `arm_*_joint` without quotes is read as a product.
+fn no_name(item: &Value) -> Diagnostic {
+    let d = Diagnostic::error("HQ0304", item.span, "the name of a joint or group is needed here");
+    match &item.kind {
+        ValueKind::Binary(..) => d.help("a pattern stands in quotes, as in `\"arm_*_joint\"`"),
+        _ => d.help("write names and patterns, as in `[joint_1, \"arm_*\"]`"),
+    }
 }

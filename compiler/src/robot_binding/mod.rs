@@ -1,6 +1,7 @@
 //! The robot of a spec: its URDF read and reduced, its arms, points, groups and home bound to the model.
 
 mod geometry;
+mod home;
 mod joints;
 mod lookup;
 mod urdf;
@@ -17,6 +18,8 @@ use stdlib_tasks::dimension::RATE;
 use crate::constants::Constants;
 use crate::forms::{block_of, check_keys, text_of};
 use crate::names::suggest;
+
+use home::Home;
 
 pub use lookup::{joints, unknown_geometry, unknown_joint, unknown_link};
 
@@ -58,6 +61,8 @@ pub struct JointGroups {
     pub members: BTreeMap<String, Vec<usize>>,
     /// Groups whose declaration is wrong, as in [`BoundRobot::failed`].
     pub failed: BTreeSet<String>,
+    /// Joints that the robot's `lock` takes out of the model; members above are without them.
+    pub locked: BTreeSet<String>,
 }
 
 /// What the compiler needs to read files.
@@ -141,22 +146,48 @@ pub fn bind(robot: &Robot, files: &mut Files, constants: &mut Constants) -> Opti
         return None;
     };
     let locks = urdf::locks(&robot.body, files.diagnostics);
-    let model = urdf::read((&path_text, urdf.value.span), base, &locks, robot, constants, files)?;
-    if model.nv() == 0 {
-        let d = Diagnostic::error("HQ0402", urdf.value.span, "nothing of this robot moves");
-        files.diagnostics.push(
-            d.note("every joint of it is fixed or locked, and its base is fixed")
-                .help("name another URDF, lock fewer joints, or give it a `base`"),
-        );
+    let file = urdf::open((&path_text, urdf.value.span), base, robot, files)?;
+    let whole = file.whole(!locks.is_empty(), files.diagnostics)?;
+    let moves = |model: &Model, diagnostics: &mut Vec<Diagnostic>| {
+        if model.nv() == 0 {
+            let d = Diagnostic::error("HQ0402", urdf.value.span, "nothing of this robot moves");
+            diagnostics.push(
+                d.note("every joint of it is fixed, locked, or held in place by its own limits, and its base is fixed")
+                    .help("name another URDF, lock fewer joints, or give it a `base`"),
+            );
+        }
+        model.nv() > 0
+    };
+    if !moves(&whole, files.diagnostics) {
         return None;
     }
+    let block = |key: &str, diagnostics: &mut Vec<Diagnostic>| {
+        robot.body.get(key).and_then(|e| block_of(&e.value, &format!("`{key}`"), diagnostics))
+    };
+    let groups = joints::joint_groups(block("joints", files.diagnostics), &whole, files.diagnostics);
+    let home_block = block("home", files.diagnostics);
+    let mut home = Home::read(home_block, (&whole, &groups), constants, files.diagnostics);
+    if let (None, Some(e)) = (home_block, robot.body.get("home")) {
+        home.unreadable(e.value.span);
+    }
+    let (model, joint_groups) = if locks.is_empty() {
+        (whole, groups)
+    } else {
+        let at = urdf::positions(&locks, (&whole, &groups), &home, constants, files.diagnostics);
+        let names = at.keys().cloned().collect();
+        let model = file.locked(at, files.diagnostics)?;
+        if !moves(&model, files.diagnostics) {
+            return None;
+        }
+        let groups = groups.without(names, &whole, &model);
+        (model, groups)
+    };
     let mut b = Binder { model, robot, constants, failed: BTreeSet::new(), diagnostics: files.diagnostics };
-    let joint_groups = b.joint_groups();
     b.limits(&joint_groups);
     let geometries = b.geometries();
     let arms = b.arms();
     let groups = b.groups(&geometries);
-    let (home, home_span) = b.home(&joint_groups, &locks);
+    let (home, home_span) = b.home(&home);
     let tracking_gain = match robot.body.get("tracking_gain") {
         Some(e) => b.constants.scalar(&e.value, RATE, b.diagnostics).unwrap_or(0.0),
         None => 0.0,
@@ -204,6 +235,15 @@ impl Binder<'_, '_> {
     fn block(&mut self, key: &str) -> Option<Block> {
         let entry = self.robot.body.get(key)?;
         block_of(&entry.value, &format!("`{key}`"), self.diagnostics).cloned()
+    }
+
+    /// A block of declarations: a pattern names none of them.
+    fn declarations(&mut self, key: &str) -> Option<Block> {
+        let mut block = self.block(key)?;
+        for e in block.entries.extract_if(.., |e| lookup::is_pattern(&e.key.value)) {
+            self.diagnostics.push(joints::pattern_as_name(&e.key));
+        }
+        Some(block)
     }
 
     fn link(&mut self, value: &Value) -> Option<(String, LinkId)> {

@@ -1,16 +1,19 @@
 //! The URDF of a robot: found, read, and reduced by the joints that the spec locks.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use dsl::tree::{Block, Robot, Value, ValueKind};
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, SourceId, Span, Spanned};
 use robot::{Base, Model};
 
-use super::Files;
-use super::lookup::{glob, unknown_joint};
+use super::home::{Home, rounded};
+use super::lookup::joints;
+use super::{Files, JointGroups};
 use crate::constants::{Constants, joint_dimension};
 use crate::forms::{items_of, text_of};
 use crate::names::suggest;
+use crate::units;
 
 /// Joints that the spec takes out of the model, each with the value it is held at where one is written.
 pub(super) type Locks = Vec<(Spanned<String>, Option<Value>)>;
@@ -26,7 +29,10 @@ pub(super) fn locks(body: &Block, diagnostics: &mut Vec<Diagnostic>) -> Locks {
                 let name = text_of(v);
                 if name.is_none() && !matches!(v.kind, ValueKind::Missing) {
                     let d = Diagnostic::error("HQ0304", v.span, "the name of a joint is needed here");
-                    diagnostics.push(d.help("write `lock [head_pan]`, or `lock { head_pan 0.1 rad }`"));
+                    diagnostics.push(match &v.kind {
+                        ValueKind::Binary(..) => d.help("a pattern stands in quotes, as in `\"arm_*_joint\"`"),
+                        _ => d.help("write `lock [head_pan]`, or `lock { head_pan 0.1 rad }`"),
+                    });
                 }
                 Some((Spanned::new(name?.to_string(), v.span), None))
             })
@@ -34,15 +40,21 @@ pub(super) fn locks(body: &Block, diagnostics: &mut Vec<Diagnostic>) -> Locks {
     }
 }
 
-/// Reads the URDF twice where needed: once to learn the joints that patterns in `lock` mean, then reduced.
-pub(super) fn read(
+/// A URDF that was found and read as text, and how it becomes a model.
+pub(super) struct Urdf {
+    text: String,
+    source: SourceId,
+    span: Span,
+    options: robot::Options,
+}
+
+/// Finds the URDF that a robot names and reads its text.
+pub(super) fn open(
     (path_text, span): (&str, Span),
     base: Base,
-    locks: &Locks,
     robot: &Robot,
-    constants: &mut Constants,
     files: &mut Files,
-) -> Option<Model> {
+) -> Option<Urdf> {
     let path = files.folder.join(path_text);
     let bytes = match std::fs::read(&path) {
         Ok(b) => b,
@@ -69,7 +81,7 @@ pub(super) fn read(
             return None;
         }
     };
-    let urdf_source = files.sources.add(path_text, text.clone());
+    let source = files.sources.add(path_text, text.clone());
     let mut package_paths: Vec<PathBuf> = files.package_paths.to_vec();
     if let Some(e) = robot.body.get("package_path") {
         match text_of(&e.value) {
@@ -80,75 +92,99 @@ pub(super) fn read(
             ),
         }
     }
-    let mut options = robot::Options {
-        base,
-        urdf_dir: path.parent().map(Path::to_path_buf),
-        package_paths,
-        read_meshes: true,
-        ..robot::Options::default()
-    };
-    let convert = |m: &robot::UrdfMessage, error: bool| {
-        let place = Span::new(urdf_source, m.span.start, m.span.end);
-        let code = if error { "HQ0402" } else { "HQ0403" };
+    let urdf_dir = path.parent().map(Path::to_path_buf);
+    let options = robot::Options { base, urdf_dir, package_paths, read_meshes: true, ..robot::Options::default() };
+    Some(Urdf { text, source, span, options })
+}
+
+impl Urdf {
+    /// The model with all its joints. With `to_be_locked`, meshes and doubtful places are left to [`Urdf::locked`].
+    pub(super) fn whole(&self, to_be_locked: bool, diagnostics: &mut Vec<Diagnostic>) -> Option<Model> {
+        let options = robot::Options { read_meshes: !to_be_locked, ..self.options.clone() };
+        self.model(&options, !to_be_locked, diagnostics)
+    }
+
+    /// The model without joints that are held at given positions.
+    pub(super) fn locked(&self, at: BTreeMap<String, f64>, diagnostics: &mut Vec<Diagnostic>) -> Option<Model> {
+        self.model(&robot::Options { lock: at, ..self.options.clone() }, true, diagnostics)
+    }
+
+    fn model(&self, options: &robot::Options, warn: bool, diagnostics: &mut Vec<Diagnostic>) -> Option<Model> {
+        match Model::from_urdf(&self.text, options) {
+            Ok((model, warnings)) => {
+                if warn {
+                    diagnostics.extend(warnings.iter().map(|m| self.convert(m, false)));
+                }
+                Some(model)
+            }
+            Err(errors) => {
+                diagnostics.extend(errors.iter().map(|m| self.convert(m, true)));
+                None
+            }
+        }
+    }
+
+    fn convert(&self, m: &robot::UrdfMessage, error: bool) -> Diagnostic {
+        let place = Span::new(self.source, m.span.start, m.span.end);
         let d = if error {
-            Diagnostic::error(code, place, m.text.clone())
+            Diagnostic::error("HQ0402", place, m.text.clone()).label(self.span, "this robot reads it")
         } else {
-            Diagnostic::warning(code, place, m.text.clone())
+            Diagnostic::warning("HQ0403", place, m.text.clone())
         };
-        let d = if error { d.label(span, "this robot reads it") } else { d };
         match &m.help {
             Some(h) => d.help(h.clone()),
             None => d,
         }
-    };
-    let first = Model::from_urdf(&text, &options);
-    let full = match first {
-        Ok((model, warnings)) if locks.is_empty() => {
-            files.diagnostics.extend(warnings.iter().map(|m| convert(m, false)));
-            return Some(model);
-        }
-        Ok((model, _)) => model,
-        Err(errors) => {
-            files.diagnostics.extend(errors.iter().map(|m| convert(m, true)));
-            return None;
-        }
-    };
-    let home = robot.body.get("home").and_then(|h| match &h.value.kind {
-        ValueKind::Block(b) => Some(b),
-        _ => None,
-    });
+    }
+}
+
+/// Where the joints stand that a spec locks, by name: at the value of `lock`, or of `home`, or at zero; at the nearest
+/// limit where that lies outside.
+pub(super) fn positions(
+    locks: &Locks,
+    (whole, groups): (&Model, &JointGroups),
+    home: &Home,
+    constants: &mut Constants,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> BTreeMap<String, f64> {
+    let mut at: BTreeMap<String, f64> = BTreeMap::new();
     for (name, value) in locks {
-        let matched: Vec<usize> =
-            (0..full.nv()).filter(|&i| full.dofs[i].joint.is_some() && glob(&name.value, &full.dofs[i].name)).collect();
-        if matched.is_empty() {
-            files.diagnostics.push(unknown_joint(&full, &name.value, name.span, &[]));
+        let item = Value { kind: ValueKind::Text(name.value.clone()), span: name.span };
+        let Some(found) = joints(std::slice::from_ref(&item), whole, groups, diagnostics) else { continue };
+        let dofs: Vec<usize> = found.into_iter().filter(|&i| whole.dofs[i].joint.is_some()).collect();
+        if dofs.is_empty() {
+            let d = Diagnostic::error("HQ0201", name.span, "the base cannot be locked here");
+            diagnostics.push(d.help("write `base fixed` for a robot that stands, or `lock [base]` in a stack"));
         }
-        for i in matched {
-            let d = &full.dofs[i];
+        let values = match value {
+            Some(value) => constants.per_joint(value, &dofs, whole, diagnostics).unwrap_or_default(),
+            None => Vec::new(),
+        };
+        let mut outside: BTreeSet<Span> = BTreeSet::new();
+        for (k, &i) in dofs.iter().enumerate() {
+            let d = &whole.dofs[i];
             // The home configuration may say where a locked joint stands.
-            let value = value.as_ref().or_else(|| Some(&home?.get(&d.name)?.value));
-            let x = value.and_then(|v| {
-                let x = constants.scalar(v, joint_dimension(&full, i), files.diagnostics)?;
-                if x < d.lower || x > d.upper {
-                    let text =
-                        format!("`{}` is locked at {x}, outside its limits of {} to {}", d.name, d.lower, d.upper);
-                    files.diagnostics.push(Diagnostic::error("HQ0404", v.span, text).help("lock it inside its limits"));
+            let (x, written) = match values.get(k) {
+                Some((x, span)) => (*x, Some(*span)),
+                None => home.of(&d.name).map_or((0.0, None), |(x, span)| (x, Some(span))),
+            };
+            if let Some(span) = written.filter(|_| x < d.lower || x > d.upper)
+                && outside.insert(span)
+            {
+                let unit = units::written(joint_dimension(whole, i));
+                let (x, lower, upper) = (rounded(x), rounded(d.lower), rounded(d.upper));
+                let text = format!("`{}` is locked at {x} {unit}, outside its limits", d.name);
+                let mut error =
+                    Diagnostic::error("HQ0404", span, text).here(format!("allowed are {lower} to {upper} {unit}"));
+                if !(name.span.start <= span.start && span.start <= name.span.end) && value.is_none() {
+                    error = error.label(name.span, "locked here");
                 }
-                Some(x)
-            });
-            options.lock.insert(d.name.clone(), x.unwrap_or(0.0).max(d.lower).min(d.upper));
+                diagnostics.push(error.help("lock it inside its limits"));
+            }
+            at.insert(d.name.clone(), x.max(d.lower).min(d.upper));
         }
     }
-    match Model::from_urdf(&text, &options) {
-        Ok((model, warnings)) => {
-            files.diagnostics.extend(warnings.iter().map(|m| convert(m, false)));
-            Some(model)
-        }
-        Err(errors) => {
-            files.diagnostics.extend(errors.iter().map(|m| convert(m, true)));
-            None
-        }
-    }
+    at
 }
 
 fn io_reason(e: &std::io::Error) -> &'static str {

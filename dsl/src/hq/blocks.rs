@@ -69,6 +69,7 @@ impl Reader<'_> {
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::name => key = Some(self.place().spanned(&part)),
+                Rule::pattern => key = Some(Spanned::new(part.as_str().trim_matches('"').to_owned(), self.of(&part))),
                 Rule::mark => mark = Some(self.of(&part)),
                 Rule::junk => junk = Some(self.of(&part)),
                 _ => value = Some(part),
@@ -83,6 +84,14 @@ impl Reader<'_> {
             }
             return;
         };
+        // `finger_* 0.3 rad`: a name, and what cannot stand behind it.
+        if let Some(junk) = junk.filter(|j| value.is_none() && mark.is_none() && j.start == key.span.end)
+            && let Some(range) = explain::unquoted_pattern(self.text, junk.range().start, After::Key(&key.value))
+        {
+            let span = self.span(range.start, range.end);
+            self.diags.push(explain::needs_quotes(&self.text[range], span));
+            return;
+        }
         let lone_name = value
             .as_ref()
             .filter(|v| v.as_rule() == Rule::expr && crate::words::is_name(v.as_str()))

@@ -4,6 +4,7 @@ use super::{Lines, OneLine, WIDTH, expr, has_block, no_comments};
 use crate::tree::{
     Block, Comments, Entry, ItemKind, Level, Member, MemberTask, Spec, Stack, TaskDefinition, Value, ValueKind,
 };
+use crate::words::is_pattern;
 
 /// Writes a tree.
 pub(crate) fn print(spec: &Spec) -> String {
@@ -103,12 +104,18 @@ fn tag(body: &Block) -> Option<(&Entry, &Block)> {
     match body.entries.as_slice() {
         [entry] if body.tagged && no_comments(&entry.comments) && no_comments(&body.closing_comments) => {
             match &entry.value.kind {
+                ValueKind::Block(_) if is_pattern(&entry.key.value) => None,
                 ValueKind::Block(inner) if !inner.tagged || tag(inner).is_none() => Some((entry, inner)),
                 _ => None,
             }
         }
         _ => None,
     }
+}
+
+/// A key: a name as it is, a pattern in quotes.
+fn key(text: &str) -> String {
+    if is_pattern(text) { format!("\"{text}\"") } else { text.to_owned() }
 }
 
 fn tagged_or_block(body: &Block, behind: &Option<String>, indent: usize, lines: &mut Lines) {
@@ -142,7 +149,7 @@ fn entries(body: &Block, indent: usize, lines: &mut Lines) {
     for entry in &body.entries {
         lines.before(&entry.comments.before, indent);
         lines.indent(indent);
-        lines.out.push_str(&entry.key.value);
+        lines.out.push_str(&key(&entry.key.value));
         if matches!(entry.value.kind, ValueKind::Missing) {
             lines.out.push(',');
         } else {
@@ -168,7 +175,7 @@ fn one_line_block(body: &Block, line: &mut OneLine) -> Option<()> {
             let last = &body.entries[i - 1].value;
             line.push(separator(last, &entry.key.value))?;
         }
-        line.push(&entry.key.value)?;
+        line.push(&key(&entry.key.value))?;
         if !matches!(entry.value.kind, ValueKind::Missing) {
             line.push(" ")?;
         }

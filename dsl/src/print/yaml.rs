@@ -4,7 +4,7 @@ use super::{Lines, OneLine, WIDTH, expr, no_comments};
 use crate::tree::{
     Block, Entry, Item, ItemKind, Level, Member, MemberTask, Spec, Stack, TaskDefinition, Value, ValueKind,
 };
-use crate::words::{is_glob, is_text_key};
+use crate::words::{is_glob, is_pattern, is_text_key};
 
 /// Writes a tree.
 pub(crate) fn print(spec: &Spec) -> String {
@@ -73,14 +73,11 @@ fn declaration(item: &Item, lines: &mut Lines) {
     }
 }
 
-/// A key: names need no quotes, except those that YAML reads as something else.
+/// A key: names need no quotes, except those that YAML reads as something else; patterns have them.
 fn key(name: &str) -> String {
-    if matches!(name.to_ascii_lowercase().as_str(), "null" | "true" | "false" | "yes" | "no" | "on" | "off" | "y" | "n")
-    {
-        format!("\"{name}\"")
-    } else {
-        name.to_owned()
-    }
+    let lower = name.to_ascii_lowercase();
+    let other = matches!(lower.as_str(), "null" | "true" | "false" | "yes" | "no" | "on" | "off" | "y" | "n");
+    if other || is_pattern(name) { format!("\"{name}\"") } else { name.to_owned() }
 }
 
 /// A value behind `key:` that ends its line.

@@ -11,7 +11,7 @@ use crate::explain::{self, clip};
 use crate::expr::missing;
 use crate::limits::{MAX_DEPTH, MAX_NODES, check_size, too_deep};
 use crate::tree::{Block, Comments, Entry, Spec, Value, ValueKind};
-use crate::words::{is_name, is_text_key};
+use crate::words::{is_name, is_pattern, is_text_key};
 use crate::{Diagnostic, SourceId, Span, Spanned, checks};
 use events::{Document, Kind, Node, NodeId, Style};
 use std::collections::BTreeMap;
@@ -189,6 +189,14 @@ impl Reader<'_> {
         out
     }
 
+    /// A key of a block: a name, or a pattern of names.
+    fn block_key(&mut self, id: NodeId) -> Option<Spanned<String>> {
+        match self.scalar(id) {
+            Some((pattern, _)) if is_pattern(pattern) => Some(Spanned::new(pattern.to_owned(), self.span(id))),
+            _ => self.key(id),
+        }
+    }
+
     /// A key that must be a name.
     fn key(&mut self, id: NodeId) -> Option<Spanned<String>> {
         let span = self.span(id);
@@ -235,7 +243,7 @@ impl Reader<'_> {
         }
         self.depth += 1;
         for (key, value) in self.pairs(id) {
-            let Some(key) = self.key(key) else { continue };
+            let Some(key) = self.block_key(key) else { continue };
             let mut comments = self.key_comments(key.span);
             let end = self.later(value, key.span).range().end;
             let value = self.value(value, Some(&key));

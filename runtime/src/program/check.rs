@@ -79,6 +79,7 @@ impl Program {
     fn check_robot(&self) -> Result<(), ProgramError> {
         let r = &self.robot;
         ensure(r.period.is_finite() && r.period > 0.0, "robot.period", "not a positive time")?;
+        ensure(r.model.nv() > 0, "robot.model", "nothing of this robot moves")?;
         ensure(r.home.len() == r.model.nq(), "robot.home", "has another length than the configuration")?;
         ensure(r.home.iter().all(|x| x.is_finite()), "robot.home", "holds a number that is not finite")?;
         ensure(r.tracking_gain.is_finite() && r.tracking_gain >= 0.0, "robot.tracking_gain", "negative or not finite")?;

@@ -185,6 +185,9 @@ pub struct RunProgram {
     pub stack: usize,
     /// How long, in s.
     pub duration: f64,
+    /// What solves the hierarchy.
+    #[serde(default)]
+    pub solver: solver::Backend,
     /// The simulated robot.
     pub simulator: Simulator,
 }

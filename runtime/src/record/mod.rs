@@ -1,8 +1,10 @@
 //! What is kept of a run: every tick as CSV, a summary, and thinned series for plots.
 
 pub mod csv;
+pub mod held_back;
 pub mod series;
 pub mod summary;
+pub mod verify;
 
 use crate::simulate::{Recorder, Tick};
 

@@ -10,6 +10,8 @@ use crate::controller::Controller;
 use crate::evaluator::Member;
 use crate::program::Program;
 use crate::record::csv;
+use crate::record::held_back::{HeldBack, HeldBackRecorder};
+use crate::record::verify::Verification;
 use crate::simulate::{Recorder, Tick};
 
 /// A margin counts as passed below minus this, in the row's SI unit. The solver meets a bound to about 1e-11 of the
@@ -33,6 +35,11 @@ pub struct Summary {
     pub tasks: BTreeMap<String, TaskSummary>,
     /// Levels, the most important first.
     pub levels: Vec<LevelSummary>,
+    /// Levels that gave way to limits above them, where the solver tells.
+    pub held_back: Vec<HeldBack>,
+    /// The second solver's opinion, if it was asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub verification: Option<Verification>,
     /// Time of the controller per tick, in microseconds.
     pub tick_us: Percentiles,
     /// Files that were written.
@@ -194,6 +201,7 @@ pub struct SummaryRecorder {
     ticks: usize,
     fault: Option<(f64, crate::fault::Fault)>,
     elapsed_us: Vec<f32>,
+    held_back: HeldBackRecorder,
 }
 
 impl SummaryRecorder {
@@ -216,7 +224,15 @@ impl SummaryRecorder {
         let nv = controller.evaluator().model().nv();
         let level = |_: &String| LevelStatistics { relaxed: 0, saturated: 0, violation: 0.0, freedom: nv };
         let levels = controller.level_names().iter().map(level).collect();
-        SummaryRecorder { members, tasks, levels, ticks: 0, fault: None, elapsed_us: Vec::with_capacity(ticks) }
+        SummaryRecorder {
+            members,
+            tasks,
+            levels,
+            ticks: 0,
+            fault: None,
+            elapsed_us: Vec::with_capacity(ticks),
+            held_back: HeldBackRecorder::new(controller),
+        }
     }
 
     /// The summary so far.
@@ -281,6 +297,8 @@ impl SummaryRecorder {
             faults,
             tasks,
             levels: stack.levels.iter().zip(&self.levels).enumerate().map(level).collect(),
+            held_back: self.held_back.result(program),
+            verification: None,
             tick_us: Percentiles::of(&mut self.elapsed_us),
             outputs,
         }
@@ -290,6 +308,7 @@ impl SummaryRecorder {
 impl Recorder for SummaryRecorder {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
         self.ticks += 1;
+        self.held_back.tick(tick)?;
         self.elapsed_us.push((tick.elapsed * 1e6) as f32);
         if let (None, Some(fault)) = (&self.fault, tick.fault) {
             self.fault = Some((tick.time, fault));

@@ -9,7 +9,7 @@ use crate::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Ta
 crate::params! {
     /// Parameters of `joint_position`.
     pub struct Params {
-        /// Target of each joint or group, in rad or m; it may move with time.
+        /// Target of each joint or group, or one value for all joints of its unit, in rad or m; it may move with time.
         target: Vec<(usize, Slot)> = ParamType::JointPositions, Presence::Required;
         /// K: how fast the error decays.
         gain: Input<1> = ParamType::Scalar(Quantity::at_least(RATE, 0.0)), Presence::Default("2 /s");

@@ -10,7 +10,7 @@ use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskF
 crate::params! {
     /// Parameters of `joint_position_limits`.
     pub struct Params {
-        /// The joints; all that have a limit where left out.
+        /// The joints; all that have a limit where left out. A single value of `lower` or `upper` is for all of them.
         joints: Option<Vec<usize>> = ParamType::Joints, Presence::Optional;
         /// Lower limits that replace the robot's: constants.
         lower: Option<Vec<(usize, Slot)>> = ParamType::JointPositions, Presence::Optional;
@@ -56,6 +56,15 @@ struct JointPositionLimits {
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
     check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
+    for (name, list) in [("lower", &params.lower), ("upper", &params.upper)] {
+        among(name, list, &params.joints, ctx)?;
+        if let Some(d) =
+            list.iter().flatten().filter_map(|(dof, _)| ctx.model.dofs.get(*dof)).find(|d| d.q_index.is_none())
+        {
+            let text = format!("`{}` belongs to the base, which has no joint position", d.name);
+            return Err(BuildError::new(name, text).help("leave it out; a base is kept in place by a `virtual_wall`"));
+        }
+    }
     let all: Vec<usize> = (0..ctx.model.nv()).collect();
     let (mut rows, mut info) = (Vec::new(), Vec::new());
     for &dof in params.joints.as_ref().unwrap_or(&all) {
@@ -80,9 +89,30 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     }
     if rows.is_empty() {
         return Err(BuildError::new("joints", "none of these joints has a position limit")
-            .help("give `lower` and `upper`, or remove the task"));
+            .help(
+            "joints that turn without end need none: remove the task. To limit them all the same, give `lower` and \
+             `upper` here, or to single joints in the robot under `limits`",
+        ));
     }
     Ok(Box::new(JointPositionLimits { rows, info, gain: params.gain }))
+}
+
+/// Refuses values for joints that `joints` leaves out: they would have no effect.
+pub(crate) fn among(
+    name: &str,
+    list: &Option<Vec<(usize, Slot)>>,
+    joints: &Option<Vec<usize>>,
+    ctx: &Context,
+) -> Result<(), BuildError> {
+    let Some(joints) = joints else { return Ok(()) };
+    let left_out = list.iter().flatten().find(|(dof, _)| !joints.contains(dof));
+    match left_out.and_then(|(dof, _)| ctx.model.dofs.get(*dof)) {
+        None => Ok(()),
+        Some(d) => {
+            let text = format!("`{name}` gives a limit to `{}`, which `joints` leaves out", d.name);
+            Err(BuildError::new(name, text).help("add it to `joints`, or take its value away"))
+        }
+    }
 }
 
 /// The value given for a degree of freedom, if any.

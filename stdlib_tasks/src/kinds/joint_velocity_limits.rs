@@ -2,7 +2,7 @@
 
 use crate::bound::{BoundParams, Slot, check};
 use crate::dimension::{ANGULAR_VELOCITY, VELOCITY};
-use crate::kinds::joint_position_limits::replaced;
+use crate::kinds::joint_position_limits::{among, replaced};
 use crate::params::{ParamType, Presence};
 use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 
@@ -11,8 +11,8 @@ crate::params! {
     pub struct Params {
         /// The joints; all that have a velocity limit where left out, the base included.
         joints: Option<Vec<usize>> = ParamType::Joints, Presence::Optional;
-        /// Largest speeds that replace the robot's: one value for all joints of its unit, or one for each joint or group:
-        /// constants.
+        /// Largest speeds that replace the robot's: one value for all of these joints that have its unit (the base
+        /// included, where `joints` is left out), or one for each joint or group: constants.
         max: Option<Vec<(usize, Slot)>> = ParamType::JointVelocities, Presence::Optional;
     }
 }
@@ -41,6 +41,7 @@ struct JointVelocityLimits {
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
     check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
+    among("max", &params.max, &params.joints, ctx)?;
     let all: Vec<usize> = (0..ctx.model.nv()).collect();
     let (mut rows, mut info) = (Vec::new(), Vec::new());
     for &dof in params.joints.as_ref().unwrap_or(&all) {
@@ -61,7 +62,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     }
     if rows.is_empty() {
         return Err(BuildError::new("joints", "none of these joints has a velocity limit")
-            .help("give `max`, or remove the task"));
+            .help("give `max`, such as `max 1 rad/s`, or a `velocity` to single joints in the robot under `limits`"));
     }
     Ok(Box::new(JointVelocityLimits { rows, info }))
 }

@@ -6,7 +6,7 @@
 //! ```
 
 use nalgebra::{Point3, Vector3};
-use robot::{Shape, geometry};
+use robot::{Model, Shape, geometry};
 
 use crate::bound::{BoundParams, Geometry, check};
 use crate::clearance;
@@ -26,7 +26,7 @@ crate::params! {
         d_min: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0)), Presence::Required;
         /// φ: how fast the margin may be used up.
         gain: Input<1> = ParamType::Scalar(Quantity::above(RATE, 0.0)), Presence::Default("10 /s");
-        /// δ: held in reserve for what sampling in time can lose; `auto` computes it from the speed limits.
+        /// δ: held in reserve for what sampling in time can lose; `auto` computes it from the hard speed limits.
         sampled_margin: Auto = ParamType::AutoScalar(Quantity::at_least(LENGTH, 0.0).constant()), Presence::Default("0 m");
     }
 }
@@ -45,7 +45,8 @@ n·(J_j - J_l) v  >=  d_min' - φ (h - δ)   [m/s]   n = (p_j - p_l)/|p_j - p_l|
 A cylinder of the URDF counts as the capsule that contains it, a mesh as its bounding capsule. Where two parts touch so \
 deeply that no direction leads apart (a distance of zero between their cores), the last valid direction and closest \
 points are kept; if there were none, that is a fault.\n\n\
-`sampled_margin auto` sets `δ = A T / (2 φ)`, where A bounds the relative acceleration at the speed limits in force: \
+`sampled_margin auto` sets `δ = A T / (2 φ)`, where A bounds the relative acceleration at the speeds that \
+`joint_velocity_limits` on hard levels down to that of the task let through: \
 then `h` stays at or above zero at every tick, for a point or sphere against any part, while `φ T <= 1` and `d_min` \
 moves at a steady rate if at all. Between two long parts that turn parallel the closest points can jump, and more can be lost.\n\n\
 Source: thesis (3.21)-(3.24); printed there with `h` and `J` both negated, which would bound the distance from above.",
@@ -102,16 +103,17 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         return Err(BuildError::new("and", "the two sides name only parts that cannot move against each other")
             .help("name parts of other links on one side"));
     }
-    let bends = pairs.iter().map(|p| (p.a.name.as_str(), bend(p, ctx))).collect();
-    let reserve = Reserve::new(params.sampled_margin, params.gain, bends, ctx)?;
+    let names: Vec<&str> = pairs.iter().map(|p| p.a.name.as_str()).collect();
+    let bend_of = |i: usize, speed: &[f64]| bend(&pairs[i], ctx.model, speed);
+    let reserve = Reserve::new(params.sampled_margin, params.gain, &names, &bend_of, ctx)?;
     Ok(Box::new(SelfCollision { pairs, d_min: params.d_min, gain: params.gain, reserve }))
 }
 
 /// How fast the distance of a pair can curve downwards, in m/s²: a ball's centre is seen from the other part, which is
 /// convex. Of two long parts either may be the moving one.
-fn bend(p: &Pair, ctx: &Context) -> f64 {
+fn bend(p: &Pair, model: &Model, speed: &[f64]) -> f64 {
     let seen = |from: &Geometry, to: &Geometry| {
-        clearance::acceleration_bound(ctx.model, Some(from.link), to.link, extent(to), ctx.speed)
+        clearance::acceleration_bound(model, Some(from.link), to.link, extent(to), speed)
     };
     match (is_ball(&p.a.shape), is_ball(&p.b.shape)) {
         (true, true) => seen(&p.a, &p.b).min(seen(&p.b, &p.a)),

@@ -45,7 +45,7 @@ crate::params! {
         d_min: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0)), Presence::Default("0 m");
         /// φ: how fast the margin may be used up.
         gain: Input<1> = ParamType::Scalar(Quantity::above(RATE, 0.0)), Presence::Default("5 /s");
-        /// δ: held in reserve for what sampling in time can lose; `auto` computes it from the speed limits.
+        /// δ: held in reserve for what sampling in time can lose; `auto` computes it from the hard speed limits.
         sampled_margin: Auto = ParamType::AutoScalar(Quantity::at_least(LENGTH, 0.0).constant()), Presence::Default("0 m");
     }
 }
@@ -62,7 +62,8 @@ n·J_p v  >=  d_min' - φ (h - δ)       [m/s]\n\
 ```\n\n\
 For a shape, `p` is its point nearest to the plane; of an edge or a face that lies flat, the middle. \
 With `on LINK` the plane moves with the link and its motion is part of the row.\n\n\
-`sampled_margin auto` sets `δ = A T / (2 φ)`, where A bounds the acceleration of the point at the speed limits in force: \
+`sampled_margin auto` sets `δ = A T / (2 φ)`, where A bounds the acceleration of the point at the speeds that \
+`joint_velocity_limits` on hard levels down to that of the task let through: \
 then `h` stays at or above zero at every tick, for points and spheres, while `φ T <= 1` and `d_min` moves at a steady \
 rate if at all. Flat shapes that turn parallel to the plane can lose more, because the nearest point jumps.\n\n\
 Source: thesis (3.17)-(3.20); the Jacobian has the sign that follows from `h`, not the printed one.",
@@ -102,9 +103,12 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
             .help("move one of them off the line"));
     }
     let on = params.on.map(|f| f.1);
-    let bend = |g: &Geometry| clearance::acceleration_bound(ctx.model, on, g.link, extent(g), ctx.speed);
-    let bends = params.points.iter().map(|g| (g.name.as_str(), bend(g))).collect();
-    let reserve = Reserve::new(params.sampled_margin, params.gain, bends, ctx)?;
+    let bend = |i: usize, speed: &[f64]| {
+        let g: &Geometry = &params.points[i];
+        clearance::acceleration_bound(ctx.model, on, g.link, extent(g), speed)
+    };
+    let names: Vec<&str> = params.points.iter().map(|g| g.name.as_str()).collect();
+    let reserve = Reserve::new(params.sampled_margin, params.gain, &names, &bend, ctx)?;
     let (a, n) = (Point3::from(p(0)), normal.normalize());
     Ok(Box::new(VirtualWall { points: params.points, on, a, n, d_min: params.d_min, gain: params.gain, reserve }))
 }

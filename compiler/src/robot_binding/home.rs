@@ -1,0 +1,186 @@
+//! The home configuration: read on the robot with all its joints, so that it may also say where locked ones stand, and
+//! then laid out for the joints that are left.
+
+use std::collections::BTreeMap;
+
+use dsl::tree::{Block, Value, ValueKind};
+use dsl::{Diagnostic, Span};
+use robot::{Base, Model};
+use stdlib_tasks::dimension::{ANGLE, LENGTH};
+
+use super::lookup::joints;
+use super::{Binder, JointGroups};
+use crate::constants::{Constants, joint_dimension};
+use crate::names::list;
+use crate::units;
+
+/// What one entry of `home` says of joints, by name.
+struct Written {
+    key: Span,
+    value: Span,
+    joints: Vec<(String, f64, Span)>,
+}
+
+/// A home configuration as it was written.
+#[derive(Default)]
+pub(super) struct Home {
+    /// Numbers of the base, by their index in `q`.
+    base: Vec<(usize, f64)>,
+    entries: Vec<Written>,
+    /// An entry could not be read.
+    broken: bool,
+    span: Option<Span>,
+}
+
+impl Home {
+    /// Reads `home`, on the robot with all its joints. A joint that stands in it twice is reported.
+    pub(super) fn read(
+        block: Option<&Block>,
+        (model, groups): (&Model, &JointGroups),
+        constants: &mut Constants,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Home {
+        let Some(block) = block else { return Home::default() };
+        let mut home = Home { span: Some(block.span), ..Home::default() };
+        let base_names: &[&str] = match model.base {
+            Base::Fixed => &[],
+            Base::Planar | Base::Unicycle => &["base_x", "base_y", "base_yaw"],
+            Base::Floating => &["base_x", "base_y", "base_z"],
+        };
+        let mut given: BTreeMap<usize, Span> = BTreeMap::new();
+        for e in &block.entries {
+            if let Some(i) = base_names.iter().position(|n| *n == e.key.value) {
+                let dimension = if e.key.value == "base_yaw" { ANGLE } else { LENGTH };
+                home.base.extend(constants.scalar(&e.value, dimension, diagnostics).map(|x| (i, x)));
+                continue;
+            }
+            let name = Value { kind: ValueKind::Text(e.key.value.clone()), span: e.key.span };
+            let found = joints(std::slice::from_ref(&name), model, groups, diagnostics);
+            // `all` and patterns mean joints here; the base has names of its own.
+            let dofs = found.map(|dofs| dofs.into_iter().filter(|&d| model.dofs[d].q_index.is_some()).collect::<Vec<_>>());
+            if dofs.as_ref().is_some_and(Vec::is_empty) {
+                let text = format!("`{}` belongs to the base, which has no joint position", e.key.value);
+                let help = format!("write {}", list(base_names.iter().copied(), 3));
+                diagnostics.push(Diagnostic::error("HQ0201", e.key.span, text).help(help));
+                home.broken = true;
+                continue;
+            }
+            let values = dofs.and_then(|dofs| Some((constants.per_joint(&e.value, &dofs, model, diagnostics)?, dofs)));
+            let Some((values, dofs)) = values else {
+                home.broken = true;
+                continue;
+            };
+            let mut written = Written { key: e.key.span, value: e.value.span, joints: Vec::new() };
+            let mut twice: Vec<(&str, Span)> = Vec::new();
+            for (dof, (x, span)) in dofs.iter().zip(values) {
+                let d = &model.dofs[*dof];
+                twice.extend(given.insert(*dof, e.key.span).map(|first| (d.name.as_str(), first)));
+                written.joints.push((d.name.clone(), x, span));
+            }
+            if let Some((name, first)) = twice.first() {
+                let more = match twice.len() - 1 {
+                    0 => String::new(),
+                    1 => ", and so is 1 more".to_string(),
+                    n => format!(", and so are {n} more"),
+                };
+                let d = Diagnostic::error("HQ0207", e.key.span, format!("joint `{name}` is given twice{more}"));
+                diagnostics.push(d.label(*first, "first here").help("keep one of the two"));
+            }
+            home.entries.push(written);
+        }
+        home
+    }
+
+    /// There is something else than a block.
+    pub(super) fn unreadable(&mut self, span: Span) {
+        (self.broken, self.span) = (true, Some(span));
+    }
+
+    /// What it says of a joint, and where.
+    pub(super) fn of(&self, joint: &str) -> Option<(f64, Span)> {
+        self.entries.iter().flat_map(|w| &w.joints).rfind(|j| j.0 == joint).map(|j| (j.1, j.2))
+    }
+}
+
+impl Binder<'_, '_> {
+    /// The configuration of the joints that are left, and where it was written.
+    pub(super) fn home(&mut self, home: &Home) -> (Vec<f64>, Span) {
+        let mut q = self.model.neutral();
+        let span = home.span.unwrap_or(self.robot.name.span);
+        for (i, x) in &home.base {
+            q[*i] = *x;
+        }
+        let mut given: Vec<usize> = Vec::new();
+        for w in &home.entries {
+            let mut outside: Vec<Outside> = Vec::new();
+            for (name, x, at) in &w.joints {
+                let Some(dof) = self.model.dof(name) else { continue };
+                let d = &self.model.dofs[dof];
+                let Some(i) = d.q_index else { continue };
+                given.push(i);
+                if *x < d.lower || *x > d.upper {
+                    let unit = units::written(joint_dimension(&self.model, dof));
+                    let (lower, upper) = (rounded(d.lower), rounded(d.upper));
+                    let text = format!("`{}` starts at {} {unit}, outside its limits", d.name, rounded(*x));
+                    outside.push((*at, text, format!("allowed are {lower} to {upper} {unit}")));
+                }
+                q[i] = *x;
+            }
+            self.outside(outside, w.key.to(w.value));
+        }
+        if !home.broken {
+            self.elsewhere(&q, &given, span);
+        }
+        (q, span)
+    }
+
+    /// Reports joints of an entry that start outside their limits, those of one value together.
+    fn outside(&mut self, outside: Vec<Outside>, entry: Span) {
+        // Degrees without a unit: the limits are not at fault.
+        let of_entry = |d: &mut Diagnostic| {
+            let at = d.primary.span;
+            d.code == "HQ0305" && at.source == entry.source && entry.start <= at.start && at.end <= entry.end
+        };
+        let bare = !outside.is_empty() && self.diagnostics.extract_if(.., of_entry).count() > 0;
+        for (i, (span, text, range)) in outside.iter().enumerate() {
+            if outside[..i].iter().any(|o| o.0 == *span) {
+                continue;
+            }
+            let more = outside.iter().filter(|o| o.0 == *span).count() - 1;
+            let more = if more > 0 { format!(", and so do {more} more joints") } else { String::new() };
+            let d = Diagnostic::error("HQ0404", *span, format!("{text}{more}")).here(range.clone());
+            self.diagnostics.push(if bare {
+                d.note("angles without a unit are radians").help("if degrees are meant, write `deg` behind it")
+            } else {
+                d.help("move the joint inside its limits, or set others under `limits`")
+            });
+        }
+    }
+
+    /// Warns of joints that home leaves out and that cannot stand at zero.
+    fn elsewhere(&mut self, q: &[f64], given: &[usize], span: Span) {
+        let joints = self.model.dofs.iter().enumerate().filter_map(|(i, d)| Some((i, d, d.q_index?)));
+        let moved: Vec<String> = joints
+            .filter(|(_, _, k)| !given.contains(k) && q[*k] != 0.0)
+            .map(|(i, d, k)| {
+                format!("`{}` at {} {}", d.name, rounded(q[k]), units::written(joint_dimension(&self.model, i)))
+            })
+            .collect();
+        if !moved.is_empty() {
+            let text = format!("joints that cannot stand at zero are left out of home: {}", moved.join(", "));
+            self.diagnostics.push(
+                Diagnostic::warning("HQ0405", span, text)
+                    .note("a joint that `home` does not name starts at zero, or at the limit nearest to it")
+                    .help("name them in `home`"),
+            );
+        }
+    }
+}
+
+/// A joint outside its limits: where its value was written, what is wrong, what is allowed.
+type Outside = (Span, String, String);
+
+/// Six decimals at most.
+pub(super) fn rounded(x: f64) -> f64 {
+    if x.abs() < 1e9 { (x * 1e6).round() / 1e6 } else { x }
+}

@@ -1,0 +1,89 @@
+//! Which limit held which level back, for how long and how hard: from the multipliers of the
+//! solver.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::controller::Controller;
+use crate::evaluator::Member;
+use crate::program::Program;
+use crate::simulate::{Recorder, Tick};
+
+/// A level that could not do all it asked for, because of a row above it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HeldBack {
+    /// The level that gave way.
+    pub level: String,
+    /// The task it gave way to.
+    pub by_task: String,
+    /// The row of that task.
+    pub by_row: String,
+    /// Share of ticks.
+    pub share: f64,
+    /// The largest multiplier: by how much half the cost of the level would fall per unit of the bound.
+    pub max_multiplier: f64,
+    /// When it was seen, in s.
+    pub at_s: f64,
+}
+
+#[derive(Clone, Copy, Default)]
+struct Count {
+    ticks: usize,
+    most: f64,
+    at: f64,
+}
+
+/// Counts them during a run.
+pub struct HeldBackRecorder {
+    members: Vec<Member>,
+    counts: BTreeMap<(usize, usize, usize), Count>,
+    ticks: usize,
+}
+
+impl HeldBackRecorder {
+    /// For a run of this controller.
+    pub fn new(controller: &Controller) -> Self {
+        HeldBackRecorder { members: controller.evaluator().members().to_vec(), counts: BTreeMap::new(), ticks: 0 }
+    }
+
+    /// What was seen so far: by level, then the longest first.
+    pub fn result(&self, program: &Program) -> Vec<HeldBack> {
+        let levels = &program.stacks[program.run.stack].levels;
+        let mut all: Vec<(usize, usize, HeldBack)> = Vec::new();
+        for (&(level, by_level, by_row), c) in &self.counts {
+            let Some(m) = self.members.iter().find(|m| m.level == by_level && m.rows.contains(&by_row)) else {
+                continue;
+            };
+            let row = m.row_info.get(by_row - m.rows.start);
+            let held = HeldBack {
+                level: levels.get(level).map_or_else(String::new, |l| l.name.clone()),
+                by_task: m.name.clone(),
+                by_row: row.map_or_else(String::new, |r| r.name.clone()),
+                share: c.ticks as f64 / self.ticks.max(1) as f64,
+                max_multiplier: c.most,
+                at_s: c.at,
+            };
+            all.push((level, c.ticks, held));
+        }
+        all.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.cmp(&a.1)));
+        all.into_iter().map(|x| x.2).collect()
+    }
+}
+
+impl Recorder for HeldBackRecorder {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        self.ticks += 1;
+        if tick.fault.is_some() {
+            return Ok(());
+        }
+        for b in &tick.solution.blocking {
+            let c = self.counts.entry((b.level, b.by_level, b.by_row)).or_default();
+            c.ticks += 1;
+            if b.multiplier > c.most {
+                (c.most, c.at) = (b.multiplier, tick.time);
+            }
+        }
+        Ok(())
+    }
+}

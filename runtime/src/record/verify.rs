@@ -1,0 +1,80 @@
+//! A second opinion: every tick's problem is solved again by the other backend, and its answer is
+//! put to the certificate.
+
+use serde::Serialize;
+use solver::{HierarchicalSolver, Problem, Solution, Status, certificate};
+
+use crate::controller::Controller;
+use crate::program::Program;
+use crate::simulate::{Recorder, Tick};
+
+/// What a second solver said of a run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verification {
+    /// The backend that solved everything again.
+    pub backend: &'static str,
+    /// Ticks that were compared.
+    pub ticks: usize,
+    /// Ticks at which the second backend found no answer; they count in nothing else.
+    pub failed: usize,
+    /// The largest difference of a joint velocity, in rad/s or m/s.
+    pub max_difference: f64,
+    /// When it was seen, in s.
+    pub at_s: f64,
+    /// The largest residual of the optimality certificate at the run's own answers.
+    pub max_certificate: f64,
+}
+
+/// Solves every tick a second time.
+pub struct Verifier {
+    solver: Box<dyn HierarchicalSolver + Send>,
+    solution: Solution,
+    so_far: Verification,
+}
+
+impl Verifier {
+    /// For a run of this program.
+    pub fn new(program: &Program, controller: &Controller) -> Self {
+        let other = program.run.solver.other();
+        let problem: &Problem = controller.problem();
+        Verifier {
+            solver: other.solver(problem),
+            solution: Solution::new(problem),
+            so_far: Verification {
+                backend: other.name(),
+                ticks: 0,
+                failed: 0,
+                max_difference: 0.0,
+                at_s: 0.0,
+                max_certificate: 0.0,
+            },
+        }
+    }
+
+    /// The comparison so far.
+    pub fn result(&self) -> &Verification {
+        &self.so_far
+    }
+}
+
+impl Recorder for Verifier {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        if tick.fault.is_some() || tick.solution.status != Status::Optimal {
+            return Ok(());
+        }
+        self.solver.solve(tick.problem, &mut self.solution);
+        let v = &mut self.so_far;
+        v.max_certificate = v.max_certificate.max(certificate(tick.problem, &tick.solution.x));
+        if self.solution.status != Status::Optimal {
+            v.failed += 1;
+            return Ok(());
+        }
+        v.ticks += 1;
+        let both = tick.solution.x.iter().zip(&self.solution.x);
+        let difference = both.fold(0.0_f64, |d, (a, b)| d.max((a - b).abs()));
+        if difference > v.max_difference {
+            (v.max_difference, v.at_s) = (difference, tick.time);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,102 @@
+//! The solver on the real thing: ticks of every example hold the certificate and are what the
+//! reference cascade finds; on random walks through the robots' configurations it never gives up.
+
+mod common;
+
+use runtime::program::Times;
+use runtime::record::verify::Verifier;
+use runtime::{Evaluator, Program, Recorder, Simulation, Tick};
+use solver::{ActiveSet, HierarchicalSolver, Solution, Status, certificate};
+
+/// Passes on one tick in so many.
+struct OneIn<'a> {
+    one_in: usize,
+    to: &'a mut dyn Recorder,
+}
+
+impl Recorder for OneIn<'_> {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        if tick.index.is_multiple_of(self.one_in) { self.to.tick(tick) } else { Ok(()) }
+    }
+}
+
+/// Every 11th tick of every example; `hierarq run --verify` does all of them.
+#[test]
+fn examples_are_certified_and_agree_with_the_reference() {
+    for name in common::EXAMPLES {
+        let program = common::program(&format!("{name}.hq"));
+        let mut simulation = Simulation::new(&program).expect("it can be executed");
+        let mut verifier = Verifier::new(&program, simulation.controller());
+        let mut some = OneIn { one_in: 11, to: &mut verifier };
+        simulation.run(&mut some, &mut || 0.0, &mut |_| true).expect("nothing is written");
+        let v = verifier.result();
+        assert!(v.ticks > 80 && v.failed == 0, "{name}: {v:?}");
+        assert!(v.max_difference < 1e-9 && v.max_certificate < 1e-10, "{name}: {v:?}");
+    }
+}
+
+/// SplitMix64: a walk is its seed.
+struct Dice(u64);
+
+impl Dice {
+    /// Uniform in [-1, 1).
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}
+
+/// Configurations wander through the whole range of the joints, also where the hierarchy would
+/// never let them: past walls, into collisions, along singularities. Every tick must have an
+/// answer (or name the hard level that has none); one in 200 is put to the certificate.
+fn walk(program: &Program, ticks: usize, seed: u64) {
+    let (mut evaluator, mut problem) = Evaluator::new(program, program.run.stack).expect("it can be executed");
+    let model = &program.robot.model;
+    let mut solver = ActiveSet::new(&problem);
+    let mut solution = Solution::new(&problem);
+    let mut dice = Dice(seed);
+    let mut q = program.robot.home.clone();
+    let mut v = vec![0.0; model.nv()];
+    evaluator.enter(&q, Times::default());
+    for k in 0..ticks {
+        for (v, dof) in v.iter_mut().zip(&model.dofs) {
+            let limit = if dof.velocity.is_finite() { dof.velocity } else { 1.0 };
+            *v = 0.98 * *v + 0.2 * limit * dice.unit();
+        }
+        model.integrate(&mut q, &v, program.robot.period);
+        for dof in &model.dofs {
+            if let Some(at) = dof.q_index.filter(|_| dof.lower.is_finite() && dof.upper.is_finite()) {
+                q[at] = q[at].clamp(dof.lower, dof.upper);
+            }
+        }
+        let t = (k % 5000) as f64 * program.robot.period;
+        if evaluator.update(&q, Times { t, time: t }, &mut problem).is_err() {
+            // Bodies that overlap too deeply to tell a direction: no problem to solve.
+            q.copy_from_slice(&program.robot.home);
+            continue;
+        }
+        solver.solve(&problem, &mut solution);
+        match solution.status {
+            Status::Optimal if k % 200 == 0 => {
+                let residual = certificate(&problem, &solution.x);
+                assert!(residual < 1e-8, "{}, tick {k}: {residual:e}", program.name);
+            }
+            Status::Optimal | Status::Infeasible { .. } => {}
+            status => panic!("{}, tick {k}: {status:?}", program.name),
+        }
+    }
+    assert_eq!(solver.effort().failures, 0, "{}", program.name);
+}
+
+/// 100,000 ticks; `HIERARQ_WALK_TICKS` asks for another number.
+#[test]
+fn random_walks_never_fail() {
+    let ticks = std::env::var("HIERARQ_WALK_TICKS").ok().and_then(|t| t.parse().ok()).unwrap_or(100_000_usize);
+    let walks = ["safety_tasks", "uncooperative_motion", "cooperative_motion", "swivel_angle"];
+    for (seed, name) in walks.into_iter().enumerate() {
+        walk(&common::program(&format!("{name}.hq")), ticks / walks.len(), seed as u64);
+    }
+}
