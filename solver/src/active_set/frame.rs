@@ -7,7 +7,7 @@
 //! leave what stands before untouched, so that a change of the active set costs only what comes
 //! after it.
 
-use super::kernels::{LANES, axpy, dot, norm, scaled};
+use super::kernels::{LANES, axpy, dot, norm, rotate, scaled};
 use crate::dense::DEPENDENT;
 
 /// Below this part of the row that is left after one projection, a second one is made.
@@ -104,6 +104,23 @@ impl Frame {
         axpy(step, q, &mut self.x);
         self.step[k] = step;
         self.len += 1;
+    }
+
+    /// Turns rows `k` and `k + 1` in their plane, by a cosine and a sine, with the point where it is.
+    #[inline(always)]
+    pub(crate) fn turn(&mut self, k: usize, c: f64, s: f64) {
+        let (head, tail) = self.q.split_at_mut((k + 1) * self.stride);
+        rotate(c, s, &mut head[k * self.stride..], &mut tail[..self.stride]);
+        let (a, b) = (self.step[k], self.step[k + 1]);
+        (self.step[k], self.step[k + 1]) = (c * a + s * b, c * b - s * a);
+    }
+
+    /// Takes the last row away, and with it what the point moved along it.
+    #[inline(always)]
+    pub(crate) fn pop(&mut self) {
+        self.len -= 1;
+        let k = self.len;
+        axpy(-self.step[k], &self.q[k * self.stride..(k + 1) * self.stride], &mut self.x);
     }
 
     /// Moves the point further by `step` along row `k`.

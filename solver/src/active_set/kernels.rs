@@ -40,6 +40,17 @@ pub(crate) fn scaled(s: f64, x: &[f64], y: &mut [f64]) {
     }
 }
 
+/// `(x, y) = (c x + s y, c y - s x)` on padded rows.
+#[inline(always)]
+pub(crate) fn rotate(c: f64, s: f64, x: &mut [f64], y: &mut [f64]) {
+    let (x, y) = (x.as_chunks_mut::<LANES>().0, y.as_chunks_mut::<LANES>().0);
+    for k in 0..x.len().min(y.len()) {
+        for i in 0..LANES {
+            (x[k][i], y[k][i]) = (c * x[k][i] + s * y[k][i], c * y[k][i] - s * x[k][i]);
+        }
+    }
+}
+
 /// Euclidean norm of a padded row, safe where the squares overflow or underflow.
 #[inline(always)]
 pub(crate) fn norm(a: &[f64]) -> f64 {

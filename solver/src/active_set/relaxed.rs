@@ -93,6 +93,40 @@ impl Relaxed {
         }
     }
 
+    /// Takes held row `j` of stage `s` out of the working set and out of the frame. At the last
+    /// stage, where nothing comes after it, the frame is updated in place by Givens rotations;
+    /// elsewhere it is cut back to before the row.
+    pub(crate) fn release(&mut self, s: usize, j: usize) {
+        let held = &mut self.stages.held[s];
+        let gone = held.remove(j);
+        let left = held.len();
+        let at = self.rows.at(gone.level, gone.row);
+        self.rows.side[at] = 0;
+        if s < self.levels || self.stage != s || self.pushed != left + 1 {
+            self.rewind(s, j);
+            return;
+        }
+        let (n, from) = (self.n, self.mark[s]);
+        for i in j..left {
+            // Row i + 1 becomes row i: one number too many, turned into the diagonal.
+            let below = (from + i + 1) * n;
+            self.lower.copy_within(below + from..below + from + i + 2, below - n + from);
+            let k = (from + i) * n + from + i;
+            let (a, b) = (self.lower[k], self.lower[k + 1]);
+            let r = a.hypot(b);
+            let (c, s) = (a / r, b / r);
+            self.lower[k] = r;
+            for row in i + 2..=left {
+                let k = (from + row) * n + from + i;
+                let (a, b) = (self.lower[k], self.lower[k + 1]);
+                (self.lower[k], self.lower[k + 1]) = (c * a + s * b, c * b - s * a);
+            }
+            self.frame.turn(from + i, c, s);
+        }
+        self.frame.pop();
+        self.pushed = left;
+    }
+
     /// Scales a row to norm one, pointing out of its bound, into `self.row`; returns how far the
     /// point is within the bound.
     pub(crate) fn outward(&mut self, problem: &Problem, e: &Entry) -> f64 {

@@ -157,8 +157,12 @@ impl Search {
             for j in (0..self.relaxed.stages.held[s].len()).rev() {
                 let e = self.relaxed.stages.held[s][j];
                 if e.value <= e.noise && self.retire(e, s) {
-                    self.relaxed.stages.held[s].remove(j);
-                    keep = j;
+                    // A row that falls back stays in the working set.
+                    let side = self.relaxed.rows.side[self.relaxed.rows.at(e.level, e.row)];
+                    self.relaxed.release(s, j);
+                    let at = self.relaxed.rows.at(e.level, e.row);
+                    self.relaxed.rows.side[at] = side;
+                    keep = if s < self.relaxed.levels { j } else { keep - 1 };
                     changed = true;
                 }
             }
@@ -277,15 +281,12 @@ impl Search {
             let list = if own { &mut self.relaxed.stages.own[s] } else { &mut self.relaxed.stages.held[s] };
             entry = list.pop().unwrap_or(entry);
             self.relaxed.rewind(s, self.relaxed.stages.held[s].len());
-            let gone = if is_own {
-                self.relaxed.stages.own[stage].remove(j)
+            if is_own {
+                let gone = self.relaxed.stages.own[stage].remove(j);
+                let at = self.relaxed.rows.at(gone.level, gone.row);
+                self.relaxed.rows.side[at] = 0;
             } else {
-                self.relaxed.stages.held[stage].remove(j)
-            };
-            let at = self.relaxed.rows.at(gone.level, gone.row);
-            self.relaxed.rows.side[at] = 0;
-            if !is_own {
-                self.relaxed.rewind(stage, j);
+                self.relaxed.release(stage, j);
             }
         }
     }
@@ -326,10 +327,7 @@ impl Search {
                 e.value -= least * c;
             }
             entry.value += least;
-            let gone = held.remove(leaving);
-            let at = self.relaxed.rows.at(gone.level, gone.row);
-            self.relaxed.rows.side[at] = 0;
-            self.relaxed.rewind(s, leaving);
+            self.relaxed.release(s, leaving);
             return s;
         }
         let above = s - 1;
