@@ -1,6 +1,8 @@
 //! `hierarq solve` and `hierarq bench` as a user or a script meets them: certified answers, refusals by line, files,
 //! exit codes.
 
+#[path = "solve/bad_lines.rs"]
+mod bad_lines;
 mod common;
 #[path = "solve/generate.rs"]
 mod generate;
@@ -9,6 +11,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use bad_lines::BAD;
 use generate::{Dice, violations};
 use proptest::prelude::*;
 use serde_json::Value;
@@ -180,51 +183,6 @@ fn a_wrong_answer_in_the_file_is_seen() {
     }
 }
 
-/// Lines that are no ticks, of every kind.
-const BAD: &[&str] = &[
-    "hello",
-    r#"{"id":"a""#,
-    "[]",
-    "3",
-    r#"{"id":3,"n":2,"levels":[]}"#,
-    r#"{"n":2,"levels":[]}"#,
-    r#"{"id":"a","levels":[]}"#,
-    r#"{"id":"a","n":2}"#,
-    r#"{"id":"a","n":0,"levels":[]}"#,
-    r#"{"id":"a","n":-1,"levels":[]}"#,
-    r#"{"id":"a","n":2.5,"levels":[]}"#,
-    r#"{"id":"a","n":1000000000,"levels":[]}"#,
-    r#"{"id":"a","n":1e9,"levels":[]}"#,
-    r#"{"id":"a","n":1e999,"levels":[]}"#,
-    r#"{"id":"a","n":2,"n":3,"levels":[]}"#,
-    r#"{"id":"a","n":2,"levels":{}}"#,
-    r#"{"id":"a","n":2,"levels":[[[[1,2]],[1],[1]]]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":[[1,2],[1]],"lo":[1,1],"up":[1,1]}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":[[1,2,3]],"lo":[2],"up":[2]}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":[1,2],"lo":[2],"up":[2]}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":[[1,NaN]],"lo":[1],"up":[1]}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":[[1,2]],"lo":[-Infinity],"up":[1]}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":[[1,null]],"lo":[1],"up":[1]}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":[[1,2]],"lo":["2"],"up":[1]}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":[[1,2]],"lo":[2],"up":[1]}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":[[1,2]],"lo":[2,1],"up":[3]}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":[[1,2]],"up":[2]}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":{"identity":1},"lo":[2],"up":[2]}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":{"identity":1000000000},"lo":[2],"up":[2]}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":{"zeros":1},"lo":[2],"up":[2]}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":[[1,2]],"lo":[2],"up":[2],"weights":[1]}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":[[1,2]],"lo":[2],"up":[2],"weight":[-1]}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":[[1,2]],"lo":[2],"up":[2],"weight":[1,1]}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":[[1,2]],"lo":[2],"up":[2],"hard":"yes"}]}"#,
-    r#"{"id":"a","n":2,"levels":[{"A":[[1,2]],"lo":[2],"up":[2],"damping":-1}]}"#,
-    r#"{"id":"a","n":2,"levels":[],"refrence":[0,0]}"#,
-    r#"{"id":"a","n":2,"levels":[],"reference":[0]}"#,
-    r#"{"id":"a","n":2,"levels":[],"x":[0]}"#,
-    r#"{"id":"a","n":2,"levels":[],"viol":[0]}"#,
-    r#"{"id":"a\nb","n":2,"levels":[]}"#,
-    r#"{"id":"a","n":2,"levels":[]} more"#,
-];
-
 #[test]
 fn bad_lines_are_refused_one_by_one_and_the_rest_is_solved() {
     let mut input = Vec::new();
@@ -362,7 +320,7 @@ fn damaged(line: &str, dice: &mut Dice) -> Vec<u8> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(8))]
+    #![proptest_config(ProptestConfig::with_cases(32))]
 
     /// Whatever happens to a line, the program does not fall over it, and solves the next one.
     #[test]

@@ -77,8 +77,15 @@ impl<'a> Stage<'a> {
                 held[j] = *side;
             }
         }
+        // A guess of another tick may name bounds that this one does not have.
+        for (j, side) in held.iter_mut().enumerate() {
+            let bound = if *side > 0 { self.held.upper[j] } else { self.held.lower[j] };
+            if !bound.is_finite() {
+                *side = 0;
+            }
+        }
         for (i, side) in own.iter_mut().enumerate() {
-            if self.level.kind[i] != Kind::Inequality {
+            if self.level.kind[i] != Kind::Inequality || (*side != 0 && !self.target(i, *side).is_finite()) {
                 *side = 0;
             }
         }

@@ -31,7 +31,7 @@ pub struct Arguments {
     #[arg(long)]
     json: bool,
     /// Solve with this backend instead of what the spec says: `active_set` or `clarabel`.
-    #[arg(long, value_name = "BACKEND", value_parser = backend)]
+    #[arg(long, visible_alias = "backend", value_name = "BACKEND", value_parser = backend)]
     solver: Option<Backend>,
     /// Solve every tick with the other backend too, and report the largest difference.
     #[arg(long)]
@@ -153,12 +153,13 @@ fn show(program: &Program, summary: &Summary, folder: &Path, took: Duration) {
     let verified = summary.verification.as_ref().map(table::verification).unwrap_or_default();
     let mark = if summary.ok { "held" } else { "FAILED" };
     output::print(&format!(
-        "\n{}\n{}\n{}{}\n{mark}: {}\n{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\n{verified}wrote {}\n",
+        "\n{}\n{}\n{}{}\n{mark}: {}\n{}{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\n{verified}wrote {}\n",
         program.title,
         table::tasks(summary, &order),
         table::levels(summary),
         table::held_back(summary),
         report::verdict(summary),
+        table::hints(summary),
         summary.ticks,
         program.robot.period * 1e3,
         t.median,

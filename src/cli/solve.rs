@@ -67,7 +67,17 @@ pub fn run(a: &Arguments) -> Outcome {
         Ok(answers) => answers,
         Err(trouble) => return Outcome::Trouble(trouble),
     };
-    let mut session = Session { name, backend: a.backend, cold: a.cold, json: a.json, answers, ..Session::default() };
+    let mut session = Session {
+        name,
+        backend: a.backend,
+        cold: a.cold,
+        json: a.json,
+        answers,
+        measured: None,
+        kinds: BTreeMap::new(),
+        refused: 0,
+        refusals: Vec::new(),
+    };
     match session.all(&mut Lines::new(BufReader::with_capacity(1 << 16, input))) {
         Ok(()) => session.finish(),
         Err(trouble) => Outcome::Trouble(trouble),
@@ -181,22 +191,6 @@ struct Session {
     kinds: BTreeMap<String, Kind>,
     refused: usize,
     refusals: Vec<Value>,
-}
-
-impl Default for Session {
-    fn default() -> Self {
-        Session {
-            name: String::new(),
-            backend: Backend::ActiveSet,
-            cold: false,
-            json: false,
-            answers: None,
-            measured: None,
-            kinds: BTreeMap::new(),
-            refused: 0,
-            refusals: Vec::new(),
-        }
-    }
 }
 
 /// Number of variables, then of the rows of each level.
