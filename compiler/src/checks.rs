@@ -4,6 +4,7 @@ use dsl::{Diagnostic, Span};
 use runtime::program::{Program, Times};
 use runtime::{Controller, Evaluator, Fault, Observation, build_tasks};
 use solver::{Active, Status};
+use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::RATE;
 use stdlib_tasks::task::{BuildError, Nature};
 
@@ -114,7 +115,7 @@ fn loose_speeds(mut d: Diagnostic, program: &Program, (stack, level): (usize, us
 }
 
 /// Warns of limits whose reserve is larger than the margin at the start: they push the robot away from the first tick.
-fn reserves(evaluator: &Evaluator, period: f64, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+fn reserves(evaluator: &Evaluator, program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
     for (i, m) in evaluator.members().iter().enumerate() {
         let kept = evaluator.reserve(i);
         let margins = &evaluator.margins()[m.margins.clone()];
@@ -138,7 +139,11 @@ fn reserves(evaluator: &Evaluator, period: f64, places: &Places, diagnostics: &m
             .note(
                 "the limit pushes the robot away from the first tick on, until the margin is as large as the reserve",
             );
-        diagnostics.push(d.help(smaller_reserve(margin, reserve, period)));
+        let written = program.tasks[m.program_index].params.get("sampled_margin");
+        diagnostics.push(d.help(match written {
+            Some(Bound::Choice(_)) => smaller_reserve(margin, reserve, program.robot.period),
+            _ => "start further away, or hold less back".to_string(),
+        }));
     }
 }
 
@@ -219,7 +224,7 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
         });
     }
     if !outside {
-        reserves(&evaluator, program.robot.period, places, diagnostics);
+        reserves(&evaluator, program, places, diagnostics);
         first_tick(&at_stack, stack, places, diagnostics);
     }
 }

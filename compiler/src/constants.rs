@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use dsl::tree::{BinaryOp, Param, Unit, Value, ValueKind};
+use dsl::tree::{BinaryOp, Param, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use robot::{DofUnit, Model};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, RATE, TIME};
 
-use crate::expr::{FUNCTIONS, Graph, Kind, Lowering, Meaning, Scope, Symbol, Typed};
+use crate::expr::{FUNCTIONS, Graph, Kind, Lowering, Meaning, Scope, Symbol, Typed, bracketed};
 use crate::units;
 
 /// What is known of the declared parameters.
@@ -100,31 +100,14 @@ pub fn wrong_dimension(typed: &Typed, wanted: Dimension, what: &str) -> Diagnost
     }
 }
 
-/// For `1/2 m`, where the unit belongs to the 2 alone: what was probably meant, `(1/2) m`, if that has the dimension.
+/// The help for `1/2 m`, where the unit belongs to the 2 alone, if the unit behind the whole has the dimension.
 pub fn unit_of_divisor(value: &Value, wanted: Dimension) -> Option<String> {
     let ValueKind::Binary(op, left, right) = &value.kind else { return None };
-    let ValueKind::Unit(divisor, unit) = &right.kind else { return None };
-    let (ValueKind::Number(a), ValueKind::Number(b)) = (&left.kind, &divisor.kind) else { return None };
+    let ValueKind::Unit(_, unit) = &right.kind else { return None };
     let (_, dimension) = units::meaning(unit).ok()?;
-    let meant = op.value == BinaryOp::Div && wanted.accepts(dimension) && wanted != NONE;
-    meant.then(|| format!("a unit belongs to the number before it: write `({}/{}) {}`", a.text, b.text, written(unit)))
-}
-
-/// A unit as it is written: `m/s^2`.
-fn written(unit: &Unit) -> String {
-    let mut text = String::new();
-    for (symbol, power) in &unit.factors {
-        match (text.is_empty(), *power < 0) {
-            (_, true) => text.push('/'),
-            (false, _) => text.push(' '),
-            _ => {}
-        }
-        text.push_str(symbol);
-        if power.unsigned_abs() != 1 {
-            text.push_str(&format!("^{}", power.unsigned_abs()));
-        }
-    }
-    text
+    let fits = op.value == BinaryOp::Div && wanted.accepts(dimension) && wanted != NONE;
+    let meant = bracketed(op.value, left, right).filter(|_| fits)?;
+    Some(format!("a unit belongs to the number before it: write `{meant}`"))
 }
 
 impl Constants<'_> {

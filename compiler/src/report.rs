@@ -88,7 +88,8 @@ impl Report {
         primary: &Label,
         others: &[&Label],
     ) -> String {
-        let source = self.sources.get(primary.span.source);
+        // A text of nothing has no line to show; the message names the file.
+        let source = self.sources.get(primary.span.source).filter(|s| !s.text.trim().is_empty());
         let length = source.map_or(0, |s| s.text.len());
         let label = |l: &Label, new: fn(Option<String>, std::ops::Range<usize>) -> LabeledSpan| {
             let start = (l.span.start as usize).min(length);
@@ -98,10 +99,10 @@ impl Report {
         // Parts that are labelled show the whole already; an underline without words would only run through them.
         let parts = |l: &&Label| primary.span.start <= l.span.start && l.span.end <= primary.span.end;
         let bare = primary.text.is_empty() && others.iter().any(parts);
-        let labels = (!bare)
+        let labels = (!bare && source.is_some())
             .then(|| label(primary, LabeledSpan::new_primary_with_span))
             .into_iter()
-            .chain(others.iter().map(|l| label(l, LabeledSpan::new_with_span)));
+            .chain(others.iter().filter(|_| source.is_some()).map(|l| label(l, LabeledSpan::new_with_span)));
         let mut shown = MietteDiagnostic::new(message).with_labels(labels).with_severity(severity);
         if let Some(code) = code {
             shown = shown.with_code(code);
@@ -116,6 +117,10 @@ impl Report {
             let (line, column) = self.sources.line_column(primary.span.source, primary.span.start);
             let name = source.map_or("?", |s| s.name.as_str());
             out = format!("{}\n\n  {message}\n   {name}:{line}:{column}\n", code.unwrap_or(""));
+        }
+        let empty = self.sources.get(primary.span.source).filter(|s| source.is_none() && !message.contains(&s.name));
+        if let Some(s) = empty {
+            out.push_str(&format!("   {}\n", s.name));
         }
         out
     }

@@ -111,6 +111,8 @@ impl Controller {
         }
         if self.fault.is_some() {
             self.command.fill(0.0);
+            // Margins and errors of velocities are those of a robot that stands.
+            self.evaluator.observe(&self.reference, &self.command);
         }
         Command { velocity: &self.command, fault: self.fault }
     }

@@ -7,6 +7,7 @@ pub mod controller;
 pub mod evaluator;
 pub mod fault;
 pub mod program;
+pub mod quantity;
 pub mod record;
 pub mod simulate;
 pub mod simulated_robot;

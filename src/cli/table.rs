@@ -1,54 +1,20 @@
 //! The table at the end of a run.
 
 use comfy_table::{CellAlignment, Table, presets};
-use runtime::record::summary::{LevelSummary, Summary, TaskSummary};
+use runtime::quantity::quantity;
+use runtime::record::summary::{LevelSummary, MARGIN_TOLERANCE, Summary, TaskSummary};
 use runtime::record::verify::Verification;
 
-/// A number with its SI unit, at a scale that reads well; angles in degrees.
-pub fn quantity(x: f64, unit: &str) -> String {
-    if !x.is_finite() {
-        return "-".to_string();
-    }
-    let (x, unit) = match unit {
-        "rad" => (x.to_degrees(), "deg"),
-        "rad/s" => (x.to_degrees(), "deg/s"),
-        other => (x, other),
-    };
-    // What rounding leaves of a zero is shown as zero.
-    let x = if x.abs() < 1e-12 { 0.0 } else { x };
-    let a = x.abs();
-    if a == 0.0 {
-        return format!("0 {unit}").trim_end().to_string();
-    }
-    if unit.starts_with('m') && (unit == "m" || unit == "m/s") {
-        let rest = &unit[1..];
-        return match a {
-            _ if a < 1e-6 => format!("{x:.0e} {unit}"),
-            _ if a < 1e-3 => format!("{} um{rest}", significant(x * 1e6)),
-            _ if a < 0.1 => format!("{} mm{rest}", significant(x * 1e3)),
-            _ => format!("{} {unit}", significant(x)),
-        };
-    }
-    if a < 1e-4 { format!("{x:.0e} {unit}") } else { format!("{} {unit}", significant(x)) }
-}
-
-fn significant(x: f64) -> String {
-    let a = x.abs();
-    let decimals = if a == 0.0 || a >= 100.0 {
-        0
-    } else if a >= 10.0 {
-        1
-    } else if a >= 1.0 {
-        2
-    } else {
-        3
-    };
-    format!("{x:.decimals$}")
+/// What rounding leaves of a margin of zero is shown as zero.
+fn margin(x: f64, unit: &str) -> String {
+    quantity(if x.abs() < MARGIN_TOLERANCE { 0.0 } else { x }, unit)
 }
 
 fn share(x: f64) -> String {
     if x == 0.0 {
         "never".to_string()
+    } else if x < 0.0005 {
+        "< 0.1 %".to_string()
     } else if x >= 0.9995 {
         "always".to_string()
     } else {
@@ -87,9 +53,9 @@ fn rows(t: &TaskSummary) -> Vec<(String, String, String, String)> {
         let unit = t.min_margin_unit.as_deref().unwrap_or(&t.unit);
         let row = t.min_margin_row.as_deref().map(|r| format!("  {r}")).unwrap_or_default();
         // Rows of several units have no common last value.
-        let last = t.final_margin.filter(|_| unit == t.unit).map(|x| quantity(x, unit)).unwrap_or_default();
+        let last = t.final_margin.filter(|_| unit == t.unit).map(|x| margin(x, unit)).unwrap_or_default();
         return vec![(
-            format!("{}{row}", quantity(m, unit)),
+            format!("{}{row}", margin(m, unit)),
             at(t.at_s),
             last,
             t.active_share.map(share).unwrap_or_default(),
@@ -128,23 +94,6 @@ pub fn levels(summary: &Summary) -> String {
     format!("{table}\n")
 }
 
-#[cfg(test)]
-mod tests {
-    use super::quantity;
-
-    #[test]
-    fn quantities_read_well() {
-        assert_eq!(quantity(0.0031, "m"), "3.10 mm");
-        assert_eq!(quantity(-0.25, "m"), "-0.250 m");
-        assert_eq!(quantity(2e-5, "m"), "20.0 um");
-        assert_eq!(quantity(std::f64::consts::PI, "rad"), "180 deg");
-        assert_eq!(quantity(1e-10, "rad"), "6e-9 deg");
-        assert_eq!(quantity(-1e-17, "m"), "0 m");
-        assert_eq!(quantity(0.0, "m"), "0 m");
-        assert_eq!(quantity(f64::NAN, "m"), "-");
-    }
-}
-
 /// Which limits held which level back; the ones that did so longest.
 pub fn held_back(summary: &Summary) -> String {
     const SHOWN: usize = 6;
@@ -166,4 +115,9 @@ pub fn verification(v: &Verification) -> String {
         "solved again by {}: {} ticks{failed}, largest difference {:.1e} at {:.2} s, optimality certificate {:.1e}\n",
         v.backend, v.ticks, v.max_difference, v.at_s, v.max_certificate
     )
+}
+
+/// What to do about limits that were passed.
+pub fn hints(summary: &Summary) -> String {
+    summary.hints.iter().map(|h| format!("hint: {h}\n")).collect()
 }

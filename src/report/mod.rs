@@ -6,6 +6,7 @@ mod plots;
 mod scene;
 
 use runtime::Program;
+use runtime::quantity::quantity;
 use runtime::record::series::SeriesRecorder;
 use runtime::record::summary::{MARGIN_TOLERANCE, Summary, TaskSummary};
 use serde_json::{Value as Json, json};
@@ -71,27 +72,11 @@ pub fn verdict(summary: &Summary) -> String {
             let row = t.min_margin_row.as_deref().unwrap_or("?");
             format!(
                 "No limit was passed. Smallest distance to one: {} (`{name}`, {row}).",
-                length(t.min_margin.unwrap_or(0.0))
+                quantity(t.min_margin.map_or(0.0, tidy), "m")
             )
         }
         None if limits.is_empty() => "No fault. The stack has no limits.".to_string(),
         None => "No limit was passed.".to_string(),
-    }
-}
-
-/// A length with a unit that fits it.
-pub fn length(x: f64) -> String {
-    let a = x.abs();
-    if a == 0.0 {
-        "0 m".to_string()
-    } else if a < 1e-6 {
-        format!("{x:.1e} m")
-    } else if a < 1e-3 {
-        format!("{:.1} um", x * 1e6)
-    } else if a < 0.1 {
-        format!("{:.1} mm", x * 1e3)
-    } else {
-        format!("{x:.3} m")
     }
 }
 

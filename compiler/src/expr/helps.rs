@@ -1,6 +1,6 @@
 //! What to do about operands that do not go together.
 
-use dsl::tree::BinaryOp;
+use dsl::tree::{BinaryOp, Unit, Value, ValueKind};
 use stdlib_tasks::dimension::{ANGLE, NONE};
 
 use super::{Kind, Typed};
@@ -35,4 +35,33 @@ pub(super) fn help_for_sum(a: &Typed, b: &Typed) -> String {
     } else {
         "check the units of both".to_string()
     }
+}
+
+/// `1/2 m` and `2^2 m` with the unit behind the whole: `(1/2) m`, `(2^2) m`.
+pub fn bracketed(op: BinaryOp, left: &Value, right: &Value) -> Option<String> {
+    let sign = match op {
+        BinaryOp::Div => '/',
+        BinaryOp::Pow => '^',
+        _ => return None,
+    };
+    let ValueKind::Unit(right, unit) = &right.kind else { return None };
+    let (ValueKind::Number(a), ValueKind::Number(b)) = (&left.kind, &right.kind) else { return None };
+    Some(format!("({}{sign}{}) {}", a.text, b.text, written(unit)))
+}
+
+/// A unit as it is written: `m/s^2`.
+fn written(unit: &Unit) -> String {
+    let mut text = String::new();
+    for (symbol, power) in &unit.factors {
+        match (text.is_empty(), *power < 0) {
+            (_, true) => text.push('/'),
+            (false, _) => text.push(' '),
+            _ => {}
+        }
+        text.push_str(symbol);
+        if power.unsigned_abs() != 1 {
+            text.push_str(&format!("^{}", power.unsigned_abs()));
+        }
+    }
+    text
 }

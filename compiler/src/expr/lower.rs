@@ -6,7 +6,7 @@ use runtime::program::Op;
 use stdlib_tasks::dimension::{ANGLE, Dimension, NONE, TIME};
 
 use super::functions::{self, CallError, FUNCTIONS};
-use super::helps::{count, help_for_kinds, help_for_sum};
+use super::helps::{bracketed, count, help_for_kinds, help_for_sum};
 use super::ops::{self, Mismatch};
 use super::{Graph, Kind, Typed};
 use crate::codes;
@@ -120,7 +120,13 @@ impl Lowering<'_> {
             ValueKind::Binary(op, left, right) => {
                 let (a, b) = (self.value(left), self.value(right));
                 let (a, b) = (a?, b?);
-                self.binary(op, &a, &b, span)
+                let result = self.binary(op, &a, &b, span);
+                // `2^2 m`: the unit was meant for the whole.
+                let meant = bracketed(op.value, left, right).filter(|_| op.value == BinaryOp::Pow && result.is_err());
+                if let (Some(meant), Some(d)) = (meant, self.diagnostics.last_mut()) {
+                    d.help = Some(format!("a unit behind an exponent is the exponent's: write `{meant}`"));
+                }
+                result
             }
         }
     }

@@ -8,6 +8,7 @@ mod ops;
 
 pub use functions::{FUNCTIONS, Function};
 pub use graph::Graph;
+pub use helps::bracketed;
 pub use lower::{Lowering, Meaning, Scope, Symbol};
 
 use dsl::Span;

@@ -57,7 +57,8 @@ impl Home {
             let name = Value { kind: ValueKind::Text(e.key.value.clone()), span: e.key.span };
             let found = joints(std::slice::from_ref(&name), model, groups, diagnostics);
             // `all` and patterns mean joints here; the base has names of its own.
-            let dofs = found.map(|dofs| dofs.into_iter().filter(|&d| model.dofs[d].q_index.is_some()).collect::<Vec<_>>());
+            let dofs =
+                found.map(|dofs| dofs.into_iter().filter(|&d| model.dofs[d].q_index.is_some()).collect::<Vec<_>>());
             if dofs.as_ref().is_some_and(Vec::is_empty) {
                 let text = format!("`{}` belongs to the base, which has no joint position", e.key.value);
                 let help = format!("write {}", list(base_names.iter().copied(), 3));

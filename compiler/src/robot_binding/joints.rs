@@ -28,8 +28,7 @@ pub(super) fn joint_groups(block: Option<&Block>, model: &Model, diagnostics: &m
         }
         if model.dof(name).is_some() || groups.members.contains_key(name) {
             let text = format!("`{name}` is already the name of a joint or group");
-            diagnostics
-                .push(Diagnostic::error("HQ0202", e.key.span, text).help("choose another name for the group"));
+            diagnostics.push(Diagnostic::error("HQ0202", e.key.span, text).help("choose another name for the group"));
             continue;
         }
         match joints(items_of(&e.value), model, &groups, diagnostics) {
@@ -46,8 +45,12 @@ pub(super) fn joint_groups(block: Option<&Block>, model: &Model, diagnostics: &m
 
 /// The diagnostic for a declaration whose name is a pattern.
 pub(super) fn pattern_as_name(key: &Spanned<String>) -> Diagnostic {
-    Diagnostic::error("HQ0202", key.span, format!("`{}` is a pattern, and a name is needed for what is declared here", key.value))
-        .help("choose a name without `*` and `?`; a pattern can stand behind it")
+    Diagnostic::error(
+        "HQ0202",
+        key.span,
+        format!("`{}` is a pattern, and a name is needed for what is declared here", key.value),
+    )
+    .help("choose a name without `*` and `?`; a pattern can stand behind it")
 }
 
 impl JointGroups {

@@ -40,13 +40,7 @@ pub fn is_pattern(name: &str) -> bool {
 
 /// The diagnostic for a joint that is not there, with the reason if it is there and does not move. `offered` are names
 /// that could have been meant beside those of joints, `locked` the joints that the spec locks.
-pub fn unknown_joint(
-    model: &Model,
-    name: &str,
-    span: Span,
-    offered: &[&str],
-    locked: &BTreeSet<String>,
-) -> Diagnostic {
+pub fn unknown_joint(model: &Model, name: &str, span: Span, offered: &[&str], locked: &BTreeSet<String>) -> Diagnostic {
     if let Some(j) = model.joint(name) {
         let joint = model.joint_ref(j);
         let (why, help) = match joint.drive {

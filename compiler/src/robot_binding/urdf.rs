@@ -49,12 +49,7 @@ pub(super) struct Urdf {
 }
 
 /// Finds the URDF that a robot names and reads its text.
-pub(super) fn open(
-    (path_text, span): (&str, Span),
-    base: Base,
-    robot: &Robot,
-    files: &mut Files,
-) -> Option<Urdf> {
+pub(super) fn open((path_text, span): (&str, Span), base: Base, robot: &Robot, files: &mut Files) -> Option<Urdf> {
     let path = files.folder.join(path_text);
     let bytes = match std::fs::read(&path) {
         Ok(b) => b,

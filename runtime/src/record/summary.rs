@@ -7,8 +7,9 @@ use solver::{Active, LevelStatus};
 use stdlib_tasks::task::Nature;
 
 use crate::controller::Controller;
-use crate::evaluator::Member;
+use crate::evaluator::{Evaluator, Member};
 use crate::program::Program;
+use crate::quantity::quantity;
 use crate::record::csv;
 use crate::record::held_back::{HeldBack, HeldBackRecorder};
 use crate::record::verify::Verification;
@@ -40,8 +41,11 @@ pub struct Summary {
     /// The second solver's opinion, if it was asked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<Verification>,
-    /// Time of the controller per tick, in microseconds.
+    /// Time of the controller per tick, in microseconds; without the ticks after a fault, which compute nothing.
     pub tick_us: Percentiles,
+    /// What to do about limits that were passed by no more than sampling in time can lose.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub hints: Vec<String>,
     /// Files that were written.
     pub outputs: Vec<String>,
 }
@@ -186,6 +190,24 @@ fn unit(m: &Member) -> String {
     units.join(" or ")
 }
 
+/// What to do about a limit that was passed without a reserve, by no more than a tick can lose.
+fn sampling_hint(evaluator: &Evaluator, member: usize, m: &Member, s: &TaskStatistics) -> Option<String> {
+    let (loss, reserve) = (evaluator.sampled_loss(member), evaluator.reserve(member));
+    let (loss, reserve) = (*loss.get(s.worst_row)?, *reserve.get(s.worst_row)?);
+    let explained = m.nature == Nature::Limit && s.worst < -MARGIN_TOLERANCE && -s.worst <= loss && reserve < loss;
+    let text = |bound: String| {
+        format!(
+            "`{}` was passed by {}, and sampling in time can lose {bound}: use `sampled_margin auto`",
+            m.name,
+            quantity(-s.worst, "m")
+        )
+    };
+    explained.then(|| match loss.is_finite() {
+        true => text(format!("up to {}", quantity(loss, "m"))),
+        false => text("as much".to_string()) + ", with `joint_velocity_limits` on a hard level down to its own",
+    })
+}
+
 struct LevelStatistics {
     relaxed: usize,
     saturated: usize,
@@ -288,6 +310,8 @@ impl SummaryRecorder {
             .iter()
             .map(|(time, f)| FaultRecord { time: *time, kind: f.kind().to_string(), text: controller.describe(f) })
             .collect();
+        let hints = self.members.iter().zip(&self.tasks).enumerate();
+        let hints = hints.filter_map(|(i, (m, s))| sampling_hint(controller.evaluator(), i, m, s)).collect();
         let passed = tasks.values().any(|t| t.min_margin.is_some_and(|m| m < -MARGIN_TOLERANCE));
         Summary {
             program: program.name.clone(),
@@ -300,6 +324,7 @@ impl SummaryRecorder {
             held_back: self.held_back.result(program),
             verification: None,
             tick_us: Percentiles::of(&mut self.elapsed_us),
+            hints,
             outputs,
         }
     }
@@ -309,7 +334,9 @@ impl Recorder for SummaryRecorder {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
         self.ticks += 1;
         self.held_back.tick(tick)?;
-        self.elapsed_us.push((tick.elapsed * 1e6) as f32);
+        if self.fault.is_none() {
+            self.elapsed_us.push((tick.elapsed * 1e6) as f32);
+        }
         if let (None, Some(fault)) = (&self.fault, tick.fault) {
             self.fault = Some((tick.time, fault));
         }

@@ -88,8 +88,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         }
     }
     if rows.is_empty() {
-        return Err(BuildError::new("joints", "none of these joints has a position limit")
-            .help(
+        return Err(BuildError::new("joints", "none of these joints has a position limit").help(
             "joints that turn without end need none: remove the task. To limit them all the same, give `lower` and \
              `upper` here, or to single joints in the robot under `limits`",
         ));
@@ -104,7 +103,7 @@ pub(crate) fn among(
     joints: &Option<Vec<usize>>,
     ctx: &Context,
 ) -> Result<(), BuildError> {
-    let Some(joints) = joints else { return Ok(()) };
+    let Some(joints) = joints.as_ref().filter(|j| !j.is_empty()) else { return Ok(()) };
     let left_out = list.iter().flatten().find(|(dof, _)| !joints.contains(dof));
     match left_out.and_then(|(dof, _)| ctx.model.dofs.get(*dof)) {
         None => Ok(()),

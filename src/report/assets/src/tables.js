@@ -5,8 +5,17 @@ import { count, number, percent, quantity, timeText } from './format.js';
 
 const SHOWN_ROWS = 4;
 
+// A margin below zero by less than this is what rounding leaves of zero: the run did not count it as passed either.
+const TOLERANCE = 1e-9;
+
+// A name that may break behind its underscores and points, and nowhere else unless a part is wider than its column.
+const breakable = (name) => String(name).split(/(?<=[_.])/).flatMap((part, i) => (i ? [h('wbr'), part] : [part]));
+
 // Three lines at most; the whole name when pointed at.
-const clamp = (name) => h('span', { class: 'clamp', title: name }, name);
+const clamp = (name) => h('span', { class: 'clamp', title: name }, breakable(name));
+
+// A number and its unit stay together; only `m/s or rad/s` may break, before the `or`.
+const glued = (text) => text.replace(/ /g, '\u00a0').replace(/\u00a0or\u00a0/g, ' or\u00a0');
 
 function shareBar(share) {
   if (share === null) return h('span', { class: 'quiet' }, '–');
@@ -17,7 +26,8 @@ function shareBar(share) {
 
 // Smallest margin for what must not be passed, largest error for what is followed.
 function worst(measure) {
-  if (measure.smallest !== null) return ['min', measure.smallest, measure.smallest < 0];
+  const tidy = (x) => (Math.abs(x) < TOLERANCE ? 0 : x);
+  if (measure.smallest !== null) return ['min', tidy(measure.smallest), measure.smallest < -TOLERANCE];
   if (measure.largest !== null) return ['max', measure.largest, false];
   return ['', null, false];
 }
@@ -27,16 +37,16 @@ function measureCells(measure, clock, decimals) {
   const exact = (v) => (v === null ? null : `${v} ${measure.unit}`.trim());
   return [
     h('td', { class: 'measure' }, clamp(measure.name)),
-    h('td', { class: `num ${bad ? 'bad' : ''}`, title: exact(value) }, kind && h('span', { class: 'kind' }, kind), ` ${quantity(value, measure.unit)}`),
+    h('td', { class: `num ${bad ? 'bad' : ''}`, title: exact(value) }, kind && h('span', { class: 'kind' }, kind), ` ${glued(quantity(value, measure.unit))}`),
     h('td', { class: 'num' }, measure.at === null ? '' : h('button', { type: 'button', class: 'at', title: 'Show this time', onclick: () => clock.seek(measure.at) }, timeText(measure.at, decimals))),
-    h('td', { class: 'num', title: exact(measure.final) }, quantity(measure.final, measure.unit)),
+    h('td', { class: 'num', title: exact(measure.final) }, glued(quantity(measure.final, measure.unit))),
   ];
 }
 
 function activeCell(row, span) {
   const rest = row.activeRows.length - SHOWN_ROWS;
   const names = row.activeRows.slice(0, SHOWN_ROWS).join(', ') + (rest > 0 ? ` and ${rest} more` : '');
-  return h('td', { class: 'active', rowspan: span }, shareBar(row.active), names && h('span', { class: 'active-rows clamp', title: row.activeRows.join(', ') }, names));
+  return h('td', { class: 'active', rowspan: span }, shareBar(row.active), names && h('span', { class: 'active-rows clamp', title: row.activeRows.join(', ') }, breakable(names)));
 }
 
 /** `link(task)`: a function that shows the task's plots, or null if it has none. */
@@ -45,14 +55,13 @@ export function createTasks(data, clock, decimals, link) {
   const bodies = data.tasks.map((row) => {
     const span = Math.max(1, row.measures.length);
     const action = link(row.task);
-    const name = action ? h('button', { type: 'button', class: 'link', onclick: action, title: 'Go to the plots' }, row.task) : row.task;
+    const name = action ? h('button', { type: 'button', class: 'link', onclick: action, title: 'Go to the plots' }, breakable(row.task)) : breakable(row.task);
     const first = row.measures.length ? measureCells(row.measures[0], clock, decimals) : [h('td', { colspan: 4, class: 'quiet' }, 'no measure')];
     return h('tbody', {},
-      h('tr', {}, h('th', { scope: 'rowgroup', rowspan: span }, h('span', { class: 'name clamp', title: row.task }, name), row.kind && row.kind !== row.task && h('span', { class: 'sub clamp' }, row.kind)),
-        h('td', { rowspan: span, class: 'level' }, clamp(row.level)), first, activeCell(row, span)),
+      h('tr', {}, h('th', { scope: 'rowgroup', rowspan: span }, h('span', { class: 'name clamp', title: row.task }, name), h('span', { class: 'sub clamp' }, breakable([row.kind !== row.task && row.kind, row.level].filter(Boolean).join(' · ')))), first, activeCell(row, span)),
       row.measures.slice(1).map((m) => h('tr', {}, measureCells(m, clock, decimals))));
   });
-  const head = [['Task'], ['Level'], ['Measure'], ['Worst', 'num', 'Smallest margin or largest error'], ['At', 'num'], ['Final', 'num'],
+  const head = [['Task'], ['Measure'], ['Worst', 'num', 'Smallest margin or largest error'], ['At', 'num'], ['Final', 'num'],
     ['Active', 'active', 'Share of the ticks at which a row of the task was at its bound']];
   return h('section', { class: 'tasks' }, h('h2', {}, 'Tasks'),
     h('div', { class: 'table-wrap' }, h('table', {}, h('thead', {}, h('tr', {}, head.map(([t, c, title]) => h('th', { scope: 'col', class: c ?? '', title }, t)))), bodies)));
@@ -63,7 +72,7 @@ export function createLevels(data) {
   if (data.levels.length === 0) return null;
   const rows = data.levels.map((l, i) => h('tr', {},
     h('td', { class: 'num rank' }, String(i + 1)),
-    h('th', { scope: 'row' }, h('span', { class: 'name clamp', title: l.name }, l.name)),
+    h('th', { scope: 'row' }, h('span', { class: 'name clamp', title: l.name }, breakable(l.name))),
     h('td', {}, l.hard ? 'hard' : 'soft'),
     h('td', { class: 'num' }, count(l.rows)),
     h('td', { class: 'num' }, count(l.freedom)),
