@@ -36,10 +36,14 @@ impl Binder<'_> {
             for e in &block.entries {
                 let name = Value { kind: ValueKind::Text(e.key.value.clone()), span: e.key.span };
                 let found = joints(std::slice::from_ref(&name), model, &self.robot.joint_groups, self.diagnostics);
-                let Some(dofs) = found else {
+                let Some(mut dofs) = found else {
                     good = false;
                     continue;
                 };
+                // `all` means the joints where positions are wanted: a base has none.
+                if per == NONE && dofs.iter().any(|&d| model.dofs[d].q_index.is_some()) {
+                    dofs.retain(|&d| model.dofs[d].q_index.is_some());
+                }
                 let twice: Vec<(usize, Span)> =
                     dofs.iter().filter_map(|&dof| Some((dof, seen.insert(dof, e.key.span)?))).collect();
                 if let Some((dof, first)) = twice.first() {

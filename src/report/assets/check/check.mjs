@@ -113,7 +113,7 @@ try {
   await page.evaluate(`document.querySelector('.legend-entry').click()`);
   await page.sleep(100);
   check('a click on the legend hides the series', (await ink(0)) < before && (await page.evaluate(`document.querySelector('.legend-entry').getAttribute('aria-pressed')`)) === 'false');
-  const cell = () => page.evaluate(`[...document.querySelectorAll('.tasks td.num')].map((c) => c.textContent).find((t) => /12°|0.21 rad/.test(t)) ?? ''`);
+  const cell = () => page.evaluate(`[...document.querySelectorAll('.tasks td.num')].map((c) => c.textContent.replaceAll('\\u00a0', ' ')).find((t) => /12°|0.21 rad/.test(t)) ?? ''`);
   check('angles in degrees', (await cell()).trim(), 'max 12°');
   await page.evaluate(`[...document.querySelectorAll('.angles .chip')].find((b) => b.textContent === 'rad').click()`);
   check('angles in radians', (await cell()).trim(), 'max 0.21 rad');
