@@ -39,6 +39,7 @@ pub fn data(program: &Program, spec: &str, summary: &Summary, series: &SeriesRec
             "name": l.name, "hard": l.hard, "rows": l.rows, "freedom": l.min_freedom,
             "saturated_share": l.saturated_share, "worst_violation": l.max_violation,
         })).collect::<Vec<_>>(),
+        "held_back": summary.held_back,
         "tick_us": summary.tick_us,
         "faults": summary.faults,
         "time": series.times,

@@ -49,6 +49,9 @@ function regular(raw) {
       name: text(l.name), hard: l.hard === true, rows: num(l.rows), freedom: num(l.freedom),
       saturated: num(l.saturated_share), violation: num(l.worst_violation),
     })),
+    heldBack: list(raw.held_back).map(object).map((b) => ({
+      level: text(b.level), by: text(b.by_task), row: text(b.by_row), share: num(b.share), at: num(b.at_s),
+    })),
     time,
     plots: list(raw.plots).map(object).map((p, i) => plot(p, i, pick)),
     scene: scene(raw.scene),

@@ -5,7 +5,7 @@ import { readData } from './data.js';
 import { isAngular, settings } from './format.js';
 import { createClock } from './clock.js';
 import { createHeader } from './header.js';
-import { createLevels, createTasks } from './tables.js';
+import { createHeldBack, createLevels, createTasks } from './tables.js';
 import { createPlots } from './plots.js';
 import { createReplay } from './replay.js';
 import { createTransport } from './transport.js';
@@ -56,7 +56,7 @@ function start() {
     plots = createPlots(data.plots, context);
     tables.replaceChildren(...[
       createTasks(data, clock, decimals, (task) => (plots.has(task) ? () => plots.reveal(task) : null)),
-      createLevels(data),
+      createLevels(data), createHeldBack(data, clock, decimals),
     ].filter(Boolean));
     nav.replaceChildren(
       h('div', { class: 'plot-links' }, plots.sections.map((s) => h('button', { type: 'button', class: 'link', onclick: () => s.node.scrollIntoView({ behavior: 'smooth' }) }, s.name))),

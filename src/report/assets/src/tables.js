@@ -1,9 +1,10 @@
-// The two tables: what each task achieved, and what each level of the hierarchy had to give up.
+// The tables: what each task achieved, what each level of the hierarchy had to give up, and to which limit.
 
 import { h } from './dom.js';
 import { count, number, percent, quantity, timeText } from './format.js';
 
 const SHOWN_ROWS = 4;
+const SHOWN_BLOCKING = 8;
 
 // A margin below zero by less than this is what rounding leaves of zero: the run did not count it as passed either.
 const TOLERANCE = 1e-9;
@@ -82,4 +83,19 @@ export function createLevels(data) {
     ['Violation', 'num', 'The worst violation of a row, in the unit of that row']];
   return h('section', { class: 'levels' }, h('h2', {}, 'Hierarchy'),
     h('div', { class: 'table-wrap' }, h('table', {}, h('thead', {}, h('tr', {}, head.map(([t, c, title]) => h('th', { scope: 'col', class: c ?? '', title }, t)))), h('tbody', {}, rows))));
+}
+
+/** Which limit held which level back; the ones that did so longest. */
+export function createHeldBack(data, clock, decimals) {
+  if (data.heldBack.length === 0) return null;
+  const rows = data.heldBack.slice(0, SHOWN_BLOCKING).map((b) => h('tr', {},
+    h('th', { scope: 'row' }, h('span', { class: 'name clamp', title: b.level }, breakable(b.level))),
+    h('td', {}, h('span', { class: 'clamp', title: `${b.by}, ${b.row}` }, breakable(b.by), ', ', breakable(b.row))),
+    h('td', { class: 'num' }, b.at === null ? '' : h('button', { type: 'button', class: 'at', title: 'Show this time', onclick: () => clock.seek(b.at) }, timeText(b.at, decimals))),
+    h('td', { class: 'active' }, shareBar(b.share))));
+  const rest = data.heldBack.length - SHOWN_BLOCKING;
+  const head = [['Level'], ['gave way to'], ['Most at', 'num', 'When the limit cost the level most'], ['Share', 'active', 'Share of the ticks at which the level would have come closer to its targets without this limit']];
+  return h('section', { class: 'levels' }, h('h2', {}, 'Held back'),
+    h('div', { class: 'table-wrap' }, h('table', {}, h('thead', {}, h('tr', {}, head.map(([t, c, title]) => h('th', { scope: 'col', class: c ?? '', title }, t)))), h('tbody', {}, rows))),
+    rest > 0 && h('p', { class: 'quiet' }, `and ${rest} more, in summary.json`));
 }
