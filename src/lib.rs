@@ -20,5 +20,8 @@ pub use solver;
 pub use stdlib_tasks;
 
 pub mod catalogue;
+pub mod init;
+pub mod lsp;
 pub mod project;
 pub mod report;
+pub mod schema;

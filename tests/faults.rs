@@ -214,3 +214,48 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_program_whose_robot_cannot_move_is_refused() {
+    let mut program = common::program("hello.hq");
+    let urdf = "<robot name=\"still\"><link name=\"a\"/></robot>";
+    let (model, _) = robot::Model::from_urdf(urdf, &robot::Options::default()).expect("one link is a tree");
+    program.robot.home = model.neutral();
+    program.robot.model = model;
+    let error = Controller::new(&program).err().expect("nothing moves");
+    assert_eq!(error.place, "robot.model");
+}
+
+/// HQ0501 judges a gain that stands still when it compiles; one that moves is held to the same bound at every tick.
+#[test]
+fn a_gain_that_grows_beyond_the_control_period_is_a_fault() {
+    let text = format!(
+        "{ARM}task limits = joint_position_limits {{ gain (10 + 500*t/(1 s)) /s }}\n\
+         stack s {{ level l hard {{ limits }} level m {{ joint_velocity {{ velocity 1.9 rad/s }} }} }}\n"
+    );
+    let program = common::program_of(&text);
+    let mut simulation = runtime::Simulation::new(&program).expect("it can be executed");
+    let mut all = common::Everything::default();
+    simulation.run(&mut all, &mut || 0.0, &mut |_| true).expect("nothing is written");
+    let fault = all.0.iter().find_map(|s| s.fault.map(|f| (s.time, f)));
+    let Some((time, Fault::Value { .. })) = fault else { panic!("{fault:?}") };
+    assert!((time - 0.19).abs() < 1e-9, "10 + 500 t passes 100 /s at 0.18 s, and the fault came at {time} s");
+    assert!(all.0.iter().all(|s| s.margins.iter().all(|m| *m >= -1e-9)), "no limit was passed before");
+}
+
+/// What nobody's compiler writes, and a hand can: refused before it can do harm.
+#[test]
+fn absurd_numbers_in_a_program_are_refused() {
+    let refused = |spoil: &dyn Fn(&mut Program)| {
+        let mut program = common::program("safety_tasks.hq");
+        spoil(&mut program);
+        let error = program.check().expect_err("it must be refused");
+        assert!(!error.message.is_empty() && Controller::new(&program).is_err());
+    };
+    refused(&|p| p.robot.model.dofs[4].velocity = -1.0);
+    refused(&|p| p.robot.model.dofs[4].velocity = f64::NAN);
+    refused(&|p| p.robot.model.dofs[4].upper = -10.0);
+    refused(&|p| p.values.tape.inputs = 200_000_000);
+    refused(&|p| p.values.tape.inputs = usize::MAX);
+    refused(&|p| p.run.duration = 1e-4);
+}

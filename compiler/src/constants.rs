@@ -257,7 +257,18 @@ impl Constants<'_> {
             .map(|(item, &d)| Some((self.scalar(item, joint_dimension(model, d), diagnostics)?, item.span)))
             .collect();
         merge_bare(diagnostics, before, value.span);
+        one_unit(diagnostics, before, value, items.len());
         all.into_iter().collect()
+    }
+}
+
+/// A wrong unit behind a list is one mistake, and not one for each of its items.
+pub fn one_unit(diagnostics: &mut Vec<Diagnostic>, before: usize, value: &Value, items: usize) {
+    let new = diagnostics.get_mut(before..).unwrap_or_default();
+    let all = items == new.len() && new.iter().all(|d| d.code == "HQ0301" && d.message == new[0].message);
+    if let (ValueKind::Unit(..), true, Some(first)) = (&value.kind, all, new.first_mut()) {
+        first.primary.span = value.span;
+        diagnostics.truncate(before + 1);
     }
 }
 

@@ -86,6 +86,12 @@ pub(crate) fn reserved(settings: &mut Block, words: &[&str], what: &str, diags: 
     });
 }
 
+/// `level hard { .. }`: a level that was meant to be hard would be a soft one of that name.
+pub(crate) fn hard_is_no_name(span: Span) -> Diagnostic {
+    Diagnostic::error("HQ0116", span, "this level has no name: `hard` says what it is")
+        .help("give the level a name of its own before `hard`, in YAML behind `name:`")
+}
+
 /// Sorts the diagnostics as the text runs, and keeps the first hundred.
 pub(crate) fn finish(mut diags: Vec<Diagnostic>) -> Vec<Diagnostic> {
     use crate::limits::MAX_DIAGNOSTICS;

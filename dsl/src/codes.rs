@@ -69,7 +69,11 @@ pub static CODES: &[(&str, &str, &str)] = &[
         "key given twice",
         "A key stands once in a block. Which of two values was meant cannot be known, so neither is chosen silently.",
     ),
-    ("HQ0116", "name missing", "A declaration has a name: letters, digits and `_`, not beginning with a digit."),
+    (
+        "HQ0116",
+        "name missing",
+        "A declaration has a name: letters, digits and `_`, not beginning with a digit. `level hard { .. }` has none: `hard` says what the level is, and no level can be called so.",
+    ),
     (
         "HQ0117",
         "block missing",

@@ -134,7 +134,9 @@ fn at_place(
                 Some(c) if !"})],;".contains(c) => {
                     let next = end - behind.len();
                     let inner = at_place(text, start, next, end, place, After::Start("a value"), unit_only);
-                    if inner.code == "HQ0113" || inner.code == "HQ0114" {
+                    // What is wrong further inside brackets is said there.
+                    let here = inner.primary.span.start <= place.span(next, next).start;
+                    if here && (inner.code == "HQ0113" || inner.code == "HQ0114") {
                         diagnostic.label(place.span(next, next + c.len_utf8()), "not a value")
                     } else {
                         inner
@@ -164,6 +166,10 @@ fn at_place(
         '(' | '[' if opener(text, at, end).is_some() => {
             let (open, c) = opener(text, at, end).unwrap_or((at, first));
             unclosed(place, open, c)
+        }
+        '[' if at < end && deeper(Rule::list, rest).is_some_and(|n| n > 0) => {
+            let inside = at + deeper(Rule::list, rest).unwrap_or(0);
+            at_place(text, start, inside, end, place, After::Start("a value"), unit_only)
         }
         '(' => match Grammar::parse(Rule::args, rest) {
             Err(error) if at < end => {
@@ -217,6 +223,13 @@ fn at_place(
     }
 }
 
+/// How far a rule got before it failed.
+fn deeper(rule: Rule, text: &str) -> Option<usize> {
+    match Grammar::parse(rule, text).err()?.location {
+        pest::error::InputLocation::Pos(n) | pest::error::InputLocation::Span((n, _)) => Some(n),
+    }
+}
+
 fn power(place: Place, at: usize) -> Diagnostic {
     Diagnostic::error("HQ0113", place.span(at - usize::from(at > 0), at + 1), "`**` is not an operator")
         .help("a power is written `x^2`")
@@ -248,12 +261,16 @@ fn word(
                     .help(format!("write `{plain}`"))
             }
             Some(n) => unknown_unit(&word[n..], place.span(at + n, end)),
-            None => Diagnostic::error("HQ0113", place.span(at, end), format!("`{}` has no place here", clip(word)))
-                .note(match after {
-                    After::Value(_) => "the value before it is complete".to_owned(),
-                    After::Key(_) => "a value is expected".to_owned(),
-                    After::Start(what) => format!("{what} is expected"),
-                }),
+            None => Diagnostic::error(
+                "HQ0113",
+                place.span(at, number_end(text, end)),
+                format!("`{}` has no place here", clip(&text[at..number_end(text, end)])),
+            )
+            .note(match after {
+                After::Value(_) => "the value before it is complete".to_owned(),
+                After::Key(_) => "a value is expected".to_owned(),
+                After::Start(what) => format!("{what} is expected"),
+            }),
         };
     }
     let behind_number = number.ends_with(|c: char| c.is_ascii_digit() || c == ')' || c == ']');
@@ -272,6 +289,15 @@ fn word(
         After::Value(_) => diagnostic.note("the value before it is complete"),
         After::Key(_) => diagnostic.note("a comma or an operator is expected between two values"),
         After::Start(what) => diagnostic.note(format!("{what} is expected")),
+    }
+}
+
+/// The end of a number whose whole part ends at `end`: behind its fraction, where it has one.
+fn number_end(text: &str, end: usize) -> usize {
+    let fraction = text[end..].strip_prefix('.').unwrap_or("");
+    match fraction.find(|c: char| !c.is_ascii_digit()).unwrap_or(fraction.len()) {
+        0 => end,
+        digits => end + 1 + digits,
     }
 }
 

@@ -6,13 +6,19 @@ mod backend;
 mod bench;
 mod check;
 mod compile;
+mod completions;
 mod explain;
 mod fmt;
+mod init;
+mod lsp;
+mod man;
 mod output;
 mod run;
+mod schema;
 mod solve;
 mod table;
 mod tasks;
+mod watch;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -30,6 +36,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Begin a project: a spec that runs at once, for a URDF or for an example arm.
+    Init(init::Arguments),
     /// Check specs and report every mistake.
     Check(check::Arguments),
     /// Print the compiled program.
@@ -46,6 +54,16 @@ enum Command {
     Solve(solve::Arguments),
     /// Time the closed loop of a spec, and the solvers on its problems.
     Bench(bench::Arguments),
+    /// Serve an editor: the language server, over standard input and output.
+    Lsp(lsp::Arguments),
+    /// Check a spec, and run it if wanted, each time that it or its URDF is saved.
+    Watch(watch::Arguments),
+    /// Print the JSON Schema of the YAML spelling, for editors.
+    Schema,
+    /// Print the completions of commands and options for a shell.
+    Completions(completions::Arguments),
+    /// Print a manual page.
+    Man(man::Arguments),
 }
 
 /// How specs are compiled.
@@ -95,6 +113,7 @@ impl From<std::io::Error> for Outcome {
 /// Parses the command line and runs the command.
 pub fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
+        Command::Init(a) => init::run(&a),
         Command::Check(a) => check::run(&a),
         Command::Compile(a) => compile::run(&a),
         Command::Run(a) => run::run(&a),
@@ -103,6 +122,11 @@ pub fn main() -> ExitCode {
         Command::Fmt(a) => fmt::run(&a),
         Command::Solve(a) => solve::run(&a),
         Command::Bench(a) => bench::run(&a),
+        Command::Lsp(a) => lsp::run(&a),
+        Command::Watch(a) => watch::run(&a),
+        Command::Schema => schema::run(),
+        Command::Completions(a) => completions::run(&a),
+        Command::Man(a) => man::run(&a),
     };
     match outcome {
         Outcome::Good => ExitCode::SUCCESS,

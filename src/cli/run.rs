@@ -12,7 +12,7 @@ use runtime::record::All;
 use runtime::record::csv::CsvRecorder;
 use runtime::record::series::SeriesRecorder;
 use runtime::record::summary::{Summary, SummaryRecorder};
-use runtime::record::verify::Verifier;
+use runtime::record::verify::{UNPROVEN, Verifier};
 use runtime::{Program, Simulation};
 use solver::Backend;
 
@@ -69,8 +69,9 @@ pub fn run(a: &Arguments) -> Outcome {
         program.run.solver = backend;
     }
     let folder = a.out.clone().unwrap_or_else(|| Path::new("out").join(&program.name));
+    let unproven = |s: &Summary| s.verification.as_ref().is_some_and(|v| v.max_certificate > UNPROVEN);
     match execute(&program, &a.spec.display().to_string(), &folder, a) {
-        Ok(summary) if summary.ok => Outcome::Good,
+        Ok(summary) if summary.ok && !unproven(&summary) => Outcome::Good,
         Ok(_) => Outcome::Failed,
         Err(trouble) => Outcome::Trouble(trouble),
     }

@@ -3,11 +3,16 @@
 use comfy_table::{CellAlignment, Table, presets};
 use runtime::quantity::quantity;
 use runtime::record::summary::{LevelSummary, MARGIN_TOLERANCE, Summary, TaskSummary};
-use runtime::record::verify::Verification;
+use runtime::record::verify::{DIFFERENT, UNPROVEN, Verification};
 
 /// What rounding leaves of a margin of zero is shown as zero.
 fn margin(x: f64, unit: &str) -> String {
     quantity(if x.abs() < MARGIN_TOLERANCE { 0.0 } else { x }, unit)
+}
+
+/// A share of the ticks, in words.
+fn of_the_time(x: f64) -> String {
+    if x >= 0.9995 { "all the time".to_string() } else { format!("{} of the time", share(x)) }
 }
 
 fn share(x: f64) -> String {
@@ -99,7 +104,7 @@ pub fn held_back(summary: &Summary) -> String {
     const SHOWN: usize = 6;
     let mut lines = String::new();
     for h in summary.held_back.iter().take(SHOWN) {
-        lines += &format!("`{}` gave way to `{}`, {}: {} of the time\n", h.level, h.by_task, h.by_row, share(h.share));
+        lines += &format!("`{}` gave way to `{}`, {}: {}\n", h.level, h.by_task, h.by_row, of_the_time(h.share));
     }
     let more = summary.held_back.len().saturating_sub(SHOWN);
     if more > 0 {
@@ -112,8 +117,21 @@ pub fn held_back(summary: &Summary) -> String {
 pub fn verification(v: &Verification) -> String {
     let failed = if v.failed == 0 { String::new() } else { format!("; {} found no answer", v.failed) };
     format!(
-        "solved again by {}: {} ticks{failed}, largest difference {:.1e} at {:.2} s, optimality certificate {:.1e}\n",
-        v.backend, v.ticks, v.max_difference, v.at_s, v.max_certificate
+        "solved again by {}: {} ticks{failed}, largest difference {:.1e} at {:.2} s{}; optimality of the run's own answers: {}\n",
+        v.backend,
+        v.ticks,
+        v.max_difference,
+        v.at_s,
+        if v.different > 0 {
+            format!(" ({} ticks differ by more than {DIFFERENT:.0e})", v.different)
+        } else {
+            String::new()
+        },
+        if v.max_certificate > UNPROVEN {
+            format!("NOT PROVEN, residual {:.1e}", v.max_certificate)
+        } else {
+            format!("proven, residual at most {:.1e}", v.max_certificate)
+        }
     )
 }
 

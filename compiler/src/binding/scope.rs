@@ -32,7 +32,7 @@ impl Scope for TaskScope<'_> {
     }
 
     fn initial(&mut self, graph: &mut Graph, argument: &Value, span: Span) -> Result<Typed, Box<Diagnostic>> {
-        let (source, ty) = self.source(argument, span)?;
+        let (source, ty) = self.source(argument)?;
         if !self.moving {
             return Err(Box::new(
                 Diagnostic::error("HQ0307", span, "this parameter is needed before anything is captured")
@@ -53,7 +53,7 @@ impl Scope for TaskScope<'_> {
 }
 
 impl TaskScope<'_> {
-    fn source(&self, argument: &Value, span: Span) -> Result<(CaptureSource, ActualType), Box<Diagnostic>> {
+    fn source(&self, argument: &Value) -> Result<(CaptureSource, ActualType), Box<Diagnostic>> {
         let model = &self.robot.model;
         if let ValueKind::Field(inner, field) = &argument.kind
             && let ValueKind::Call(function, args) = &inner.kind
@@ -109,7 +109,7 @@ impl TaskScope<'_> {
         }
         let mut d = Diagnostic::error(
             "HQ0311",
-            span,
+            argument.span,
             format!("`{}` has no value `{path}` that could be captured", self.owner.kind.name),
         );
         if let Some(near) = suggest(&path, own.iter().copied()) {

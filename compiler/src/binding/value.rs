@@ -8,7 +8,7 @@ use stdlib_tasks::params::{ParamInfo, Quantity};
 
 use super::scope::TaskScope;
 use super::{Binder, Number, Owner};
-use crate::constants::{fits, unit_of_divisor, with_units};
+use crate::constants::{fits, one_unit, unit_of_divisor, with_units};
 use crate::expr::{Kind, Lowering, Typed};
 use crate::forms::unknown_key;
 use crate::names::list;
@@ -89,7 +89,9 @@ impl Binder<'_> {
                 }
                 None => {
                     let q = quantity.unwrap_or(Quantity::any(wanted.1));
-                    self.table.ranges.push((slot.at + i, q.min, q.max));
+                    // A gain that moves is held to what HQ0501 asks of one that does not: gain times period at most 1.
+                    let max = if wanted.1 == RATE { q.max.min(1.0 / self.robot.period) } else { q.max };
+                    self.table.ranges.push((slot.at + i, q.min, max));
                 }
             }
         }
@@ -116,8 +118,10 @@ impl Binder<'_> {
         let mut at = None;
         let what = format!("each vector of `{}`", info.name);
         for item in &items {
-            let slot = self.value(owner, item, (Kind::Vector, d), Some(quantity), &what)?;
-            at.get_or_insert(slot.at);
+            let before = self.diagnostics.len();
+            let slot = self.value(owner, item, (Kind::Vector, d), Some(quantity), &what);
+            one_unit(self.diagnostics, before, value, 1);
+            at.get_or_insert(slot?.at);
         }
         Some(Bound::Value(Slot { at: at?, len: 3 * count }))
     }

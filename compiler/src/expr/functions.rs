@@ -45,6 +45,15 @@ pub(super) fn is_angle(name: &str, index: usize) -> bool {
     matches!((name, index), ("sin" | "cos" | "tan" | "rpy", _) | ("axis_angle", 1))
 }
 
+/// The number of arguments of a function, from the first, that have one unit.
+pub(super) fn alike(name: &str, count: usize) -> usize {
+    match name {
+        "min" | "max" | "clamp" => count,
+        "lerp" => count.min(2),
+        _ => 0,
+    }
+}
+
 /// Why a call has no meaning.
 pub(super) enum CallError {
     /// Argument `index` should be `wanted`.

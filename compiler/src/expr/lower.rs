@@ -266,6 +266,13 @@ impl Lowering<'_> {
                 self.diagnostics.push(bare_angle(self.graph, a, ANGLE));
             }
         }
+        // What is joined with an angle is one.
+        let alike = || typed[..functions::alike(known.name, typed.len())].iter().filter(|a| a.kind == Kind::Scalar);
+        if let Some(angle) = alike().map(|a| a.dimension).find(|d| d.is_number() && *d != NONE) {
+            for a in alike().filter(|a| a.bare && !ops::is_zero(self.graph, a)) {
+                self.diagnostics.push(bare_angle(self.graph, a, angle));
+            }
+        }
         merge_bare(self.diagnostics, before, span);
         let error = match functions::call(self.graph, known.name, &typed, span) {
             Ok(x) => return Ok(x),

@@ -147,6 +147,14 @@ impl Lowerer<'_> {
             let d = Diagnostic::error("HQ0605", at, "the run would have more than a thousand million ticks");
             self.push(d.label(robot.rate_span, format!("one tick is {} s", robot.period)).help("shorten the run"));
         }
+        if let Some(robot) = robot
+            && duration > 0.0
+            && duration / robot.period < 0.5
+        {
+            let at = settings.duration_span.or(settings.span).unwrap_or(robot.name.span);
+            let d = Diagnostic::error("HQ0308", at, "the run is shorter than one tick, so nothing would happen");
+            self.push(d.label(robot.rate_span, format!("one tick is {} s", robot.period)).help("make the run longer"));
+        }
         let title = settings.title.unwrap_or_else(|| stacks[stack].name.value.clone());
         Some((RunProgram { stack, duration, solver: settings.solver, simulator: settings.simulator }, title))
     }

@@ -97,7 +97,14 @@ impl Reader<'_> {
             .filter(|v| v.as_rule() == Rule::expr && crate::words::is_name(v.as_str()))
             .map(|v| self.of(v));
         // `d_min 0.5 mtr`, read as two entries: the second has no value, or takes the next key for its value.
-        if mark.is_none() && (junk.is_some() || value.is_none()) && self.follows_bare_number(entries, start) {
+        // With a number behind it, however badly written, the word is a key.
+        let behind = self.text[key.span.range().end..end].trim_start();
+        let number_behind = behind.starts_with(|c: char| c.is_ascii_digit() || c == '.');
+        if mark.is_none()
+            && !number_behind
+            && (junk.is_some() || value.is_none())
+            && self.follows_bare_number(entries, start)
+        {
             self.diags.push(explain::unknown_unit(&key.value, key.span));
             if let Some(last) = entries.last_mut() {
                 last.value.kind = ValueKind::Missing;

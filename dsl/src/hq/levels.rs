@@ -68,6 +68,10 @@ impl Reader<'_> {
         }
         checks::duplicates(&settings.entries, &mut self.diags);
         checks::reserved(&mut settings, &["name", "tasks"], "level", &mut self.diags);
+        if let Some(name) = name.as_ref().filter(|n| n.value == "hard") {
+            self.diags.push(checks::hard_is_no_name(name.span));
+            hard.get_or_insert(name.span);
+        }
         if name.is_none() {
             self.diags.push(
                 Diagnostic::error("HQ0116", keyword, "this `level` has no name")

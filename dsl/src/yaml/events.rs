@@ -236,6 +236,11 @@ impl<'t> Build<'t> {
 
     fn tag(&mut self, present: bool, span: Span) {
         if present {
+            // The tag stands before the node that it is of.
+            let before = self.text[..span.range().start].trim_end();
+            let word = before.rfind(|c: char| c.is_ascii_whitespace() || "[{,".contains(c)).map_or(0, |n| n + 1);
+            let own = before[word..].starts_with('!').then(|| Span::new(self.source, word, before.len()));
+            let span = own.unwrap_or(span);
             self.diags.push(
                 Diagnostic::error("HQ0136", span, "YAML tags have no meaning in a spec").help("delete the `!tag`"),
             );

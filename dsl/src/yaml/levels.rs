@@ -4,7 +4,7 @@ use super::Reader;
 use super::events::{Kind, NodeId, Style};
 use crate::explain::clip;
 use crate::tree::{Block, Comments, Entry, Level, Member, MemberTask, Stack, TaskDefinition, Value, ValueKind};
-use crate::words::{has_block, is_name};
+use crate::words::{has_block, is_name, nearest};
 use crate::{Diagnostic, Span, Spanned, checks};
 
 impl Reader<'_> {
@@ -78,10 +78,22 @@ impl Reader<'_> {
         let mut settings = Block { span, ..Block::default() };
         let mut comments = Comments::default();
         self.pool.before(span.range().start, &mut comments.before);
-        for (key, value) in self.distinct(id) {
-            match key.value.as_str() {
+        let pairs = self.distinct(id);
+        let absent: Vec<&str> =
+            ["name", "tasks"].into_iter().filter(|word| pairs.iter().all(|(key, _)| key.value != *word)).collect();
+        for (key, value) in pairs {
+            // A slip in a key that is needed: said once, and read as what was meant.
+            let meant = nearest(&key.value, &absent).filter(|_| key.value != "hard");
+            if let Some(meant) = meant {
+                let text = format!("`{}` is no part of a level", clip(&key.value));
+                self.diags.push(Diagnostic::error("HQ0132", key.span, text).help(format!("did you mean `{meant}`?")));
+            }
+            match meant.unwrap_or(key.value.as_str()) {
                 "name" => {
                     name = self.name(value, "the level");
+                    if let Some(name) = name.as_ref().filter(|n: &&Spanned<String>| n.value == "hard") {
+                        self.diags.push(checks::hard_is_no_name(name.span));
+                    }
                     self.pool.before(key.span.range().start, &mut comments.before);
                     self.pool.behind(self.later(value, key.span).range().end, &[','], &mut comments.behind);
                 }

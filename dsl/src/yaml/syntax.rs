@@ -84,8 +84,10 @@ fn visible(text: &str, at: usize) -> Range<usize> {
     let line = line_of(text, at);
     let skipped = text[at..line.end].len() - text[at..line.end].trim_start().len();
     let start = if skipped < line.end - at { at + skipped } else { at };
+    let word =
+        text[start..line.end].find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).map_or(line.end, |n| start + n);
     let end = text[start..line.end].chars().next().map_or(start, |c| start + c.len_utf8());
-    start..end
+    start..end.max(word)
 }
 
 /// A tab among the first blanks of the line at `at`, or of the one before it.

@@ -177,7 +177,8 @@ fn level() -> impl Strategy<Value = Level> {
         b.entries.retain(|e| e.key.len() != 4 && e.key.len() != 3 && e.key.len() != 5);
         b
     });
-    (name(), any::<bool>(), settings, prop::collection::vec(member(), 0..4), comments()).prop_map(
+    let name = name().prop_filter("a level cannot be called `hard`", |n| n != "hard");
+    (name, any::<bool>(), settings, prop::collection::vec(member(), 0..4), comments()).prop_map(
         |(name, hard, settings, members, comments)| Level {
             name: spanned(name),
             hard: hard.then(Span::default),

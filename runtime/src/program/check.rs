@@ -67,6 +67,7 @@ impl Program {
         let run = &self.run;
         ensure(run.stack < self.stacks.len(), "run.stack", "no such stack")?;
         ensure(run.duration.is_finite() && run.duration > 0.0, "run.duration", "not a positive time")?;
+        ensure(run.duration / self.robot.period >= 0.5, "run.duration", "shorter than one tick")?;
         ensure(run.duration / self.robot.period <= 1e9, "run.duration", "more than a thousand million ticks")?;
         let s = &run.simulator;
         ensure(
@@ -82,6 +83,11 @@ impl Program {
         ensure(r.model.nv() > 0, "robot.model", "nothing of this robot moves")?;
         ensure(r.home.len() == r.model.nq(), "robot.home", "has another length than the configuration")?;
         ensure(r.home.iter().all(|x| x.is_finite()), "robot.home", "holds a number that is not finite")?;
+        for d in &r.model.dofs {
+            // Comparisons with NaN are false.
+            ensure(d.velocity >= 0.0, "robot.model", "the speed limit of a joint is negative or no number")?;
+            ensure(d.lower <= d.upper, "robot.model", "the limits of a joint are upside down or no numbers")?;
+        }
         ensure(r.tracking_gain.is_finite() && r.tracking_gain >= 0.0, "robot.tracking_gain", "negative or not finite")?;
         for g in &r.geometries {
             self.check_geometry(g, "robot.geometries")?;
@@ -98,6 +104,9 @@ impl Program {
                 ensure(*k < v.tape.inputs, &place, "reads a captured value that does not exist")?;
             }
         }
+        // Every captured value is somebody's: the number cannot ask for more memory than the file describes.
+        let captured = v.captures.iter().fold(0_usize, |n, c| n.saturating_add(c.len));
+        ensure(v.tape.inputs <= captured, "values.tape.inputs", "more captured values than captures")?;
         for o in &v.tape.outputs {
             let good = o.at < v.initial.len() && o.value < v.tape.ops.len() && o.rate < v.tape.ops.len();
             ensure(good, "values.tape.outputs", "an output points nowhere")?;

@@ -8,6 +8,13 @@ use crate::controller::Controller;
 use crate::program::Program;
 use crate::simulate::{Recorder, Tick};
 
+/// Two answers that differ by more are two answers, in rad/s or m/s. It happens close to singular configurations, where a
+/// direction moves a task by about 1e-9 of its size: one solver may count it, the other not.
+pub const DIFFERENT: f64 = 1e-6;
+
+/// A residual of the certificate above this is no proof of optimality.
+pub const UNPROVEN: f64 = 1e-6;
+
 /// What a second solver said of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verification {
@@ -17,6 +24,8 @@ pub struct Verification {
     pub ticks: usize,
     /// Ticks at which the second backend found no answer; they count in nothing else.
     pub failed: usize,
+    /// Ticks at which a joint velocity differs by more than [`DIFFERENT`].
+    pub different: usize,
     /// The largest difference of a joint velocity, in rad/s or m/s.
     pub max_difference: f64,
     /// When it was seen, in s.
@@ -44,6 +53,7 @@ impl Verifier {
                 backend: other.name(),
                 ticks: 0,
                 failed: 0,
+                different: 0,
                 max_difference: 0.0,
                 at_s: 0.0,
                 max_certificate: 0.0,
@@ -72,6 +82,7 @@ impl Recorder for Verifier {
         v.ticks += 1;
         let both = tick.solution.x.iter().zip(&self.solution.x);
         let difference = both.fold(0.0_f64, |d, (a, b)| d.max((a - b).abs()));
+        v.different += usize::from(difference > DIFFERENT);
         if difference > v.max_difference {
             (v.max_difference, v.at_s) = (difference, tick.time);
         }

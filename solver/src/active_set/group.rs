@@ -24,8 +24,11 @@ use crate::problem::Level;
 /// A residual below this, relative to the size of the row, the bound and the point, is none.
 const CONSISTENT: f64 = 1e-12;
 
-/// A force below this part of all forces of its level is rounding.
-const FORCE: f64 = 1e-11;
+/// A force below this part of all forces of its level is none: a direction that moves the rows of
+/// the level by less counts as one that does not move them at all, and so whoever blocks it does
+/// not hold the level back. (The same number decides ranks, or the answer would depend on where
+/// the search came from.)
+const FORCE: f64 = DEPENDENT;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Group {

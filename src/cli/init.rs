@@ -1,0 +1,96 @@
+//! `hierarq init DIR`
+
+use std::fs::OpenOptions;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use hierarq::init::{Project, Refusal, Request, propose};
+use robot::Base;
+
+use super::{Outcome, output};
+
+#[derive(Args)]
+pub struct Arguments {
+    /// The folder of the project; made where there is none. Nothing in it is overwritten.
+    dir: PathBuf,
+    /// The URDF of the robot [default: an example arm of seven joints].
+    #[arg(long, value_name = "FILE")]
+    urdf: Option<PathBuf>,
+    /// What carries the root link [default: a guess from the names of the joints].
+    #[arg(long, value_enum, requires = "urdf")]
+    base: Option<BaseName>,
+    /// Folder in which `package://` addresses of the URDF are looked for. May be repeated.
+    #[arg(long, value_name = "DIR", requires = "urdf")]
+    package_path: Vec<PathBuf>,
+    /// Write the spec in the YAML spelling.
+    #[arg(long)]
+    yaml: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum BaseName {
+    Fixed,
+    Planar,
+    Unicycle,
+    Floating,
+}
+
+impl From<BaseName> for Base {
+    fn from(name: BaseName) -> Base {
+        match name {
+            BaseName::Fixed => Base::Fixed,
+            BaseName::Planar => Base::Planar,
+            BaseName::Unicycle => Base::Unicycle,
+            BaseName::Floating => Base::Floating,
+        }
+    }
+}
+
+pub fn run(a: &Arguments) -> Outcome {
+    let request = Request {
+        folder: a.dir.clone(),
+        urdf: a.urdf.clone(),
+        base: a.base.map(Base::from),
+        yaml: a.yaml,
+        package_paths: a.package_path.clone(),
+    };
+    let project = match propose(&request) {
+        Ok(project) => project,
+        Err(Refusal::Wrong(report)) => {
+            output::show(&report);
+            output::error_line("nothing was written");
+            return Outcome::Failed;
+        }
+        Err(Refusal::Trouble(text)) => return Outcome::Trouble(text),
+    };
+    let text = match write(&a.dir, &project) {
+        Ok(text) => text,
+        Err(trouble) => return Outcome::Trouble(trouble),
+    };
+    output::show(&project.report);
+    output::print(&text);
+    Outcome::Good
+}
+
+/// Writes all files, none over another; says what was written, and what to do with it.
+fn write(folder: &Path, project: &Project) -> Result<String, String> {
+    if let Some((path, _)) = project.files.iter().find(|(path, _)| path.symlink_metadata().is_ok()) {
+        return Err(format!("{} is there already; nothing was written", path.display()));
+    }
+    let mut said: String = project.remarks.iter().map(|r| format!("{r}\n")).collect();
+    for (path, text) in &project.files {
+        let parent = path.parent().unwrap_or(folder);
+        std::fs::create_dir_all(parent).map_err(|e| format!("cannot create {}: {e}", parent.display()))?;
+        // `create_new`: a file that appears in this moment is kept too.
+        let file = OpenOptions::new().write(true).create_new(true).open(path);
+        file.and_then(|mut f| f.write_all(text.as_bytes()))
+            .map_err(|e| format!("cannot write {}: {e}", path.display()))?;
+        said += &format!("wrote {}\n", path.display());
+    }
+    if let Some((spec, _)) = project.files.last() {
+        let spec = spec.display();
+        said += &format!("\nnext:\n  hierarq check {spec}\n  hierarq run {spec}\n");
+    }
+    Ok(said)
+}

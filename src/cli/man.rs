@@ -1,0 +1,39 @@
+//! `hierarq man [COMMAND]`
+
+use clap::{Args, CommandFactory};
+use clap_mangen::Man;
+
+use super::{Cli, Outcome, output};
+
+#[derive(Args)]
+pub struct Arguments {
+    /// A command, such as `run`; the page of the whole program where it is left out.
+    command: Option<String>,
+}
+
+pub fn run(a: &Arguments) -> Outcome {
+    let mut all = Cli::command().disable_help_subcommand(true);
+    all.build();
+    let command = match &a.command {
+        None => all,
+        Some(name) => {
+            let names = all.get_subcommands().map(clap::Command::get_name);
+            match all.find_subcommand(name) {
+                Some(found) => found.clone(),
+                None => {
+                    let near = compiler::names::suggest(name, names);
+                    let near = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
+                    return Outcome::Trouble(format!("there is no command `{name}`{near}"));
+                }
+            }
+        }
+    };
+    let mut page = Vec::new();
+    if let Err(e) =
+        Man::new(command).manual("Hierarq").source(concat!("hierarq ", env!("CARGO_PKG_VERSION"))).render(&mut page)
+    {
+        return Outcome::Trouble(format!("the page cannot be written: {e}"));
+    }
+    output::print(&String::from_utf8_lossy(&page));
+    Outcome::Good
+}

@@ -1,0 +1,175 @@
+//! `hierarq watch SPEC`
+//!
+//! What is watched are the folders of the spec and of its URDF, because editors replace files as often as they write
+//! them. What counts is the content: a folder that stirs while both texts stay as they were changes nothing.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use dsl::SourceId;
+use dsl::tree::{ItemKind, ValueKind};
+use hierarq::project;
+use notify::event::{AccessKind, AccessMode};
+use notify::{Event, EventKind, RecursiveMode, Watcher};
+
+use super::{Outcome, SpecOptions, output};
+
+/// Saving a file is several events; this long without one, and it is over.
+const QUIET: Duration = Duration::from_millis(100);
+
+/// A folder that never is quiet is looked at nevertheless.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+#[derive(Args)]
+pub struct Arguments {
+    /// A spec (`*.hq`, `*.yaml`).
+    spec: PathBuf,
+    #[command(flatten)]
+    options: SpecOptions,
+    /// Run the spec each time that it is good; a run under way is ended where a file changes.
+    #[arg(long)]
+    run: bool,
+    /// Folder for the results of the runs [default: out/NAME].
+    #[arg(long, value_name = "DIR", requires = "run")]
+    out: Option<PathBuf>,
+    /// Run for this long instead of what the spec says, in seconds.
+    #[arg(long, value_name = "SECONDS", requires = "run")]
+    duration: Option<f64>,
+}
+
+pub fn run(a: &Arguments) -> Outcome {
+    let (sender, events) = channel();
+    let mut watcher = match notify::recommended_watcher(sender) {
+        Ok(watcher) => watcher,
+        Err(e) => return Outcome::Trouble(format!("cannot watch files: {e}")),
+    };
+    let mut watched = BTreeSet::new();
+    loop {
+        let files = files(&a.spec);
+        for folder in folders(&files) {
+            if watched.contains(&folder) {
+                continue;
+            }
+            match watcher.watch(&folder, RecursiveMode::NonRecursive) {
+                Ok(()) => {
+                    watched.insert(folder);
+                }
+                Err(e) if watched.is_empty() => {
+                    return Outcome::Trouble(format!("cannot watch {}: {e}", folder.display()));
+                }
+                // The folder of a URDF may not be there yet; the report says so.
+                Err(_) => {}
+            }
+        }
+        // Read before the check reads them: what is saved in between is seen as a change.
+        let before = contents(&files);
+        let mut running = match report(a) {
+            Ok(running) => running,
+            Err(trouble) => return Outcome::Trouble(trouble),
+        };
+        let changed = wait(&events, || contents(&files) != before);
+        if let Some(child) = &mut running {
+            // One that has ended by itself cannot be ended, and that is well.
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+        if let Err(trouble) = changed {
+            return Outcome::Trouble(trouble);
+        }
+    }
+}
+
+/// The spec, and the URDFs that it names as far as it can be read.
+fn files(spec: &Path) -> Vec<PathBuf> {
+    let mut files = vec![spec.to_path_buf()];
+    let Ok((spelling, text)) = project::read(spec) else { return files };
+    let (tree, _) = dsl::parse(SourceId(0), &text, spelling);
+    for item in &tree.items {
+        if let ItemKind::Robot(robot) = &item.kind
+            && let Some(entry) = robot.body.get("urdf")
+            && let ValueKind::Text(path) = &entry.value.kind
+        {
+            files.push(spec.parent().unwrap_or(Path::new("")).join(path));
+        }
+    }
+    files
+}
+
+/// The folders in which the files stand, and those in which links to them lead.
+fn folders(files: &[PathBuf]) -> Vec<PathBuf> {
+    let real = files.iter().filter_map(|f| f.canonicalize().ok());
+    let parent = |f: PathBuf| {
+        let folder = f.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf())
+    };
+    files.iter().cloned().chain(real).map(parent).collect()
+}
+
+fn contents(files: &[PathBuf]) -> Vec<Option<Vec<u8>>> {
+    files.iter().map(|f| std::fs::read(f).ok()).collect()
+}
+
+/// Checks the spec, says how it is, and starts a run where one is wanted.
+fn report(a: &Arguments) -> Result<Option<Child>, String> {
+    let compiled = project::compile(&a.spec, &a.options.settings());
+    let good = compiled.program.is_some();
+    // A run reports what it compiles itself.
+    if !(a.run && good) {
+        output::show(&compiled.report);
+    }
+    let state = output::count(&compiled.report).unwrap_or_else(|| "good".to_string());
+    output::print(&format!("{}: {state}; waiting for changes, Ctrl-C ends\n", a.spec.display()));
+    if !(a.run && good) {
+        return Ok(None);
+    }
+    let program = std::env::current_exe().map_err(|e| format!("cannot find this program: {e}"))?;
+    let mut command = Command::new(program);
+    command.arg("run").arg(&a.spec).stdin(Stdio::null());
+    for (name, value) in &a.options.set {
+        command.arg("--set").arg(format!("{name}={value}"));
+    }
+    for path in &a.options.package_path {
+        command.arg("--package-path").arg(path);
+    }
+    if let Some(out) = &a.out {
+        command.arg("--out").arg(out);
+    }
+    if let Some(duration) = a.duration {
+        command.arg("--duration").arg(duration.to_string());
+    }
+    command.spawn().map(Some).map_err(|e| format!("cannot start the run: {e}"))
+}
+
+/// True for what can change a text; reading a file is an event too.
+fn stirs(event: &Event) -> bool {
+    !matches!(event.kind, EventKind::Access(kind) if kind != AccessKind::Close(AccessMode::Write))
+}
+
+/// Waits until something has changed and the folders are quiet.
+fn wait(events: &Receiver<notify::Result<Event>>, changed: impl Fn() -> bool) -> Result<(), String> {
+    let lost = |e: &dyn std::fmt::Display| format!("cannot watch files any longer: {e}");
+    loop {
+        match events.recv() {
+            Ok(Ok(event)) if stirs(&event) => {}
+            Ok(Ok(_)) => continue,
+            Ok(Err(e)) => return Err(lost(&e)),
+            Err(e) => return Err(lost(&e)),
+        }
+        let (mut last, first) = (Instant::now(), Instant::now());
+        while first.elapsed() < PATIENCE {
+            match events.recv_timeout(QUIET.saturating_sub(last.elapsed())) {
+                Ok(Ok(event)) if stirs(&event) => last = Instant::now(),
+                Ok(_) => {}
+                Err(RecvTimeoutError::Timeout) => break,
+                Err(e) => return Err(lost(&e)),
+            }
+        }
+        if changed() {
+            return Ok(());
+        }
+    }
+}

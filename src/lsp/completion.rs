@@ -1,0 +1,276 @@
+//! What could be written at the cursor. A marker is put there and the text is read as it then stands: where the marker
+//! turns up in the tree says what may follow. So both spellings, and texts that are half written, take one way.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use dsl::Spelling;
+use dsl::vocabulary::UNITS;
+use lsp_types::{
+    CompletionItem, CompletionItemKind, CompletionTextEdit, Documentation, MarkupContent, MarkupKind, TextEdit,
+};
+use stdlib_tasks::KINDS;
+use stdlib_tasks::params::{ParamInfo, Presence};
+
+use super::document::Document;
+use super::hover;
+use super::mentions::{Class, MARKER, Mentions, Slot};
+use super::urdf::Part;
+use super::vocabulary::{BUILT_IN, DECLARATIONS, FRAME_FIELDS, Key, SECTIONS};
+use crate::catalogue::describe;
+
+/// What could stand at a byte.
+pub(super) fn of(document: &Document, byte: usize) -> Option<Vec<CompletionItem>> {
+    let spelling = document.spelling()?;
+    let text = document.text.as_str();
+    let part = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let start = text[..byte].trim_end_matches(part).len();
+    let end = text.len() - text[byte..].trim_start_matches(part).len();
+    let line = &text[text[..start].rfind('\n').map_or(0, |n| n + 1)..start];
+    if in_comment(line, spelling) || text[start..byte].starts_with(|c: char| c.is_ascii_digit()) {
+        return Some(Vec::new());
+    }
+    let mut list = List { document, range: start..byte, items: Vec::new() };
+    let before = line.trim_end_matches([' ', '\t']);
+    let unit = before.ends_with(|c: char| c.is_ascii_digit() || matches!(c, ')' | ']')) && before != line
+        || before.ends_with('/');
+    if unit {
+        list.units();
+    }
+    match imagined(document, start..end, spelling) {
+        Some((_, Slot::Expression(_))) if unit => {}
+        Some((mentions, slot)) => list.slot(&mentions, &slot),
+        None if top_level(&text[..start], line, spelling) => {
+            list.keys(if spelling == Spelling::Hq { DECLARATIONS } else { SECTIONS }, &[]);
+        }
+        None => {}
+    }
+    Some(list.items)
+}
+
+/// Reads the text with the marker in place of the word.
+fn imagined(document: &Document, word: Range<usize>, spelling: Spelling) -> Option<(Mentions, Slot)> {
+    let text = document.text.as_str();
+    let read = |behind: &str| {
+        let marked = [&text[..word.start], MARKER, behind, &text[word.end..]].concat();
+        let mut mentions = document.imagine(&marked)?;
+        let slot = mentions.slot.take()?;
+        Some((mentions, slot))
+    };
+    if spelling == Spelling::Yaml {
+        // A key needs its colon to be one.
+        return read("").or_else(|| read(":"));
+    }
+    let found = read("")?;
+    // A key needs a value, or it takes the next key for one.
+    if matches!(found.1, Slot::Keys(..) | Slot::Parameters(..) | Slot::JointKey(_)) {
+        return read(" \"\"").or(Some(found));
+    }
+    Some(found)
+}
+
+/// True where the rest of a line is a comment. Quotes of both kinds may hold the marks of one.
+fn in_comment(line: &str, spelling: Spelling) -> bool {
+    let mut quote = None;
+    let mut last = ' ';
+    for c in line.chars() {
+        match (quote, c) {
+            (Some(q), c) if c == q => quote = None,
+            (Some(_), _) => {}
+            (None, '"') => quote = Some('"'),
+            (None, '\'') if spelling == Spelling::Yaml => quote = Some('\''),
+            (None, '/') if spelling == Spelling::Hq && last == '/' => return true,
+            (None, '#') if spelling == Spelling::Yaml && last.is_whitespace() => return true,
+            _ => {}
+        }
+        last = c;
+    }
+    false
+}
+
+/// True where a declaration could begin: at the beginning of a line, outside all braces.
+fn top_level(before: &str, line: &str, spelling: Spelling) -> bool {
+    if spelling == Spelling::Yaml {
+        return line.is_empty();
+    }
+    let mut depth = 0usize;
+    for l in before.lines() {
+        let code = l.split("//").next().unwrap_or("");
+        for c in code.chars() {
+            match c {
+                '{' | '[' | '(' => depth += 1,
+                '}' | ']' | ')' => depth = depth.saturating_sub(1),
+                _ => {}
+            }
+        }
+    }
+    depth == 0 && line.trim().is_empty()
+}
+
+/// Items under construction.
+struct List<'d> {
+    document: &'d Document,
+    range: Range<usize>,
+    items: Vec<CompletionItem>,
+}
+
+fn markdown(value: String) -> Option<Documentation> {
+    (!value.is_empty()).then_some(Documentation::MarkupContent(MarkupContent { kind: MarkupKind::Markdown, value }))
+}
+
+impl List<'_> {
+    /// Adds an item. `rank` orders it: smaller first.
+    fn add(&mut self, label: &str, kind: CompletionItemKind, rank: usize, detail: &str, doc: String) {
+        let yaml = self.document.spelling() == Some(Spelling::Yaml);
+        let colon = yaml && kind == CompletionItemKind::PROPERTY;
+        let new = if colon { format!("{label}: ") } else { label.to_string() };
+        self.items.push(CompletionItem {
+            label: label.to_string(),
+            kind: Some(kind),
+            detail: (!detail.is_empty()).then(|| detail.to_string()),
+            documentation: markdown(doc),
+            sort_text: Some(format!("{rank:02}{label}")),
+            text_edit: Some(CompletionTextEdit::Edit(TextEdit::new(self.document.text.range(self.range.clone()), new))),
+            ..CompletionItem::default()
+        });
+    }
+
+    fn slot(&mut self, mentions: &Mentions, slot: &Slot) {
+        match slot {
+            Slot::Keys(keys, used) => self.keys(keys, used),
+            Slot::Parameters(infos, used) => self.parameters(infos, used),
+            Slot::Words(words) => {
+                for word in *words {
+                    self.add(word, CompletionItemKind::ENUM_MEMBER, 0, "", String::new());
+                }
+            }
+            Slot::Kind => self.kinds(0),
+            Slot::Member => {
+                self.names(mentions, Class::Task, 0);
+                self.kinds(1);
+            }
+            Slot::Stack => self.names(mentions, Class::Stack, 0),
+            Slot::Expression(auto) => self.expression(mentions, *auto),
+            Slot::Captured(actuals, prefix) => {
+                for actual in *actuals {
+                    match actual.name.strip_prefix(prefix.as_str()) {
+                        Some("*") if prefix.is_empty() => {
+                            self.add("angle", CompletionItemKind::FIELD, 0, "angle.ARM", String::new());
+                        }
+                        Some(rest) if rest != "*" => {
+                            self.add(rest, CompletionItemKind::FIELD, 0, "value of the task", String::new());
+                        }
+                        _ => {}
+                    }
+                }
+                if prefix.is_empty() {
+                    self.built_in(&["frame", "joint"], 1);
+                }
+            }
+            Slot::FrameField => {
+                for field in FRAME_FIELDS {
+                    self.add(field, CompletionItemKind::FIELD, 0, "", String::new());
+                }
+            }
+            Slot::Unit => self.units(),
+            Slot::Link => self.links(1),
+            Slot::Frame => {
+                self.names(mentions, Class::Arm, 0);
+                self.links(1);
+            }
+            Slot::Arm => self.names(mentions, Class::Arm, 0),
+            Slot::Geometry => {
+                for class in [Class::Point, Class::Segment, Class::Group] {
+                    self.names(mentions, class, 0);
+                }
+                if mentions.names(Class::Arm).next().is_some() {
+                    let doc = "All `points` of all arms.".to_string();
+                    self.add("arms", CompletionItemKind::VARIABLE, 0, "group", doc);
+                    let arms: Vec<String> = mentions.names(Class::Arm).map(|a| format!("arms.{a}")).collect();
+                    for arm in arms {
+                        self.add(&arm, CompletionItemKind::VARIABLE, 0, "group", String::new());
+                    }
+                }
+                self.links(1);
+            }
+            Slot::Joint => self.joints(mentions, &[]),
+            Slot::JointKey(used) => self.joints(mentions, used),
+            Slot::Nothing => {}
+        }
+    }
+
+    fn keys(&mut self, keys: &[Key], used: &[String]) {
+        for key in keys.iter().filter(|k| !used.iter().any(|u| u == k.name)) {
+            self.add(key.name, CompletionItemKind::PROPERTY, 0, "", key.doc.to_string());
+        }
+    }
+
+    fn parameters(&mut self, infos: &[ParamInfo], used: &[String]) {
+        for info in infos.iter().filter(|i| !used.iter().any(|u| u == i.name)) {
+            let rank = usize::from(info.presence != Presence::Required);
+            let detail = describe(&info.ty);
+            self.add(info.name, CompletionItemKind::PROPERTY, rank, &detail, hover::parameter(info));
+        }
+    }
+
+    fn kinds(&mut self, rank: usize) {
+        for kind in KINDS {
+            self.add(kind.name, CompletionItemKind::CLASS, rank, kind.summary, hover::task_kind(kind));
+        }
+    }
+
+    fn names(&mut self, mentions: &Mentions, class: Class, rank: usize) {
+        let names: Vec<String> = mentions.names(class).map(str::to_string).collect();
+        for name in names {
+            self.add(&name, CompletionItemKind::VARIABLE, rank, class.word(), String::new());
+        }
+    }
+
+    fn built_in(&mut self, names: &[&str], rank: usize) {
+        for name in names {
+            self.add(name, CompletionItemKind::FUNCTION, rank, "", hover::built_in(name).unwrap_or_default());
+        }
+    }
+
+    fn expression(&mut self, mentions: &Mentions, auto: bool) {
+        if auto {
+            self.add("auto", CompletionItemKind::ENUM_MEMBER, 0, "worked out by the task", String::new());
+        }
+        self.names(mentions, Class::Param, 0);
+        let known: Vec<&str> = BUILT_IN.iter().map(|k| k.name).filter(|n| !matches!(*n, "frame" | "joint")).collect();
+        self.built_in(&known, 1);
+        let functions: Vec<&str> = compiler::expr::FUNCTIONS.iter().map(|f| f.name).collect();
+        self.built_in(&functions, 2);
+    }
+
+    fn units(&mut self) {
+        for unit in UNITS {
+            self.add(unit, CompletionItemKind::UNIT, 3, &hover::unit(unit).unwrap_or_default(), String::new());
+        }
+    }
+
+    fn parts(&mut self, parts: &BTreeMap<String, Part>, used: &[String], kind: CompletionItemKind, rank: usize) {
+        for (name, part) in parts.iter().filter(|(n, p)| p.moves && !used.contains(n)) {
+            self.add(name, kind, rank, "", part.about.clone());
+        }
+    }
+
+    fn links(&mut self, rank: usize) {
+        if let Some(urdf) = self.document.analysis().and_then(|a| a.urdf.clone()) {
+            self.parts(&urdf.links, &[], CompletionItemKind::REFERENCE, rank);
+        }
+    }
+
+    fn joints(&mut self, mentions: &Mentions, used: &[String]) {
+        let groups: Vec<String> = mentions.names(Class::JointGroup).map(str::to_string).collect();
+        for group in groups.iter().filter(|g| !used.contains(g)) {
+            self.add(group, CompletionItemKind::VARIABLE, 0, Class::JointGroup.word(), String::new());
+        }
+        if let Some(urdf) = self.document.analysis().and_then(|a| a.urdf.clone()) {
+            self.parts(&urdf.joints, used, CompletionItemKind::REFERENCE, 1);
+        }
+        for (name, doc) in [("all", "every joint"), ("base", "what carries the root link")] {
+            self.add(name, CompletionItemKind::VARIABLE, 2, doc, String::new());
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! The compiler's diagnostics as the editor shows them.
+
+use compiler::{Input, Report};
+use dsl::{Diagnostic, Label, Severity, SourceId, Span};
+use lsp_types::{
+    Diagnostic as Shown, DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString, Range, Uri,
+};
+
+use super::document::Document;
+use super::text::Text;
+use super::uri;
+
+/// Compiles a document and says what is wrong with it; nothing where it is no spec.
+pub(super) fn of(document: &Document) -> Vec<Shown> {
+    let Some(spelling) = document.spelling() else { return Vec::new() };
+    let name = document.path.as_ref().map_or_else(|| document.uri.to_string(), |p| p.display().to_string());
+    let compiled = compiler::compile(&Input {
+        name: &name,
+        text: document.text.as_str(),
+        spelling,
+        folder: document.folder(),
+        set: &[],
+        package_paths: &[],
+    });
+    let report = &compiled.report;
+    // The first text is the document; the others are its URDF and defaults of the task library.
+    let others: Vec<Option<(Uri, Text)>> =
+        report.sources.iter().map(|(id, s)| other(document, id, &s.name, &s.text)).collect();
+    report.diagnostics.iter().map(|d| shown(document, report, &others, d)).collect()
+}
+
+/// Address and text of a file that diagnostics speak of.
+fn other(document: &Document, id: SourceId, name: &str, text: &str) -> Option<(Uri, Text)> {
+    let path = document.folder().join(name);
+    if id.0 == 0 || !path.is_file() {
+        return None;
+    }
+    Some((uri::of(&path)?, Text::new(text.to_string())))
+}
+
+fn shown(document: &Document, report: &Report, others: &[Option<(Uri, Text)>], d: &Diagnostic) -> Shown {
+    let own = |span: Span| (span.source.0 == 0).then(|| document.text.range(span.range()));
+    let location = |span: Span| match own(span) {
+        Some(range) => Some(Location::new(document.uri.clone(), range)),
+        None => {
+            let (uri, text) = others.get(span.source.0 as usize)?.as_ref()?;
+            Some(Location::new(uri.clone(), text.range(span.range())))
+        }
+    };
+    let mut message = d.message.clone();
+    if !d.primary.text.is_empty() {
+        message.push_str(&format!("\nhere: {}", d.primary.text));
+    }
+    for note in &d.notes {
+        message.push_str(&format!("\nnote: {note}"));
+    }
+    if let Some(help) = &d.help {
+        message.push_str(&format!("\nhelp: {help}"));
+    }
+    let related = |label: &Label, text: &str| {
+        Some(DiagnosticRelatedInformation { location: location(label.span)?, message: text.to_string() })
+    };
+    let mut places: Vec<DiagnosticRelatedInformation> = Vec::new();
+    let range = match own(d.primary.span) {
+        Some(range) => range,
+        // What is wrong with another file is shown where this one names it, with the place itself beside it.
+        None => {
+            places.extend(related(&d.primary, &d.message));
+            let (line, column) = report.sources.line_column(d.primary.span.source, d.primary.span.start);
+            if let Some(source) = report.sources.get(d.primary.span.source).filter(|_| !places.is_empty()) {
+                message.push_str(&format!("\nin {}:{line}:{column}", source.name));
+            }
+            let label = d.labels.iter().find_map(|l| own(l.span));
+            label.or_else(|| urdf_value(document)).unwrap_or_default()
+        }
+    };
+    places.extend(d.labels.iter().filter_map(|l| related(l, if l.text.is_empty() { "here" } else { &l.text })));
+    Shown {
+        range,
+        severity: Some(match d.severity {
+            Severity::Error => DiagnosticSeverity::ERROR,
+            Severity::Warning => DiagnosticSeverity::WARNING,
+        }),
+        code: Some(NumberOrString::String(d.code.to_string())),
+        source: Some("hierarq".to_string()),
+        message,
+        related_information: (!places.is_empty()).then_some(places),
+        ..Shown::default()
+    }
+}
+
+/// Where the spec names its URDF.
+fn urdf_value(document: &Document) -> Option<Range> {
+    let mentions = &document.analysis()?.mentions;
+    let file = mentions.all.iter().find(|m| matches!(m.what, super::mentions::What::File))?;
+    Some(document.text.range(file.place.clone()))
+}

@@ -1,0 +1,128 @@
+//! An open document, and what is known of it; worked out when it is first asked for after a change.
+
+use std::cell::{OnceCell, RefCell};
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use dsl::tree::{ItemKind, Spec};
+use dsl::{Diagnostic, Severity, Sources, Spelling};
+use lsp_types::{TextDocumentItem, Uri};
+
+use super::mentions::{self, Mentions};
+use super::text::Text;
+use super::urdf::{self, Urdf};
+use super::uri;
+
+/// A tree with the meaning of its words.
+#[derive(Debug)]
+pub(super) struct Analysis {
+    /// The tree.
+    pub spec: Spec,
+    /// Mistakes of form.
+    pub diagnostics: Vec<Diagnostic>,
+    /// The meaning of its words.
+    pub mentions: Mentions,
+    /// The URDF, where it can be read.
+    pub urdf: Option<Rc<Urdf>>,
+}
+
+/// An open document.
+#[derive(Debug)]
+pub(super) struct Document {
+    /// Its address.
+    pub uri: Uri,
+    /// Its path, where it lies on this machine.
+    pub path: Option<PathBuf>,
+    /// The version that the editor gave it last.
+    pub version: i32,
+    /// Its text.
+    pub text: Text,
+    spelling: Spelling,
+    analysis: OnceCell<Analysis>,
+    urdf: RefCell<Option<Rc<Urdf>>>,
+}
+
+impl Document {
+    /// Takes a document in. The ending of its name says how it is spelt; without one, the editor does.
+    pub fn open(item: TextDocumentItem) -> Document {
+        let path = uri::path(&item.uri);
+        let by_name = Spelling::of_path(path.as_deref().unwrap_or(Path::new(item.uri.as_str())));
+        let by_language = if item.language_id == "yaml" { Spelling::Yaml } else { Spelling::Hq };
+        Document {
+            uri: item.uri,
+            path,
+            version: item.version,
+            text: Text::new(item.text),
+            spelling: by_name.unwrap_or(by_language),
+            analysis: OnceCell::new(),
+            urdf: RefCell::new(None),
+        }
+    }
+
+    /// Replaces the text.
+    pub fn change(&mut self, text: Text, version: i32) {
+        self.text = text;
+        self.version = version;
+        self.analysis = OnceCell::new();
+    }
+
+    /// Forgets what was read from other files.
+    pub fn refresh(&mut self) {
+        self.analysis = OnceCell::new();
+    }
+
+    /// How it is spelt; `None` for YAML that is no spec, of which an editor may open many.
+    pub fn spelling(&self) -> Option<Spelling> {
+        let header = |l: &str| l.trim_start_matches('\u{feff}').starts_with("hierarq:");
+        let is_spec = self.spelling == Spelling::Hq || self.text.as_str().lines().any(header);
+        is_spec.then_some(self.spelling)
+    }
+
+    /// The folder that relative paths start from.
+    pub fn folder(&self) -> &Path {
+        self.path.as_deref().and_then(Path::parent).unwrap_or(Path::new(""))
+    }
+
+    /// What is known of it; `None` where it is no spec.
+    pub fn analysis(&self) -> Option<&Analysis> {
+        let spelling = self.spelling()?;
+        Some(self.analysis.get_or_init(|| {
+            let text = self.text.as_str();
+            let source = Sources::default().add("", "");
+            let (spec, diagnostics) = dsl::parse(source, text, spelling);
+            let urdf = self.urdf(&spec);
+            let mentions = mentions::of(&spec, text, spelling, urdf.as_deref());
+            Analysis { spec, diagnostics, mentions, urdf }
+        }))
+    }
+
+    /// What the words of a text would mean that stood in this document.
+    pub fn imagine(&self, text: &str) -> Option<Mentions> {
+        let source = Sources::default().add("", "");
+        let (spec, _) = dsl::parse(source, text, self.spelling()?);
+        let urdf = self.analysis().and_then(|a| a.urdf.clone());
+        Some(mentions::of(&spec, text, self.spelling()?, urdf.as_deref()))
+    }
+
+    /// The URDF that the spec names, read again where it has changed.
+    fn urdf(&self, spec: &Spec) -> Option<Rc<Urdf>> {
+        let robot = spec.items.iter().find_map(|i| match &i.kind {
+            ItemKind::Robot(r) => Some(r),
+            _ => None,
+        })?;
+        let path = self.folder().join(super::walk::word(&robot.body.get("urdf")?.value)?);
+        let mut kept = self.urdf.borrow_mut();
+        let fresh = kept.as_ref().is_some_and(|u| u.path == path && u.changed == urdf::changed(&path));
+        if !fresh {
+            *kept = urdf::read(&path).map(Rc::new);
+        }
+        kept.clone()
+    }
+
+    /// The whole text as the formatter writes it; `None` where it cannot be read in full.
+    pub fn formatted(&self) -> Option<String> {
+        let analysis = self.analysis()?;
+        let broken = analysis.diagnostics.iter().any(|d| d.severity == Severity::Error);
+        (!broken).then(|| dsl::print(&analysis.spec, self.spelling))
+    }
+}

@@ -1,0 +1,115 @@
+//! What there is to say about a word.
+
+use std::fmt::Write;
+
+use compiler::units;
+use lsp_types::{Hover, HoverContents, MarkupContent, MarkupKind};
+use stdlib_tasks::dimension::NONE;
+use stdlib_tasks::params::{ParamInfo, Presence};
+use stdlib_tasks::task::{Nature, TaskKind};
+
+use super::document::{Analysis, Document};
+use super::mentions::{Class, What};
+use super::vocabulary::{BUILT_IN, find};
+use crate::catalogue::describe;
+
+/// Lines of a declaration that are shown.
+const SHOWN: usize = 16;
+
+/// The text for the word at a byte.
+pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
+    let analysis = document.analysis()?;
+    let mention = analysis.mentions.at(byte)?;
+    let value = match &mention.what {
+        What::Declared(class, name) => declared(document, analysis, *class, name)?,
+        What::Link(name) => analysis.urdf.as_ref()?.links.get(name)?.about.clone(),
+        What::Joint(name) => analysis.urdf.as_ref()?.joints.get(name)?.about.clone(),
+        What::File => {
+            let urdf = analysis.urdf.as_ref()?;
+            format!("{} links, {} joints", urdf.links.len(), urdf.joints.len())
+        }
+        What::Kind(kind) => task_kind(kind),
+        What::Parameter(kind, info) => format!("{}\n\nParameter of `{}`.", parameter(info), kind.name),
+        What::Key(key) => format!("`{}`\n\n{}", key.name, key.doc),
+        What::BuiltIn(name) => built_in(name)?,
+        What::Unit(unit) => {
+            let text = document.text.as_str().get(mention.place.clone()).filter(|_| mention.exact);
+            let (factor, dimension) = units::meaning(unit).ok()?;
+            let si = units::written(dimension);
+            let si = if si.is_empty() { "a bare number".to_string() } else { format!("`{si}`") };
+            match text {
+                Some(t) => format!("`1 {t}` is {factor} {si}: {}", dimension.describe()),
+                None => format!("{factor} {si}: {}", dimension.describe()),
+            }
+        }
+    };
+    let contents = HoverContents::Markup(MarkupContent { kind: MarkupKind::Markdown, value });
+    Some(Hover { contents, range: Some(document.text.range(mention.place.clone())) })
+}
+
+fn declared(document: &Document, analysis: &Analysis, class: Class, name: &str) -> Option<String> {
+    let declaration = analysis.mentions.declared.get(&(class, name.to_string()))?;
+    let whole = document.text.as_str().get(declaration.whole.clone())?;
+    // Lines after the first lose the indentation that the declaration has.
+    let column = document.text.position(declaration.whole.start).character as usize;
+    let mut lines = whole.lines().enumerate().map(|(i, l)| match l.get(..column) {
+        Some(space) if i > 0 && space.trim().is_empty() => &l[column..],
+        _ => l,
+    });
+    let mut code: Vec<&str> = lines.by_ref().take(SHOWN).collect();
+    if lines.next().is_some() {
+        code.push("..");
+    }
+    let language = if document.spelling()? == dsl::Spelling::Hq { "hq" } else { "yaml" };
+    let short = name.rsplit('.').next().unwrap_or(name);
+    let mut out = format!("{} `{short}`\n\n```{language}\n{}\n```", class.word(), code.join("\n"));
+    let comments = declaration.comments.join("\n");
+    if !comments.trim().is_empty() {
+        let _ = write!(out, "\n\n{}", comments.trim());
+    }
+    Some(out)
+}
+
+fn presence(info: &ParamInfo) -> String {
+    match info.presence {
+        Presence::Required => "required".to_string(),
+        Presence::Optional => "optional".to_string(),
+        Presence::Default(text) => format!("default `{text}`"),
+    }
+}
+
+/// A parameter: what it holds, whether it may be left out, what it does.
+pub(super) fn parameter(info: &ParamInfo) -> String {
+    format!("`{}`: {}; {}\n\n{}", info.name, describe(&info.ty), presence(info), info.text())
+}
+
+/// A task type: its page of the catalogue.
+pub(super) fn task_kind(kind: &TaskKind) -> String {
+    let nature = match kind.nature {
+        Nature::Limit => "limit",
+        Nature::Target => "target",
+    };
+    let mut out = format!("**{}** ({nature}): {}\n\n{}\n\n", kind.name, kind.summary, kind.docs);
+    for info in kind.params {
+        let _ = writeln!(out, "- `{}`: {}; {}", info.name, describe(&info.ty), presence(info));
+    }
+    let _ = write!(out, "\n```hq\n{}\n```", kind.example);
+    out
+}
+
+/// A function or a built-in name.
+pub(super) fn built_in(name: &str) -> Option<String> {
+    if let Some(known) = find(BUILT_IN, name) {
+        return Some(known.doc.to_string());
+    }
+    let function = compiler::expr::FUNCTIONS.iter().find(|f| f.name == name)?;
+    Some(format!("`{}`", function.form))
+}
+
+/// A unit symbol: what one of it is in SI.
+pub(super) fn unit(symbol: &str) -> Option<String> {
+    let unit = dsl::tree::Unit { factors: vec![(symbol.to_string(), 1)], span: dsl::Span::default() };
+    let (factor, dimension) = units::meaning(&unit).ok()?;
+    let si = if dimension == NONE { String::new() } else { format!(" {}", units::written(dimension)) };
+    Some(format!("{factor}{si}"))
+}

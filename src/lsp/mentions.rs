@@ -1,0 +1,243 @@
+//! What the words of a spec mean, each with its place: the one table that hover, definition, references, rename,
+//! completion and highlighting look into.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use dsl::tree::Spec;
+use dsl::{Span, Spelling};
+use stdlib_tasks::params::ParamInfo;
+use stdlib_tasks::task::{Actual, TaskKind};
+
+use super::urdf::Urdf;
+use super::vocabulary::Key;
+
+/// The word that completion puts where the cursor is, to see what it would mean.
+pub(super) const MARKER: &str = "hqCursorHereqh";
+
+/// What can be declared in a spec.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Class {
+    Param,
+    Robot,
+    Task,
+    Stack,
+    /// A level; its name is looked up together with that of its stack.
+    Level,
+    Arm,
+    Point,
+    Segment,
+    Group,
+    JointGroup,
+}
+
+impl Class {
+    /// What a person calls it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Class::Param => "param",
+            Class::Robot => "robot",
+            Class::Task => "task",
+            Class::Stack => "stack",
+            Class::Level => "level",
+            Class::Arm => "arm",
+            Class::Point => "point",
+            Class::Segment => "segment",
+            Class::Group => "group",
+            Class::JointGroup => "group of joints",
+        }
+    }
+}
+
+/// What a word means.
+#[derive(Clone, Debug)]
+pub(super) enum What {
+    /// Something that the spec declares, here or elsewhere. Of a level, the name is `STACK.LEVEL`.
+    Declared(Class, String),
+    /// A link of the URDF.
+    Link(String),
+    /// A joint of the URDF.
+    Joint(String),
+    /// The URDF itself.
+    File,
+    /// A task type.
+    Kind(&'static TaskKind),
+    /// A parameter of a task type.
+    Parameter(&'static TaskKind, &'static ParamInfo),
+    /// A key or a word of the language.
+    Key(&'static Key),
+    /// A function or a name that is built in.
+    BuiltIn(String),
+    /// A unit.
+    Unit(dsl::tree::Unit),
+}
+
+/// A word with its meaning.
+#[derive(Clone, Debug)]
+pub(super) struct Mention {
+    /// Its bytes.
+    pub place: Range<usize>,
+    /// False where the place is that of a whole YAML scalar, of which the word is a part.
+    pub exact: bool,
+    /// True where this is the declaration.
+    pub declares: bool,
+    /// Its meaning.
+    pub what: What,
+}
+
+/// A declaration.
+#[derive(Clone, Debug)]
+pub(super) struct Declaration {
+    /// The name.
+    pub name: Range<usize>,
+    /// All of it.
+    pub whole: Range<usize>,
+    /// Comments before it.
+    pub comments: Vec<String>,
+}
+
+/// What could stand where the cursor is.
+#[derive(Clone, Debug)]
+pub(super) enum Slot {
+    /// Keys of the language, without those that are there.
+    Keys(&'static [Key], Vec<String>),
+    /// Parameters of a task type, without those that are there.
+    Parameters(&'static [ParamInfo], Vec<String>),
+    /// Words, as keys or values.
+    Words(&'static [&'static str]),
+    /// A task type.
+    Kind,
+    /// A member of a level.
+    Member,
+    /// A stack.
+    Stack,
+    /// An expression; with `auto` or without.
+    Expression(bool),
+    /// What `initial(..)` can capture, behind this prefix.
+    Captured(&'static [Actual], String),
+    /// What a frame has.
+    FrameField,
+    /// A unit.
+    Unit,
+    /// A link.
+    Link,
+    /// A link, or an arm.
+    Frame,
+    /// An arm.
+    Arm,
+    /// Points, segments, groups, links.
+    Geometry,
+    /// Joints and their groups.
+    Joint,
+    /// Joints and their groups, as keys, without those that are there.
+    JointKey(Vec<String>),
+    /// Nothing that could be offered: a new name, a text.
+    Nothing,
+}
+
+/// All that was found.
+#[derive(Debug, Default)]
+pub(super) struct Mentions {
+    /// In the order of the text.
+    pub all: Vec<Mention>,
+    /// What is declared.
+    pub declared: BTreeMap<(Class, String), Declaration>,
+    /// What the marker stands for.
+    pub slot: Option<Slot>,
+}
+
+impl Mentions {
+    /// The word at a byte, or the one that ends there; the shortest where several overlap.
+    pub fn at(&self, byte: usize) -> Option<&Mention> {
+        let holds = |m: &&Mention| m.place.start <= byte && byte <= m.place.end;
+        self.all.iter().filter(holds).min_by_key(|m| (m.place.len(), usize::from(m.place.end == byte)))
+    }
+
+    /// All words with the same meaning as a declared name, link or joint.
+    pub fn same<'m>(&'m self, what: &'m What) -> impl Iterator<Item = &'m Mention> {
+        self.all.iter().filter(move |m| match (&m.what, what) {
+            (What::Declared(a, n), What::Declared(b, k)) => a == b && n == k,
+            (What::Link(n), What::Link(k)) | (What::Joint(n), What::Joint(k)) => n == k,
+            _ => false,
+        })
+    }
+
+    /// Names declared in a class.
+    pub fn names(&self, class: Class) -> impl Iterator<Item = &str> {
+        self.declared.keys().filter(move |k| k.0 == class).map(|k| k.1.as_str())
+    }
+}
+
+/// Reads a tree.
+pub(super) fn of(spec: &Spec, text: &str, spelling: Spelling, urdf: Option<&Urdf>) -> Mentions {
+    let mut walker = Walker { text, spelling, urdf, found: Mentions::default() };
+    walker.spec(spec);
+    let mut found = walker.found;
+    found.all.sort_by_key(|m| (m.place.start, m.place.end));
+    found
+}
+
+/// The state of reading a tree.
+pub(super) struct Walker<'t> {
+    pub text: &'t str,
+    pub spelling: Spelling,
+    pub urdf: Option<&'t Urdf>,
+    pub found: Mentions,
+}
+
+impl Walker<'_> {
+    /// The bytes of a word inside its span, which may have quotes around it or be a scalar that contains it; and whether
+    /// they are just the word.
+    pub fn place(&self, word: &str, span: Span) -> (Range<usize>, bool) {
+        let range = span.range();
+        let Some(said) = self.text.get(range.clone()) else { return (range, false) };
+        if said == word {
+            return (range, true);
+        }
+        let inner = range.start + 1..range.end.saturating_sub(1).max(range.start + 1);
+        if said.starts_with(['"', '\'']) && self.text.get(inner.clone()) == Some(word) {
+            return (inner, true);
+        }
+        (range, false)
+    }
+
+    /// Notes a word.
+    pub fn note(&mut self, word: &str, span: Span, what: What) {
+        let (place, exact) = self.place(word, span);
+        self.found.all.push(Mention { place, exact, declares: false, what });
+    }
+
+    /// Notes the declaration of a name. `looked_up` is what it is looked up by.
+    pub fn declare(
+        &mut self,
+        (class, looked_up): (Class, String),
+        name: &dsl::Spanned<String>,
+        whole: Span,
+        comments: &[String],
+    ) {
+        if name.value == MARKER {
+            self.found.slot = Some(Slot::Nothing);
+            return;
+        }
+        let (place, exact) = self.place(&name.value, name.span);
+        let range = whole.range();
+        let whole = range.start.min(place.start)..range.end.max(place.end);
+        let declaration = Declaration { name: place.clone(), whole, comments: comments.to_vec() };
+        self.found.declared.entry((class, looked_up.clone())).or_insert(declaration);
+        self.found.all.push(Mention { place, exact, declares: true, what: What::Declared(class, looked_up) });
+    }
+
+    /// Notes what the marker could be, where this is the marker.
+    pub fn marked(&mut self, word: &str, slot: impl FnOnce() -> Slot) -> bool {
+        let found = word == MARKER;
+        if found {
+            self.found.slot = Some(slot());
+        }
+        found
+    }
+
+    /// True for a declared name.
+    pub fn has(&self, class: Class, name: &str) -> bool {
+        self.found.declared.contains_key(&(class, name.to_string()))
+    }
+}

@@ -1,0 +1,94 @@
+//! The language server: what `hierarq lsp` says to an editor over standard input and output.
+//!
+//! One thread reads and answers. Requests go before diagnostics: a changed document is compiled once nothing else
+//! waits, so that quick typing costs one compilation. A request works on the tree as far as the text can be read.
+
+mod completion;
+mod diagnostics;
+mod document;
+mod hover;
+mod mentions;
+mod navigation;
+mod server;
+mod symbols;
+mod text;
+mod tokens;
+mod urdf;
+mod uri;
+mod values;
+mod vocabulary;
+mod walk;
+
+use std::io;
+
+use lsp_server::{Connection, ErrorCode, Message, Response};
+use lsp_types::{InitializeParams, InitializeResult, ServerInfo};
+
+use server::Server;
+
+/// Serves one editor until it says goodbye or its end of the pipe closes. True where it shut the server down before it
+/// left, as the protocol wants.
+///
+/// # Errors
+/// The pipe breaks, or what comes through it is not the protocol.
+pub fn serve() -> io::Result<bool> {
+    let (connection, threads) = Connection::stdio();
+    let orderly = talk(&connection)?;
+    drop(connection);
+    threads.join()?;
+    Ok(orderly)
+}
+
+fn talk(connection: &Connection) -> io::Result<bool> {
+    let (id, params) = connection.initialize_start().map_err(io::Error::other)?;
+    if let Err(e) = serde_json::from_value::<InitializeParams>(params) {
+        let refusal = Response::new_err(id, ErrorCode::InvalidParams as i32, e.to_string());
+        return send(connection, refusal.into()).map(|()| false);
+    }
+    let result = InitializeResult {
+        capabilities: server::capabilities(),
+        server_info: Some(ServerInfo {
+            name: "hierarq".to_string(),
+            version: Some(env!("CARGO_PKG_VERSION").to_string()),
+        }),
+    };
+    connection.initialize_finish(id, serde_json::to_value(result)?).map_err(io::Error::other)?;
+    let mut server = Server::default();
+    let mut closing = false;
+    loop {
+        // What waits is answered first; diagnostics are worked out when nothing does.
+        let message = match connection.receiver.try_iter().next() {
+            Some(message) => message,
+            None => match server.publish() {
+                Some(message) => {
+                    send(connection, message)?;
+                    continue;
+                }
+                None => match connection.receiver.recv() {
+                    Ok(message) => message,
+                    Err(_) => return Ok(false),
+                },
+            },
+        };
+        match message {
+            Message::Request(request) if closing => {
+                let text = "the server has been shut down".to_string();
+                let refusal = Response::new_err(request.id, ErrorCode::InvalidRequest as i32, text);
+                send(connection, refusal.into())?;
+            }
+            Message::Request(request) if request.method == "shutdown" => {
+                closing = true;
+                server = Server::default();
+                send(connection, Response::new_ok(request.id, ()).into())?;
+            }
+            Message::Request(request) => send(connection, server.answer(request).into())?,
+            Message::Notification(n) if n.method == "exit" => return Ok(closing),
+            Message::Notification(n) if !closing => server.note(n),
+            Message::Notification(_) | Message::Response(_) => {}
+        }
+    }
+}
+
+fn send(connection: &Connection, message: Message) -> io::Result<()> {
+    connection.sender.send(message).map_err(|_| io::Error::from(io::ErrorKind::BrokenPipe))
+}

@@ -1,0 +1,204 @@
+//! The open documents, and which function answers what.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use lsp_server::{ErrorCode, Message, Notification, Request, Response};
+use lsp_types::notification::{self as note, Notification as _};
+use lsp_types::request::{self as ask, Request as _};
+use lsp_types::{
+    CompletionOptions, CompletionResponse, DidChangeTextDocumentParams, DidCloseTextDocumentParams,
+    DidOpenTextDocumentParams, DocumentSymbolResponse, GotoDefinitionResponse, HoverProviderCapability, OneOf,
+    PublishDiagnosticsParams, Range, RenameOptions, SemanticTokens, SemanticTokensFullOptions, SemanticTokensLegend,
+    SemanticTokensOptions, SemanticTokensResult, SemanticTokensServerCapabilities, ServerCapabilities,
+    TextDocumentPositionParams, TextDocumentSyncCapability, TextDocumentSyncKind, TextDocumentSyncOptions, TextEdit,
+    Uri, WorkDoneProgressOptions, WorkspaceEdit,
+};
+
+use super::document::Document;
+use super::{completion, diagnostics, hover, navigation, symbols, tokens};
+
+/// What the server can do.
+pub(super) fn capabilities() -> ServerCapabilities {
+    ServerCapabilities {
+        text_document_sync: Some(TextDocumentSyncCapability::Options(TextDocumentSyncOptions {
+            open_close: Some(true),
+            change: Some(TextDocumentSyncKind::INCREMENTAL),
+            save: Some(true.into()),
+            ..TextDocumentSyncOptions::default()
+        })),
+        hover_provider: Some(HoverProviderCapability::Simple(true)),
+        completion_provider: Some(CompletionOptions {
+            trigger_characters: Some(["{", "[", "(", ".", "/"].map(String::from).to_vec()),
+            ..CompletionOptions::default()
+        }),
+        definition_provider: Some(OneOf::Left(true)),
+        references_provider: Some(OneOf::Left(true)),
+        document_highlight_provider: Some(OneOf::Left(true)),
+        document_symbol_provider: Some(OneOf::Left(true)),
+        document_formatting_provider: Some(OneOf::Left(true)),
+        rename_provider: Some(OneOf::Right(RenameOptions {
+            prepare_provider: Some(true),
+            work_done_progress_options: WorkDoneProgressOptions::default(),
+        })),
+        semantic_tokens_provider: Some(SemanticTokensServerCapabilities::SemanticTokensOptions(
+            SemanticTokensOptions {
+                legend: SemanticTokensLegend { token_types: tokens::legend(), token_modifiers: Vec::new() },
+                full: Some(SemanticTokensFullOptions::Bool(true)),
+                ..SemanticTokensOptions::default()
+            },
+        )),
+        ..ServerCapabilities::default()
+    }
+}
+
+/// Why a request is not answered.
+struct Refusal(ErrorCode, String);
+
+/// The open documents.
+#[derive(Default)]
+pub(super) struct Server {
+    documents: BTreeMap<Uri, Document>,
+    /// Those whose diagnostics are out of date.
+    changed: BTreeSet<Uri>,
+}
+
+/// Calls a function; a fault in it costs this answer and not the session.
+fn guarded<T>(f: impl FnOnce() -> T) -> Option<T> {
+    catch_unwind(AssertUnwindSafe(f)).ok()
+}
+
+impl Server {
+    /// The diagnostics of one changed document, if there is one.
+    pub fn publish(&mut self) -> Option<Message> {
+        let uri = self.changed.pop_first()?;
+        let document = self.documents.get(&uri);
+        let diagnostics = document.and_then(|d| guarded(|| diagnostics::of(d))).unwrap_or_default();
+        let params = PublishDiagnosticsParams { uri, diagnostics, version: document.map(|d| d.version) };
+        Some(Notification::new(note::PublishDiagnostics::METHOD.to_string(), params).into())
+    }
+
+    /// Takes in what the editor tells. What cannot be read is left, as the protocol has no answer to it.
+    pub fn note(&mut self, n: Notification) {
+        match n.method.as_str() {
+            note::DidOpenTextDocument::METHOD => {
+                if let Ok(p) = serde_json::from_value::<DidOpenTextDocumentParams>(n.params) {
+                    let document = Document::open(p.text_document);
+                    self.changed.insert(document.uri.clone());
+                    self.documents.insert(document.uri.clone(), document);
+                }
+            }
+            note::DidChangeTextDocument::METHOD => {
+                let Ok(p) = serde_json::from_value::<DidChangeTextDocumentParams>(n.params) else { return };
+                let Some(document) = self.documents.get_mut(&p.text_document.uri) else { return };
+                let text = p.content_changes.iter().fold(document.text.clone(), |text, change| text.changed(change));
+                document.change(text, p.text_document.version);
+                self.changed.insert(p.text_document.uri);
+            }
+            note::DidCloseTextDocument::METHOD => {
+                if let Ok(p) = serde_json::from_value::<DidCloseTextDocumentParams>(n.params) {
+                    // What is not open has no diagnostics.
+                    self.documents.remove(&p.text_document.uri);
+                    self.changed.insert(p.text_document.uri);
+                }
+            }
+            // A file beside the spec may have changed too.
+            note::DidSaveTextDocument::METHOD => {
+                for document in self.documents.values_mut() {
+                    document.refresh();
+                }
+                self.changed.extend(self.documents.keys().cloned());
+            }
+            _ => {}
+        }
+    }
+
+    /// Answers a request.
+    pub fn answer(&self, request: Request) -> Response {
+        let id = request.id.clone();
+        let result = guarded(|| self.dispatch(request))
+            .unwrap_or_else(|| Err(Refusal(ErrorCode::InternalError, "a fault in the server".to_string())));
+        match result {
+            Ok(value) => Response::new_ok(id, value),
+            Err(Refusal(code, text)) => Response::new_err(id, code as i32, text),
+        }
+    }
+
+    fn dispatch(&self, request: Request) -> Result<serde_json::Value, Refusal> {
+        match request.method.as_str() {
+            ask::HoverRequest::METHOD => {
+                with::<ask::HoverRequest>(request, |p| Ok(self.at(&p.text_document_position_params, hover::of)))
+            }
+            ask::Completion::METHOD => with::<ask::Completion>(request, |p| {
+                Ok(self.at(&p.text_document_position, completion::of).map(CompletionResponse::Array))
+            }),
+            ask::GotoDefinition::METHOD => with::<ask::GotoDefinition>(request, |p| {
+                let found = self.at(&p.text_document_position_params, navigation::definition);
+                Ok(found.map(GotoDefinitionResponse::Scalar))
+            }),
+            ask::References::METHOD => with::<ask::References>(request, |p| {
+                let declaration = p.context.include_declaration;
+                Ok(self.at(&p.text_document_position, |d, byte| navigation::references(d, byte, declaration)))
+            }),
+            ask::DocumentHighlightRequest::METHOD => with::<ask::DocumentHighlightRequest>(request, |p| {
+                Ok(self.at(&p.text_document_position_params, navigation::highlights))
+            }),
+            ask::PrepareRenameRequest::METHOD => {
+                with::<ask::PrepareRenameRequest>(request, |p| Ok(self.at(&p, navigation::prepare_rename)))
+            }
+            ask::Rename::METHOD => with::<ask::Rename>(request, |p| {
+                let uri = p.text_document_position.text_document.uri.clone();
+                let renamed =
+                    self.at(&p.text_document_position, |d, byte| Some(navigation::rename(d, byte, &p.new_name)));
+                let edits = renamed.unwrap_or_else(|| Err("this document is not open".to_string()));
+                let edits = edits.map_err(|text| Refusal(ErrorCode::RequestFailed, text))?;
+                Ok(Some(WorkspaceEdit::new([(uri, edits)].into_iter().collect())))
+            }),
+            ask::DocumentSymbolRequest::METHOD => with::<ask::DocumentSymbolRequest>(request, |p| {
+                let document = self.documents.get(&p.text_document.uri);
+                Ok(document.map(|d| DocumentSymbolResponse::Nested(symbols::of(d))))
+            }),
+            ask::Formatting::METHOD => {
+                with::<ask::Formatting>(request, |p| Ok(self.documents.get(&p.text_document.uri).and_then(format)))
+            }
+            ask::SemanticTokensFullRequest::METHOD => with::<ask::SemanticTokensFullRequest>(request, |p| {
+                let document = self.documents.get(&p.text_document.uri);
+                let tokens = document.map(|d| SemanticTokens { result_id: None, data: tokens::of(d) });
+                Ok(tokens.map(SemanticTokensResult::Tokens))
+            }),
+            other => Err(Refusal(ErrorCode::MethodNotFound, format!("`{other}` is not known here"))),
+        }
+    }
+
+    /// Asks about a place; nothing where the document is not open.
+    fn at<T>(&self, p: &TextDocumentPositionParams, f: impl FnOnce(&Document, usize) -> Option<T>) -> Option<T> {
+        let document = self.documents.get(&p.text_document.uri)?;
+        f(document, document.text.byte(p.position))
+    }
+}
+
+/// Reads the parameters of a request and writes its result.
+fn with<R: ask::Request>(
+    request: Request,
+    f: impl FnOnce(R::Params) -> Result<R::Result, Refusal>,
+) -> Result<serde_json::Value, Refusal> {
+    let params =
+        serde_json::from_value(request.params).map_err(|e| Refusal(ErrorCode::InvalidParams, e.to_string()))?;
+    serde_json::to_value(f(params)?).map_err(|e| Refusal(ErrorCode::InternalError, e.to_string()))
+}
+
+/// The edit that formats a document: from the first line that differs to the last.
+fn format(document: &Document) -> Option<Vec<TextEdit>> {
+    let new = document.formatted()?;
+    let old = document.text.as_str();
+    if new == old {
+        return Some(Vec::new());
+    }
+    let (a, b): (Vec<&str>, Vec<&str>) = (old.split_inclusive('\n').collect(), new.split_inclusive('\n').collect());
+    let front = a.iter().zip(&b).take_while(|(x, y)| x == y).count();
+    let behind = a[front..].iter().rev().zip(b[front..].iter().rev()).take_while(|(x, y)| x == y).count();
+    let start: usize = a[..front].iter().map(|l| l.len()).sum();
+    let end: usize = a[..a.len() - behind].iter().map(|l| l.len()).sum();
+    let range = Range::new(document.text.position(start), document.text.position(end));
+    Some(vec![TextEdit::new(range, b[front..b.len() - behind].concat())])
+}

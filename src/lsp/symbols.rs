@@ -1,0 +1,85 @@
+//! The outline of a spec.
+
+use dsl::tree::{Entry, ItemKind, Robot, Stack, ValueKind};
+use dsl::{Span, Spanned};
+use lsp_types::{DocumentSymbol, SymbolKind};
+
+use super::document::Document;
+
+/// All declarations, parts of the robot and levels inside theirs.
+pub(super) fn of(document: &Document) -> Vec<DocumentSymbol> {
+    let Some(analysis) = document.analysis() else { return Vec::new() };
+    let o = Outline { document };
+    let item = |item: &dsl::tree::Item| match &item.kind {
+        ItemKind::Param(p) => o.symbol(&p.name, item.span, SymbolKind::CONSTANT, "param", Vec::new()),
+        ItemKind::Robot(r) => o.symbol(&r.name, item.span, SymbolKind::CLASS, "robot", o.robot(r)),
+        ItemKind::Task(t) => o.symbol(&t.name, item.span, SymbolKind::FUNCTION, &t.definition.kind.value, Vec::new()),
+        ItemKind::Stack(s) => o.symbol(&s.name, item.span, SymbolKind::MODULE, "stack", o.stack(s)),
+        ItemKind::Run(_) => {
+            let start = item.span.range().start;
+            let name = Spanned::new("run".to_string(), Span::new(item.span.source, start, start + "run".len()));
+            o.symbol(&name, item.span, SymbolKind::EVENT, "", Vec::new())
+        }
+    };
+    analysis.spec.items.iter().map(item).collect()
+}
+
+struct Outline<'d> {
+    document: &'d Document,
+}
+
+impl Outline<'_> {
+    #[allow(deprecated, reason = "the field of the protocol has no other way to be left out")]
+    fn symbol(
+        &self,
+        name: &Spanned<String>,
+        whole: Span,
+        kind: SymbolKind,
+        detail: &str,
+        children: Vec<DocumentSymbol>,
+    ) -> DocumentSymbol {
+        // The name lies inside the whole, also where a broken text has them apart.
+        let (inner, outer) = (name.span.range(), whole.range());
+        let outer = outer.start.min(inner.start)..outer.end.max(inner.end);
+        DocumentSymbol {
+            // An empty name is not allowed.
+            name: if name.value.is_empty() { "?".to_string() } else { name.value.clone() },
+            detail: (!detail.is_empty()).then(|| detail.to_string()),
+            kind,
+            tags: None,
+            deprecated: None,
+            range: self.document.text.range(outer),
+            selection_range: self.document.text.range(inner),
+            children: (!children.is_empty()).then_some(children),
+        }
+    }
+
+    fn robot(&self, robot: &Robot) -> Vec<DocumentSymbol> {
+        let mut out = Vec::new();
+        for (key, detail, kind) in [
+            ("arms", "arm", SymbolKind::OBJECT),
+            ("points", "point", SymbolKind::FIELD),
+            ("segments", "segment", SymbolKind::FIELD),
+            ("groups", "group", SymbolKind::ARRAY),
+            ("joints", "joints", SymbolKind::ARRAY),
+        ] {
+            let entries: &[Entry] = match robot.body.get(key).map(|e| &e.value.kind) {
+                Some(ValueKind::Block(b)) => &b.entries,
+                _ => &[],
+            };
+            out.extend(
+                entries.iter().map(|e| self.symbol(&e.key, e.key.span.to(e.value.span), kind, detail, Vec::new())),
+            );
+        }
+        out.sort_by_key(|s| (s.range.start.line, s.range.start.character));
+        out
+    }
+
+    fn stack(&self, stack: &Stack) -> Vec<DocumentSymbol> {
+        let level = |l: &dsl::tree::Level| {
+            let detail = if l.hard.is_some() { "level, hard" } else { "level" };
+            self.symbol(&l.name, l.span, SymbolKind::NAMESPACE, detail, Vec::new())
+        };
+        stack.levels.iter().map(level).collect()
+    }
+}

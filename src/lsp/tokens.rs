@@ -1,0 +1,52 @@
+//! Highlighting by meaning: what a grammar of patterns cannot tell apart.
+
+use lsp_types::{SemanticToken, SemanticTokenType};
+
+use super::document::Document;
+use super::mentions::{Class, What};
+
+/// The kinds of word, in the order that tokens refer to.
+pub(super) fn legend() -> Vec<SemanticTokenType> {
+    vec![
+        SemanticTokenType::KEYWORD,
+        SemanticTokenType::TYPE,
+        SemanticTokenType::PROPERTY,
+        SemanticTokenType::VARIABLE,
+        SemanticTokenType::FUNCTION,
+        SemanticTokenType::ENUM_MEMBER,
+        SemanticTokenType::PARAMETER,
+    ]
+}
+
+fn kind(what: &What) -> Option<u32> {
+    Some(match what {
+        What::Key(_) => 0,
+        What::Kind(_) => 1,
+        What::Parameter(..) => 2,
+        What::Declared(Class::Param, _) => 6,
+        What::Declared(..) => 3,
+        What::BuiltIn(_) => 4,
+        What::Link(_) | What::Joint(_) => 5,
+        What::File | What::Unit(_) => return None,
+    })
+}
+
+/// The words of a document, each by its distance from the one before.
+pub(super) fn of(document: &Document) -> Vec<SemanticToken> {
+    let Some(analysis) = document.analysis() else { return Vec::new() };
+    let mut out = Vec::new();
+    let (mut line, mut column, mut end) = (0, 0, 0);
+    for m in &analysis.mentions.all {
+        let Some(token_type) = kind(&m.what).filter(|_| m.exact && m.place.start >= end) else { continue };
+        let range = document.text.range(m.place.clone());
+        if range.start.line != range.end.line || m.place.is_empty() {
+            continue;
+        }
+        let delta_line = range.start.line - line;
+        let delta_start = if delta_line == 0 { range.start.character - column } else { range.start.character };
+        let length = range.end.character - range.start.character;
+        out.push(SemanticToken { delta_line, delta_start, length, token_type, token_modifiers_bitset: 0 });
+        (line, column, end) = (range.start.line, range.start.character, m.place.end);
+    }
+    out
+}

@@ -1,0 +1,299 @@
+//! The values of a spec, word by word: task parameters, names of parts of the robot, expressions.
+
+use dsl::Span;
+use dsl::tree::{Block, TaskDefinition, Value, ValueKind};
+use stdlib_tasks::params::{ParamInfo, ParamType};
+use stdlib_tasks::task::{Actual, TaskKind};
+
+use super::mentions::{Class, MARKER, Slot, Walker, What};
+use super::vocabulary::{BUILT_IN, find};
+use super::walk::{items, used, word};
+
+impl Walker<'_> {
+    /// A task type with its arguments and parameters.
+    pub(super) fn definition(&mut self, definition: &TaskDefinition) {
+        let name = &definition.kind;
+        if self.marked(&name.value, || Slot::Kind) {
+            return;
+        }
+        let Some(kind) = stdlib_tasks::find(&name.value) else {
+            for value in definition.args.iter().chain(definition.body.entries.iter().map(|e| &e.value)) {
+                self.anything(value);
+            }
+            return;
+        };
+        self.note(&name.value, name.span, What::Kind(kind));
+        for (i, argument) in definition.args.iter().enumerate() {
+            let last = kind.positional.len().saturating_sub(1);
+            let info = kind.positional.get(i.min(last)).and_then(|n| kind.params.iter().find(|p| p.name == *n));
+            match info {
+                Some(info) => self.parameter(kind, info, argument),
+                None => self.anything(argument),
+            }
+        }
+        self.parameters(kind, kind.params, &definition.body);
+    }
+
+    fn parameters(&mut self, kind: &'static TaskKind, infos: &'static [ParamInfo], block: &Block) {
+        for e in &block.entries {
+            if self.marked(&e.key.value, || Slot::Parameters(infos, used(block))) {
+                continue;
+            }
+            match infos.iter().find(|p| p.name == e.key.value) {
+                Some(info) => {
+                    self.note(&e.key.value, e.key.span, What::Parameter(kind, info));
+                    self.parameter(kind, info, &e.value);
+                }
+                None => self.anything(&e.value),
+            }
+        }
+    }
+
+    fn parameter(&mut self, kind: &'static TaskKind, info: &'static ParamInfo, value: &Value) {
+        match info.ty {
+            ParamType::Scalar(_) => self.typed(value, kind.actuals),
+            ParamType::AutoScalar(_) => match word(value) {
+                Some("auto") => {}
+                Some(MARKER) => self.found.slot = Some(Slot::Expression(true)),
+                _ => self.typed(value, kind.actuals),
+            },
+            ParamType::Vector(_) | ParamType::Vectors(..) => self.typed(value, kind.actuals),
+            ParamType::Rotation => self.typed(value, kind.actuals),
+            ParamType::Gains(names) => match &value.kind {
+                ValueKind::Block(b) => {
+                    for e in &b.entries {
+                        self.marked(&e.key.value, || Slot::Words(names));
+                        self.typed(&e.value, kind.actuals);
+                    }
+                }
+                _ => self.typed(value, kind.actuals),
+            },
+            ParamType::Frame => self.frame(value),
+            ParamType::Frames => items(value).iter().for_each(|v| self.frame(v)),
+            ParamType::Arm => self.arm(value),
+            ParamType::Geometries => self.geometries(value),
+            ParamType::Joints => self.joints(value),
+            ParamType::JointPositions | ParamType::JointVelocities => match &value.kind {
+                ValueKind::Block(_) => self.joint_block(value, |w, v| w.typed(v, kind.actuals)),
+                _ => self.typed(value, kind.actuals),
+            },
+            ParamType::PerArm(_) => match &value.kind {
+                ValueKind::Block(b) => {
+                    for e in &b.entries {
+                        self.arm_name(&e.key.value, e.key.span);
+                        self.typed(&e.value, kind.actuals);
+                    }
+                }
+                _ => self.typed(value, kind.actuals),
+            },
+            ParamType::Choice(words) => {
+                if let Some(said) = word(value) {
+                    self.marked(said, || Slot::Words(words));
+                }
+            }
+            ParamType::Group(infos) => match &value.kind {
+                ValueKind::Block(b) => self.parameters(kind, infos, b),
+                _ => self.anything(value),
+            },
+        }
+    }
+
+    /// A value of which nothing is known; params in it still are params.
+    fn anything(&mut self, value: &Value) {
+        match &value.kind {
+            ValueKind::Block(b) => {
+                for e in &b.entries {
+                    self.marked(&e.key.value, || Slot::Nothing);
+                    self.anything(&e.value);
+                }
+            }
+            ValueKind::List(list) => list.iter().for_each(|v| self.anything(v)),
+            ValueKind::Name(n) if n != MARKER && !self.has(Class::Param, n) => {}
+            _ => self.expression(value),
+        }
+    }
+
+    /// A link of the URDF.
+    pub(super) fn link(&mut self, value: &Value) {
+        let Some(name) = word(value) else { return };
+        if !self.marked(name, || Slot::Link) {
+            self.note(name, value.span, What::Link(name.to_string()));
+        }
+    }
+
+    /// A link, or an arm for its tip; a link of the same name goes first.
+    fn frame(&mut self, value: &Value) {
+        let Some(name) = word(value) else { return };
+        if self.marked(name, || Slot::Frame) {
+            return;
+        }
+        let link = self.urdf.is_some_and(|u| u.links.contains_key(name));
+        if !link && self.has(Class::Arm, name) {
+            self.note(name, value.span, What::Declared(Class::Arm, name.to_string()));
+        } else {
+            self.note(name, value.span, What::Link(name.to_string()));
+        }
+    }
+
+    fn arm(&mut self, value: &Value) {
+        if let Some(name) = word(value) {
+            self.arm_name(name, value.span);
+        }
+    }
+
+    fn arm_name(&mut self, name: &str, span: Span) {
+        if !self.marked(name, || Slot::Arm) {
+            self.note(name, span, What::Declared(Class::Arm, name.to_string()));
+        }
+    }
+
+    /// Points, segments, groups, `arms`, `arms.NAME`, links.
+    pub(super) fn geometries(&mut self, value: &Value) {
+        for item in items(value) {
+            match &item.kind {
+                ValueKind::Field(inner, field) => {
+                    if word(inner) == Some("arms") {
+                        self.arm_name(&field.value, field.span);
+                    }
+                }
+                _ => {
+                    let Some(name) = word(item) else { continue };
+                    if self.marked(name, || Slot::Geometry) {
+                        continue;
+                    }
+                    // In YAML, `arms.left` may be one word.
+                    if let Some(arm) = name.strip_prefix("arms.") {
+                        let (place, exact) = self.place(name, item.span);
+                        let start = if exact { place.start + "arms.".len() } else { place.start };
+                        self.arm_name(arm, Span::new(item.span.source, start, place.end));
+                        continue;
+                    }
+                    let class = [Class::Group, Class::Point, Class::Segment].into_iter().find(|c| self.has(*c, name));
+                    match class {
+                        Some(class) => self.note(name, item.span, What::Declared(class, name.to_string())),
+                        None if name == "arms" => {}
+                        None => self.note(name, item.span, What::Link(name.to_string())),
+                    }
+                }
+            }
+        }
+    }
+
+    /// Joints, groups of joints, patterns.
+    pub(super) fn joints(&mut self, value: &Value) {
+        for item in items(value) {
+            if let Some(name) = word(item)
+                && !self.marked(name, || Slot::Joint)
+            {
+                self.joint(name, item.span);
+            }
+        }
+    }
+
+    fn joint(&mut self, name: &str, span: Span) {
+        let known = self.urdf.is_some_and(|u| u.joints.contains_key(name));
+        if name.contains(['*', '?']) {
+            return;
+        }
+        if !known && self.has(Class::JointGroup, name) {
+            self.note(name, span, What::Declared(Class::JointGroup, name.to_string()));
+        } else if known {
+            self.note(name, span, What::Joint(name.to_string()));
+        }
+    }
+
+    /// A block with joints for its keys.
+    pub(super) fn joint_block(&mut self, value: &Value, mut f: impl FnMut(&mut Self, &Value)) {
+        match &value.kind {
+            ValueKind::Block(block) => {
+                for e in &block.entries {
+                    if !self.marked(&e.key.value, || Slot::JointKey(used(block))) {
+                        self.joint(&e.key.value, e.key.span);
+                        f(self, &e.value);
+                    }
+                }
+            }
+            ValueKind::Name(n) => {
+                self.marked(n, || Slot::Nothing);
+            }
+            _ => {}
+        }
+    }
+
+    /// An expression outside tasks, where nothing can be captured.
+    pub(super) fn expression(&mut self, value: &Value) {
+        self.typed(value, &[]);
+    }
+
+    /// An expression, and what `initial(..)` can capture in it.
+    fn typed(&mut self, value: &Value, actuals: &'static [Actual]) {
+        match &value.kind {
+            ValueKind::Name(name) => {
+                if self.marked(name, || Slot::Expression(false)) {
+                } else if find(BUILT_IN, name).is_some() {
+                    self.note(name, value.span, What::BuiltIn(name.clone()));
+                } else {
+                    self.note(name, value.span, What::Declared(Class::Param, name.clone()));
+                }
+            }
+            ValueKind::Unit(inner, unit) => {
+                self.typed(inner, actuals);
+                if unit.factors.iter().any(|f| f.0 == MARKER) {
+                    self.found.slot = Some(Slot::Unit);
+                } else {
+                    self.found.all.push(super::mentions::Mention {
+                        place: unit.span.range(),
+                        exact: false,
+                        declares: false,
+                        what: What::Unit(unit.clone()),
+                    });
+                }
+            }
+            ValueKind::Call(function, args) => {
+                if self.marked(&function.value, || Slot::Expression(false)) {
+                    return;
+                }
+                self.note(&function.value, function.span, What::BuiltIn(function.value.clone()));
+                match (function.value.as_str(), args.as_slice()) {
+                    ("initial", [one]) => self.captured(one, actuals),
+                    ("frame", [one]) => self.frame(one),
+                    ("joint", [one]) => self.joints(one),
+                    _ => args.iter().for_each(|a| self.typed(a, actuals)),
+                }
+            }
+            ValueKind::Field(inner, _) => self.typed(inner, actuals),
+            ValueKind::List(list) => list.iter().for_each(|v| self.typed(v, actuals)),
+            ValueKind::Negate(inner) => self.typed(inner, actuals),
+            ValueKind::Binary(_, left, right) => {
+                self.typed(left, actuals);
+                self.typed(right, actuals);
+            }
+            ValueKind::Block(_) => self.anything(value),
+            ValueKind::Number(_) | ValueKind::Text(_) | ValueKind::Missing => {}
+        }
+    }
+
+    /// What stands in `initial(..)`.
+    fn captured(&mut self, value: &Value, actuals: &'static [Actual]) {
+        match &value.kind {
+            ValueKind::Name(name) => {
+                self.marked(name, || Slot::Captured(actuals, String::new()));
+            }
+            ValueKind::Call(..) => self.typed(value, actuals),
+            ValueKind::Field(inner, field) => match &inner.kind {
+                ValueKind::Call(function, _) => {
+                    if function.value == "frame" {
+                        self.marked(&field.value, || Slot::FrameField);
+                    }
+                    self.typed(inner, actuals);
+                }
+                ValueKind::Name(first) if first == "angle" => self.arm_name(&field.value, field.span),
+                ValueKind::Name(first) => {
+                    self.marked(&field.value, || Slot::Captured(actuals, format!("{first}.")));
+                }
+                _ => {}
+            },
+            _ => self.typed(value, actuals),
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! A JSON Schema (2020-12) of the YAML spelling, for editors: what stands where, with units, ranges, defaults and texts.
+//!
+//! Task types come from the registry that the compiler reads. A schema sees one file and no robot: it knows no names, and
+//! of an expression only whether a plain number has a unit that fits. `hierarq check` knows the rest.
+
+mod sections;
+mod tasks;
+mod values;
+
+use serde_json::{Map, Value, json};
+
+/// The schema of a spec in YAML.
+pub fn schema() -> Value {
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Hierarq",
+        "description": "A task hierarchy of a robot, in the YAML spelling of Hierarq.",
+        "type": "object",
+        "required": ["hierarq"],
+        "additionalProperties": false,
+        "properties": {
+            "hierarq": { "description": "The version of the language.", "enum": [1, "1"] },
+            "params": sections::params(),
+            "robots": sections::robots(),
+            "tasks": section("Tasks by name.", &json!({ "$ref": "#/$defs/task" })),
+            "stacks": sections::stacks(),
+            "run": sections::run(),
+        },
+        "$defs": tasks::definitions(),
+    })
+}
+
+/// A mapping with these keys and no others.
+fn object(properties: Map<String, Value>, required: &[&str], description: &str) -> Value {
+    json!({
+        "type": "object",
+        "description": description,
+        "properties": properties,
+        "required": required,
+        "additionalProperties": false,
+    })
+}
+
+/// A mapping of names that the user chooses; it may be empty.
+fn section(description: &str, of: &Value) -> Value {
+    json!({
+        "type": ["object", "null"],
+        "description": description,
+        "propertyNames": { "pattern": values::NAME },
+        "additionalProperties": of,
+    })
+}
+
+/// A schema with another description.
+fn described(mut schema: Value, description: &str) -> Value {
+    if let Some(object) = schema.as_object_mut() {
+        object.insert("description".to_string(), json!(description));
+    }
+    schema
+}

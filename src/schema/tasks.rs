@@ -1,0 +1,158 @@
+//! Task types and where they stand, from the registry.
+
+use serde_json::{Map, Value, json};
+use stdlib_tasks::KINDS;
+use stdlib_tasks::dimension::RATE;
+use stdlib_tasks::params::{ParamInfo, ParamType, Presence, Quantity};
+use stdlib_tasks::task::TaskKind;
+
+use super::{described, object, values};
+use crate::catalogue;
+
+/// The definitions that the rest refers to: `task`, `member`, and the parameters of each type.
+pub(super) fn definitions() -> Value {
+    let mut all = Map::new();
+    all.insert("task".to_string(), task());
+    all.insert("member".to_string(), member());
+    for kind in KINDS {
+        all.insert(kind.name.to_string(), body(kind, &[]));
+        if !kind.positional.is_empty() {
+            all.insert(called(kind), body(kind, kind.positional));
+        }
+    }
+    Value::Object(all)
+}
+
+/// The definition of a type whose first parameters stand in parentheses.
+fn called(kind: &TaskKind) -> String {
+    format!("{}()", kind.name)
+}
+
+fn required(p: &ParamInfo) -> bool {
+    p.presence == Presence::Required
+}
+
+/// The block of a type, where parameters in `given` need not stand.
+fn body(kind: &TaskKind, given: &[&str]) -> Value {
+    let required: Vec<&str> =
+        kind.params.iter().filter(|p| required(p) && !given.contains(&p.name)).map(|p| p.name).collect();
+    object(parameters(kind.params), &required, &format!("{}.\n\n{}", sentence(kind.summary), kind.docs))
+}
+
+/// With a capital at the beginning.
+fn sentence(text: &str) -> String {
+    let mut chars = text.chars();
+    chars.next().map(|c| c.to_uppercase().chain(chars).collect()).unwrap_or_default()
+}
+
+fn parameters(infos: &[ParamInfo]) -> Map<String, Value> {
+    infos.iter().map(|p| (p.name.to_string(), parameter(p))).collect()
+}
+
+fn parameter(p: &ParamInfo) -> Value {
+    let schema = match &p.ty {
+        ParamType::Scalar(q) | ParamType::AutoScalar(q) => values::scalar(q),
+        ParamType::Vector(d) => values::vector(*d),
+        ParamType::Vectors(n, d) => values::vectors(*n, *d),
+        ParamType::Rotation | ParamType::Frame | ParamType::Arm => values::name(),
+        ParamType::Gains(names) => gains(names),
+        ParamType::Frames | ParamType::Geometries | ParamType::Joints => values::names(),
+        ParamType::JointPositions | ParamType::JointVelocities => {
+            let mut schema = values::per_joint();
+            schema["type"] = json!(["object", "number", "string"]);
+            schema
+        }
+        ParamType::PerArm(d) => values::per_arm(*d),
+        ParamType::Choice(words) => json!({ "enum": words }),
+        ParamType::Group(inner) => {
+            let needed: Vec<&str> = inner.iter().filter(|p| required(p)).map(|p| p.name).collect();
+            object(parameters(inner), &needed, "")
+        }
+    };
+    let mut schema = described(schema, &format!("{}\n\n{}.", p.text(), sentence(&catalogue::describe(&p.ty))));
+    if let Presence::Default(text) = p.presence {
+        schema["default"] = json!(text);
+    }
+    schema
+}
+
+/// One rate, or one for each name.
+fn gains(names: &[&str]) -> Value {
+    let rate = values::scalar(&Quantity::at_least(RATE, 0.0));
+    let mut schema = rate.clone();
+    schema["type"] = json!(["number", "string", "object"]);
+    schema["properties"] = names.iter().map(|n| ((*n).to_string(), rate.clone())).collect::<Map<_, _>>().into();
+    schema["required"] = json!(names);
+    schema["additionalProperties"] = json!(false);
+    schema
+}
+
+/// What a text that is a task looks like: the type alone where nothing is required, or with parentheses.
+fn text() -> String {
+    let mut forms = Vec::new();
+    for kind in KINDS {
+        let needed: Vec<&str> = kind.params.iter().filter(|p| required(p)).map(|p| p.name).collect();
+        if needed.is_empty() {
+            forms.push(kind.name.to_string());
+        }
+        if !kind.positional.is_empty() && needed.iter().all(|n| kind.positional.contains(n)) {
+            forms.push(format!(r"{}\(.+\)", kind.name));
+        }
+    }
+    format!(r"\s*(?:{})\s*", forms.join("|"))
+}
+
+/// One type with its parameters: `{ virtual_wall: .. }` or `{ "hold(left, right)": .. }`.
+fn with_parameters() -> Value {
+    let plain: Map<String, Value> =
+        KINDS.iter().map(|k| (k.name.to_string(), json!({ "$ref": format!("#/$defs/{}", k.name) }))).collect();
+    let patterns: Map<String, Value> = KINDS
+        .iter()
+        .filter(|k| !k.positional.is_empty())
+        .map(|k| (format!(r"^{}\(.+\)\s*$", k.name), json!({ "$ref": format!("#/$defs/{}", called(k)) })))
+        .collect();
+    json!({
+        "properties": plain,
+        "patternProperties": patterns,
+        "additionalProperties": false,
+        "minProperties": 1,
+        "maxProperties": 1,
+    })
+}
+
+/// A task: `KIND`, `KIND(..)`, or a mapping with one type.
+fn task() -> Value {
+    let mut schema = with_parameters();
+    schema["type"] = json!(["string", "object"]);
+    schema["pattern"] = json!(format!("^{}$", text()));
+    schema["patternErrorMessage"] =
+        json!("no task type that can stand without parameters; write `KIND: { key: value }`, see `hierarq tasks`");
+    described(schema, "A task: `KIND`, `KIND(..)`, or `KIND: { parameters }`.")
+}
+
+/// A member of a level: the name of a task, a task in place, or `{ task, weight }`.
+fn member() -> Value {
+    let properties = Map::from_iter([
+        ("task".to_string(), member_task()),
+        (
+            "weight".to_string(),
+            described(
+                values::scalar(&Quantity::above(stdlib_tasks::dimension::NONE, 0.0)),
+                "Factor on the squared slack of this task against the others of its level; 1 where left out.",
+            ),
+        ),
+    ]);
+    json!({
+        "description": "The name of a task, a task in place, or `{ task: .., weight: .. }`.",
+        "if": { "type": "object", "required": ["task"] },
+        "then": object(properties, &["task"], "A task with a weight."),
+        "else": member_task(),
+    })
+}
+
+fn member_task() -> Value {
+    let mut schema = with_parameters();
+    schema["type"] = json!(["string", "object"]);
+    schema["pattern"] = json!(format!(r"^(?:\s*[A-Za-z_][A-Za-z0-9_]*\s*|{})$", text()));
+    described(schema, "The name of a task, or a task in place.")
+}

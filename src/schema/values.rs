@@ -1,0 +1,151 @@
+//! Values: quantities with the units that fit, vectors, names.
+
+use compiler::units;
+use dsl::Span;
+use dsl::tree::Unit;
+use serde_json::{Value, json};
+use stdlib_tasks::dimension::{ANGLE, Dimension, NONE};
+use stdlib_tasks::params::Quantity;
+
+/// A name that the user chooses.
+pub(super) static NAME: &str = "^[A-Za-z_][A-Za-z0-9_]*$";
+
+/// A key that names joints: a name, a group, or a pattern.
+pub(super) static JOINT_KEY: &str = "^[A-Za-z_*?][A-Za-z0-9_*?]*$";
+
+/// A plain number, as it stands before a unit.
+static NUMBER: &str = r"[-+]?[0-9]+(?:\.[0-9]+)?(?:[eE][-+]?[0-9]+)?";
+
+/// A list without lists in it.
+static LIST: &str = r"\[[^\[\]]*\]";
+
+/// The dimension of a product of two units, the second with an exponent; nothing where there is none.
+fn dimension(symbols: &[(&str, i32)]) -> Option<Dimension> {
+    let factors = symbols.iter().map(|(s, e)| ((*s).to_string(), *e)).collect();
+    units::meaning(&Unit { factors, span: Span::default() }).ok().map(|m| m.1)
+}
+
+/// Units of one or two symbols that a quantity of this dimension may be written in, as alternatives of a pattern.
+fn fitting(wanted: Dimension) -> String {
+    let fits = |symbols: &[(&str, i32)]| dimension(symbols).is_some_and(|d| wanted.accepts(d));
+    let all: Vec<&str> = units::symbols().collect();
+    let mut out = Vec::new();
+    for a in &all {
+        if fits(&[(a, 1)]) {
+            out.push((*a).to_string());
+        }
+        for e in [1, 2] {
+            let power = if e == 1 { String::new() } else { format!(r"\^{e}") };
+            if e > 1 && fits(&[(a, e)]) {
+                out.push(format!("{a}{power}"));
+            }
+            if fits(&[(a, -e)]) {
+                out.push(format!(r"/ ?{a}{power}"));
+            }
+            for b in &all {
+                if fits(&[(a, 1), (b, -e)]) {
+                    out.push(format!(r"{a} ?/ ?{b}{power}"));
+                }
+            }
+        }
+    }
+    out.join("|")
+}
+
+/// The pattern of a text in which a plain value (`before`) with a unit has one that fits. Longer units, and all other
+/// expressions, pass.
+fn pattern(before: &str, wanted: Dimension) -> String {
+    let known = units::symbols().collect::<Vec<_>>().join("|");
+    let shape = format!(r"[A-Za-z]+(?:\^2)?(?: ?/ ?(?:{known})(?:\^2)?)?|/ ?(?:{known})(?:\^2)?");
+    let fitting = fitting(wanted);
+    let behind = if fitting.is_empty() { String::new() } else { format!(r"|^\s*{before}\s*(?:{fitting})\s*$") };
+    format!(r"^(?!\s*{before}\s*(?:{shape})\s*$){behind}")
+}
+
+/// The units that fit, in words.
+fn units_of(wanted: Dimension) -> String {
+    if wanted == NONE {
+        return "a number without a unit".to_string();
+    }
+    let mut known = vec![units::written(wanted)];
+    for symbol in units::symbols().filter(|s| dimension(&[(s, 1)]) == Some(wanted)) {
+        if !known.iter().any(|k| k == symbol) {
+            known.push(symbol.to_string());
+        }
+    }
+    format!("a number in {}", known.join(", "))
+}
+
+/// A number of a dimension, bare (read as SI) or as an expression.
+pub(super) fn scalar(q: &Quantity) -> Value {
+    let mut schema = json!({
+        "type": ["number", "string"],
+        "pattern": pattern(NUMBER, q.dimension),
+        "patternErrorMessage": format!("the unit does not fit: {} is needed", units_of(q.dimension)),
+    });
+    if q.min.is_finite() {
+        schema[if q.min_included { "minimum" } else { "exclusiveMinimum" }] = json!(q.min);
+    }
+    if q.max.is_finite() {
+        schema["maximum"] = json!(q.max);
+    }
+    schema
+}
+
+/// Three numbers: an expression, or a sequence.
+pub(super) fn vector(d: Dimension) -> Value {
+    json!({
+        "type": ["string", "array"],
+        "pattern": pattern(LIST, d),
+        "patternErrorMessage": format!("the unit does not fit: each of the three is {}", units_of(d)),
+        "items": scalar(&Quantity::any(d)),
+        "minItems": 3,
+        "maxItems": 3,
+    })
+}
+
+/// So many vectors.
+pub(super) fn vectors(count: usize, d: Dimension) -> Value {
+    json!({ "type": ["string", "array"], "items": vector(d), "minItems": count, "maxItems": count })
+}
+
+/// A name, or a list of them.
+pub(super) fn names() -> Value {
+    json!({ "type": ["string", "array"], "minLength": 1, "items": { "type": "string", "minLength": 1 } })
+}
+
+/// A name.
+pub(super) fn name() -> Value {
+    json!({ "type": "string", "minLength": 1 })
+}
+
+/// Values by joint, group or pattern: one for all of them, or a list with one for each. What unit is right depends on
+/// the joint.
+pub(super) fn per_joint() -> Value {
+    let each = json!({ "type": ["number", "string"] });
+    json!({
+        "type": "object",
+        "propertyNames": { "pattern": JOINT_KEY },
+        "additionalProperties": { "type": ["number", "string", "array"], "items": each },
+    })
+}
+
+/// A constant angle or length, by what a joint moves in.
+pub(super) fn of_a_joint() -> Value {
+    json!({ "type": ["number", "string"] })
+}
+
+/// An angle by arm.
+pub(super) fn per_arm(d: Dimension) -> Value {
+    json!({
+        "type": "object",
+        "propertyNames": { "pattern": NAME },
+        "minProperties": 1,
+        "additionalProperties": scalar(&Quantity::any(d)),
+    })
+}
+
+/// Any constant angle.
+pub(super) fn angle() -> Value {
+    scalar(&Quantity::any(ANGLE))
+}

@@ -1,0 +1,132 @@
+//! The corpus of seeded faults: every example, spoilt in one place, is refused, and the message points at that place.
+//!
+//! The faults are data. `corpus/faults.txt` has those written by hand, `corpus/slips.txt` the words that are misspelt
+//! wherever the examples use them. The figures stand in `docs/src/internals/diagnostics.md`; this test computes them and
+//! compares.
+
+#[path = "corpus/fault.rs"]
+mod fault;
+#[path = "corpus/judge.rs"]
+mod judge;
+#[path = "corpus/read.rs"]
+mod read;
+#[path = "corpus/sweep.rs"]
+mod sweep;
+
+use fault::Fault;
+use judge::{Outcome, Verdict};
+
+/// A file of this repository.
+fn text_of(path: &str) -> String {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+    std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+fn all_faults() -> Vec<Fault> {
+    let mut all = read::faults("tests/corpus/faults.txt");
+    all.extend(sweep::slips("tests/corpus/slips.txt"));
+    all
+}
+
+/// One row of the table of the book.
+fn row(name: &str, outcomes: &[&Outcome]) -> String {
+    let count = |f: &dyn Fn(&Outcome) -> bool| outcomes.iter().filter(|o| f(o)).count();
+    let found = count(&|o| !matches!(o.verdict, Verdict::Silent | Verdict::Panicked));
+    let exact = count(&|o| o.verdict == Verdict::Exact);
+    let alone = count(&|o| o.diagnostics == 1);
+    format!("| {name} | {} | {found} | {exact} | {alone} |\n", outcomes.len())
+}
+
+/// What the book says between its two marks: figures by class, and the faults whose place is not exact.
+fn figures(outcomes: &[Outcome]) -> String {
+    let mut classes: Vec<&str> = Vec::new();
+    for o in outcomes {
+        if !classes.contains(&o.class.as_str()) {
+            classes.push(&o.class);
+        }
+    }
+    let mut out = String::from("| class | faults | found | exact place | one message |\n|---|---:|---:|---:|---:|\n");
+    for class in classes {
+        out.push_str(&row(class, &outcomes.iter().filter(|o| o.class == class).collect::<Vec<_>>()));
+    }
+    let (by_hand, swept): (Vec<&Outcome>, Vec<&Outcome>) =
+        outcomes.iter().partition(|o| o.origin.starts_with("faults.txt"));
+    out.push_str(&row("**written by hand**", &by_hand));
+    out.push_str(&row("**swept**", &swept));
+    out.push_str(&row("**all**", &outcomes.iter().collect::<Vec<_>>()));
+    out.push_str("\n| not exact | in | faulty | shown |\n|---|---|---|---|\n");
+    for o in outcomes.iter().filter(|o| o.verdict == Verdict::Inexact) {
+        let [faulty, shown] = [&o.faulty, &o.shown].map(|t| clipped(t));
+        out.push_str(&format!("| {} | `{}` | {faulty} | {shown} |\n", o.origin, o.file));
+    }
+    out
+}
+
+/// A piece of a spec in a cell of a table.
+fn clipped(text: &str) -> String {
+    let line = text.split_whitespace().collect::<Vec<_>>().join(" ").replace('|', "/");
+    match line.chars().count() {
+        0 => "nothing".to_string(),
+        1..=40 => format!("`{line}`"),
+        _ => format!("`{} ..`", line.chars().take(38).collect::<String>().trim_end()),
+    }
+}
+
+/// Compares the figures with those of the book; `HIERARQ_UPDATE_DOCS=1` writes them there instead.
+fn published(figures: &str) {
+    const PAGE: &str = "docs/src/internals/diagnostics.md";
+    let (begin, end) = ("<!-- figures: written by tests/corpus.rs -->\n", "<!-- end of figures -->");
+    let page = text_of(PAGE);
+    let parts = page.split_once(begin).and_then(|(head, rest)| Some((head, rest.split_once(end)?)));
+    let (head, (is, tail)) = parts.expect("the page has the marks of the figures");
+    if std::env::var_os("HIERARQ_UPDATE_DOCS").is_some() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(PAGE);
+        std::fs::write(path, format!("{head}{begin}{figures}{end}{tail}")).expect("writable");
+    } else {
+        assert!(is == figures, "{PAGE} is stale: run `HIERARQ_UPDATE_DOCS=1 cargo test --test corpus`");
+    }
+}
+
+#[test]
+fn every_seeded_fault_is_found_where_it_is() {
+    let outcomes = judge::all(&all_faults());
+    let of = |verdict: Verdict| outcomes.iter().filter(move |o| o.verdict == verdict);
+    for o in outcomes.iter().filter(|o| o.verdict != Verdict::Exact) {
+        println!("{:?} {}", o.verdict, o.story);
+    }
+    let figures = figures(&outcomes);
+    println!("{figures}");
+
+    assert!(outcomes.len() >= 250, "{} faults are too few", outcomes.len());
+    assert_eq!(of(Verdict::Panicked).count(), 0, "a fault makes the compiler panic");
+    assert_eq!(of(Verdict::Silent).count(), 0, "a fault is accepted in silence");
+    assert_eq!(of(Verdict::OtherCode).count(), 0, "a fault is taken for another one");
+    let exact = of(Verdict::Exact).count();
+    assert!(exact * 100 >= outcomes.len() * 97, "only {exact} of {} are pointed at exactly", outcomes.len());
+    published(&figures);
+}
+
+/// A corpus of faults proves nothing if its examples are faulty before they are spoilt.
+#[test]
+fn the_examples_are_good_before_they_are_spoilt() {
+    for file in fault::files() {
+        let found = judge::diagnostics(&file, &text_of(&format!("examples/{file}")));
+        assert!(found.is_empty(), "{file}: {found:?}");
+    }
+}
+
+/// A judge that always says yes proves nothing: a fault expected in the wrong place or with the wrong code is told apart.
+#[test]
+fn the_judge_tells_right_from_wrong() {
+    let text = text_of("examples/hello.hq").replace("joint_velocity_limits", "joint_velocity_limit");
+    let at = text.find("joint_velocity_limit").expect("it is there");
+    let place = at..at + "joint_velocity_limit".len();
+    let verdict = |code: &str, range: std::ops::Range<usize>, text: &str| {
+        let fault = Fault::new("a class", "the judge", "hello.hq", text, range, code);
+        judge::all(&[fault])[0].verdict
+    };
+    assert_eq!(verdict("HQ0201", place.clone(), &text), Verdict::Exact);
+    assert_eq!(verdict("HQ0201", place.start..place.end - 1, &text), Verdict::Inexact);
+    assert_eq!(verdict("HQ0204", place.clone(), &text), Verdict::OtherCode);
+    assert_eq!(verdict("HQ0201", place, &text_of("examples/hello.hq")), Verdict::Silent);
+}

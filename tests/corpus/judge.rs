@@ -1,0 +1,114 @@
+//! Compiles spoilt examples and compares what is said with what should be.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use dsl::{Diagnostic, Severity, Spelling};
+
+use super::fault::Fault;
+
+/// How a fault was met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The right code exactly at the place.
+    Exact,
+    /// The right code, another place.
+    Inexact,
+    /// Refused (or warned of) for another reason.
+    OtherCode,
+    /// Accepted, or an error where a warning should come.
+    Silent,
+    /// The compiler panicked.
+    Panicked,
+}
+
+/// What became of a fault.
+pub struct Outcome {
+    /// Its class.
+    pub class: String,
+    /// Its line in the corpus.
+    pub origin: String,
+    /// The example that was spoilt.
+    pub file: String,
+    /// How it was met.
+    pub verdict: Verdict,
+    /// The faulty text.
+    pub faulty: String,
+    /// The text that the first message of the right code points at.
+    pub shown: String,
+    /// The number of diagnostics, warnings too.
+    pub diagnostics: usize,
+    /// For a person: what was seeded and what was said.
+    pub story: String,
+}
+
+/// The diagnostics of a text, as if it stood among the examples under the given name.
+pub fn diagnostics(file: &str, text: &str) -> Vec<Diagnostic> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let spelling = Spelling::of_path(Path::new(file)).expect("an example is a spec");
+    let input = compiler::Input { name: file, text, spelling, folder: &folder, set: &[], package_paths: &[] };
+    let compiled = compiler::compile(&input);
+    assert_eq!(compiled.program.is_some(), compiled.report.errors() == 0, "refused without a reason, or the reverse");
+    compiled.report.diagnostics
+}
+
+/// Judges all faults, on all processors.
+pub fn all(faults: &[Fault]) -> Vec<Outcome> {
+    let workers = std::thread::available_parallelism().map_or(1, usize::from);
+    let share = faults.len().div_ceil(workers).max(1);
+    std::thread::scope(|scope| {
+        let parts: Vec<_> =
+            faults.chunks(share).map(|part| scope.spawn(move || part.iter().map(one).collect::<Vec<_>>())).collect();
+        parts.into_iter().flat_map(|p| p.join().expect("panics are caught")).collect()
+    })
+}
+
+fn one(fault: &Fault) -> Outcome {
+    let found = catch_unwind(AssertUnwindSafe(|| diagnostics(&fault.file, &fault.text)));
+    let (verdict, found) = match found {
+        Ok(found) => (verdict(fault, &found), found),
+        Err(_) => (Verdict::Panicked, Vec::new()),
+    };
+    let line = |at: usize| fault.text[..at.min(fault.text.len())].matches('\n').count() + 1;
+    let said = found.iter().map(|d| {
+        let range = d.primary.span.range();
+        let at = fault.text.get(range.clone()).unwrap_or("?");
+        format!("\n    {} {:?} line {} «{at}»: {}", d.code, d.severity, line(range.start), d.message)
+    });
+    let wanted = fault.text.get(fault.place.clone()).unwrap_or("?");
+    let story = format!(
+        "{} {}: {} at line {} «{wanted}»{}",
+        fault.origin,
+        fault.file,
+        fault.codes.join("/"),
+        line(fault.place.start),
+        said.collect::<String>()
+    );
+    let first = found.iter().find(|d| fault.codes.iter().any(|c| c == d.code));
+    let shown = first.and_then(|d| fault.text.get(d.primary.span.range())).unwrap_or("").to_string();
+    Outcome {
+        class: fault.class.clone(),
+        origin: fault.origin.clone(),
+        file: fault.file.clone(),
+        verdict,
+        faulty: wanted.to_string(),
+        shown,
+        diagnostics: found.len(),
+        story,
+    }
+}
+
+fn verdict(fault: &Fault, found: &[Diagnostic]) -> Verdict {
+    let errors = found.iter().filter(|d| d.severity == Severity::Error).count();
+    let wanted = if fault.warning { Severity::Warning } else { Severity::Error };
+    if found.is_empty() || (errors > 0) == fault.warning {
+        return Verdict::Silent;
+    }
+    let mut right = found.iter().filter(|d| d.severity == wanted && fault.codes.iter().any(|c| c == d.code)).peekable();
+    if right.peek().is_none() {
+        return Verdict::OtherCode;
+    }
+    // Spans of another file, a URDF for instance, are never the faulty text: source 0 is the spec.
+    let exact = right.any(|d| d.primary.span.source.0 == 0 && d.primary.span.range() == fault.place);
+    if exact { Verdict::Exact } else { Verdict::Inexact }
+}
