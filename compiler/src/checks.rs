@@ -15,6 +15,7 @@ use crate::lowering::Places;
 pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
     let before = diagnostics.len();
     let values = &program.values.initial;
+    wider(program, places, diagnostics);
     let mut reported: Vec<(usize, String)> = Vec::new();
     for (i, stack) in program.stacks.iter().enumerate() {
         let model = &program.robot.model;
@@ -87,6 +88,47 @@ fn overshoot(gain: f64, values: &[f64], period: f64, places: &Places, task: usiz
         .label(places.rate, format!("a period of {period} s"))
         .note(format!("above 1, {why}"))
         .help(format!("keep the gain at or below {} /s, or raise the rate", 1.0 / period))
+}
+
+/// Limits that a task sets beyond those of the robot: its rows then let through what the joint cannot do.
+fn wider(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+    let dofs = &program.robot.model.dofs;
+    for (i, task) in program.tasks.iter().enumerate() {
+        let params: &[&str] = match task.kind.as_str() {
+            "joint_position_limits" => &["lower", "upper"],
+            "joint_velocity_limits" => &["max"],
+            _ => continue,
+        };
+        for param in params {
+            let Some(Bound::PerJoint(list)) = task.params.get(*param) else { continue };
+            let beyond = list.iter().filter_map(|(dof, slot)| {
+                let (d, x) = (dofs.get(*dof)?, *program.values.initial.get(slot.at)?);
+                let own = match *param {
+                    "lower" => d.lower,
+                    "upper" => d.upper,
+                    _ => d.velocity,
+                };
+                let wide = if *param == "lower" { x < own } else { x > own };
+                (wide && own.is_finite()).then_some((d, slot, x, own))
+            });
+            let beyond: Vec<_> = beyond.collect();
+            let Some((d, slot, x, own)) = beyond.first() else { continue };
+            let unit = match (d.unit, *param) {
+                (robot::DofUnit::Metre, "max") => "m/s",
+                (robot::DofUnit::Metre, _) => "m",
+                (robot::DofUnit::Radian, "max") => "rad/s",
+                (robot::DofUnit::Radian, _) => "rad",
+            };
+            let at = number(places, i, param, |n| n.slot.at == slot.at);
+            let more = if beyond.len() > 1 { format!(", and {} more joints", beyond.len() - 1) } else { String::new() };
+            diagnostics.push(
+                Diagnostic::warning("HQ0506", at, format!("`{}` is wider than the limit of the robot", param))
+                    .here(format!("{x} {unit}; `{}` has {own} {unit}{more}", d.name))
+                    .note("the rows allow what the joint cannot do, and the robot then falls behind its reference")
+                    .help(format!("stay within {own} {unit}, or change the robot's `limits` if the URDF is wrong")),
+            );
+        }
+    }
 }
 
 fn cannot_build(e: &BuildError, places: &Places, task: usize) -> Diagnostic {

@@ -234,6 +234,18 @@ stack s { level limits hard { joint_velocity_limits { max 2 rad/s }  wall } }   
 ```"#,
     ),
     (
+        "HQ0506",
+        "a limit wider than the robot's",
+        r#"A task that keeps joints within limits was given a limit beyond that of the robot itself. Its rows then let through positions or speeds that the joint does not have. The joint stops or slows down at its own limit, the reference runs on, and after half a radian the controller stops the robot with a `tracking` fault. Margins are shown against the limit that was given, so the table says nothing of it.
+
+Keep the limit within the robot's, or leave it out: the robot's own is the default. Where the URDF is wrong, correct it with the robot's `limits`. This is a warning.
+
+```hq
+task position_limits = joint_position_limits { upper { joint_1 3.5 rad } }   // warning: the URDF says 2.9 rad
+task position_limits = joint_position_limits { upper { joint_1 2.5 rad } }   // good
+```"#,
+    ),
+    (
         "HQ0601",
         "empty",
         r#"A stack without levels, or a level without tasks, asks for nothing, and a spec without a stack leaves the robot without anything to hold to.
