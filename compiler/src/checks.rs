@@ -281,7 +281,11 @@ fn first_tick(program: &Program, stack: usize, places: &Places, diagnostics: &mu
             Diagnostic::error("HQ0504", levels[level], format!("at home, {text}"))
                 .label(places.home, "the robot starts here")
                 .note("a hard level takes no slack, so the first tick would be a fault")
-                .help("relax the level, or remove `hard`"),
+                .help(if program.stacks[stack].levels[level].damping > 0.0 {
+                    "remove the level's `damping`: it trades the rows against the size of the velocity, and a hard level may not"
+                } else {
+                    "relax the level, or remove `hard`"
+                }),
         );
         return;
     }
@@ -301,7 +305,11 @@ fn first_tick(program: &Program, stack: usize, places: &Places, diagnostics: &mu
         } else {
             d.label(levels[k - 1], "this level and those above it fix every degree of freedom")
         };
-        diagnostics.push(d.help("ask less of the levels above, or unlock joints"));
+        diagnostics.push(d.help(if program.levels[..k].iter().any(|l| l.damping > 0.0) {
+            "remove `damping` from the level above: a damped level decides every direction, and leaves none to those below"
+        } else {
+            "ask less of the levels above, or unlock joints"
+        }));
         // Those below have none either, for the same reason.
         break;
     }
