@@ -5,8 +5,8 @@ use crate::conic;
 use crate::dense::{Matrix, axpy, dot, norm};
 use crate::descent::descend;
 use crate::factor::least_squares;
-use crate::problem::{Problem, ProblemError, check};
-use crate::solution::{Active, HierarchicalSolver, LevelSolution, LevelStatus, Solution, Status};
+use crate::problem::{Problem, check};
+use crate::solution::{Active, HierarchicalSolver, LevelSolution, LevelStatus, Solution, Status, refusal};
 use crate::space::{Kind, Space, UnitLevel};
 use crate::stage::{Guess, Proven, Stage};
 
@@ -209,18 +209,6 @@ impl HierarchicalSolver for ClarabelCascade {
         for l in 0..done {
             report(problem, l, &walk.space.x0, &mut solution.levels[l]);
         }
-    }
-}
-
-/// The status for a problem that cannot be looked at.
-fn refusal(error: ProblemError, problem: &Problem) -> Status {
-    match error {
-        ProblemError::NotFinite { level, row } => Status::NotFinite { level, row },
-        ProblemError::BadReference => Status::NotFinite { level: problem.levels.len(), row: 0 },
-        ProblemError::EmptyInterval { level, .. }
-        | ProblemError::NegativeWeight { level, .. }
-        | ProblemError::BadDamping { level }
-        | ProblemError::WrongSize { level } => Status::Failed { level },
     }
 }
 

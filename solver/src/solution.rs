@@ -1,6 +1,6 @@
 //! What a solver gives back: the point, how each level fared, and whether it may be used.
 
-use crate::problem::Problem;
+use crate::problem::{Problem, ProblemError};
 use serde::{Deserialize, Serialize};
 
 /// Outcome of one solve, for the whole problem.
@@ -155,6 +155,18 @@ impl Solution {
             *x = *r;
         }
         self.status = Status::Failed { level: 0 };
+    }
+}
+
+/// The status for a problem that cannot be looked at.
+pub(crate) fn refusal(error: ProblemError, problem: &Problem) -> Status {
+    match error {
+        ProblemError::NotFinite { level, row } => Status::NotFinite { level, row },
+        ProblemError::BadReference => Status::NotFinite { level: problem.levels.len(), row: 0 },
+        ProblemError::EmptyInterval { level, .. }
+        | ProblemError::NegativeWeight { level, .. }
+        | ProblemError::BadDamping { level }
+        | ProblemError::WrongSize { level } => Status::Failed { level },
     }
 }
 

@@ -42,8 +42,8 @@ mod rows;
 mod search;
 mod stages;
 
-use crate::problem::{Problem, ProblemError};
-use crate::solution::{HierarchicalSolver, LevelStatus, Solution, Status};
+use crate::problem::Problem;
+use crate::solution::{HierarchicalSolver, LevelStatus, Solution, Status, refusal};
 use search::{Rule, Search};
 
 /// Counters over all solves so far.
@@ -166,17 +166,5 @@ impl HierarchicalSolver for ActiveSet {
         if solution.status != status {
             self.forget();
         }
-    }
-}
-
-/// The status for a problem that cannot be looked at.
-fn refusal(error: ProblemError, problem: &Problem) -> Status {
-    match error {
-        ProblemError::NotFinite { level, row } => Status::NotFinite { level, row },
-        ProblemError::BadReference => Status::NotFinite { level: problem.levels.len(), row: 0 },
-        ProblemError::EmptyInterval { level, .. }
-        | ProblemError::NegativeWeight { level, .. }
-        | ProblemError::BadDamping { level }
-        | ProblemError::WrongSize { level } => Status::Failed { level },
     }
 }
