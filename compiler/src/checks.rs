@@ -9,6 +9,7 @@ use stdlib_tasks::dimension::RATE;
 use stdlib_tasks::task::{BuildError, Nature};
 
 use crate::binding::Number;
+use crate::codes;
 use crate::lowering::Places;
 
 /// Checks a program that has no errors so far.
@@ -77,17 +78,8 @@ fn limit(places: &Places, task: usize) -> Span {
 }
 
 fn overshoot(gain: f64, values: &[f64], period: f64, places: &Places, task: usize) -> Diagnostic {
-    let why = if places.tasks[task].kind.nature == Nature::Limit {
-        "a barrier function is broken by a single step"
-    } else {
-        "the error changes its sign at every tick, and grows above 2"
-    };
     let at = number(places, task, "gain", |n| n.dimension == RATE && values.get(n.slot.at) == Some(&gain));
-    Diagnostic::error("HQ0501", at, format!("this gain overshoots: {gain} /s times {period} s is {:.3}", gain * period))
-        .here(format!("gain × period = {:.3}", gain * period))
-        .label(places.rate, format!("a period of {period} s"))
-        .note(format!("above 1, {why}"))
-        .help(format!("keep the gain at or below {} /s, or raise the rate", 1.0 / period))
+    codes::overshoot(at, gain, (period, places.rate), places.tasks[task].kind.nature)
 }
 
 /// Limits that a task sets beyond those of the robot: its rows then let through what the joint cannot do.

@@ -4,23 +4,12 @@
 
 mod common;
 
-use common::{Dice, Taste, hierarchy};
+use common::{Dice, Taste, WILD, hierarchy, turned};
 use hierarq_solver::{
     ActiveSet, ClarabelCascade, HierarchicalSolver, Level, LevelShape, LevelStatus, Problem, Solution, Status,
     certificate,
 };
 use proptest::prelude::*;
-
-const WILD: Taste = Taste {
-    variables: 12,
-    levels: 4,
-    rows: 14,
-    equalities: 0.25,
-    dependent: 0.2,
-    decades: 0.0,
-    weights: true,
-    ties: false,
-};
 
 const LARGE: Taste = Taste { variables: 40, levels: 6, rows: 30, dependent: 0.1, ..WILD };
 
@@ -132,14 +121,7 @@ proptest! {
     #[test]
     fn the_order_of_rows_in_a_level_means_nothing(seed: u64) {
         let problem = hierarchy(&mut Dice(seed), WILD);
-        let mut turned = problem.clone();
-        for (to, from) in turned.levels.iter_mut().zip(&problem.levels) {
-            let m = from.rows();
-            for i in 0..m {
-                to.set(i, from.row(m - 1 - i), from.lower[m - 1 - i], from.upper[m - 1 - i]);
-                to.weight[i] = from.weight[m - 1 - i];
-            }
-        }
+        let turned = turned(&problem);
         let (a, b) = (solve(&problem), solve(&turned));
         prop_assert!(distance(&a.x, &b.x) < 1e-8 * size(&a.x));
     }

@@ -4,20 +4,9 @@
 
 mod common;
 
-use common::{Dice, Taste, hierarchy, solve};
+use common::{Dice, Taste, WILD, hierarchy, solve};
 use hierarq_solver::{ClarabelCascade, HierarchicalSolver, Solution, Status, certificate};
 use proptest::prelude::*;
-
-const WILD: Taste = Taste {
-    variables: 12,
-    levels: 4,
-    rows: 14,
-    equalities: 0.25,
-    dependent: 0.2,
-    decades: 0.0,
-    weights: true,
-    ties: false,
-};
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Dice, Taste, hierarchy, solve};
+use common::{Dice, Taste, hierarchy, solve, turned};
 use hierarq_solver::{
     Active, ClarabelCascade, HierarchicalSolver, Level, LevelShape, LevelStatus, Problem, ProblemError, Solution,
     Status, check,
@@ -62,14 +62,7 @@ proptest! {
     #[test]
     fn the_order_of_rows_in_a_level_means_nothing(seed: u64) {
         let problem = hierarchy(&mut Dice(seed), TASTE);
-        let mut turned = problem.clone();
-        for (to, from) in turned.levels.iter_mut().zip(&problem.levels) {
-            let m = from.rows();
-            for i in 0..m {
-                to.set(i, from.row(m - 1 - i), from.lower[m - 1 - i], from.upper[m - 1 - i]);
-                to.weight[i] = from.weight[m - 1 - i];
-            }
-        }
+        let turned = turned(&problem);
         let (a, b) = (solve(&problem), solve(&turned));
         prop_assert_eq!(a.status, Status::Optimal);
         for (a, b) in a.x.iter().zip(&b.x) {

@@ -37,14 +37,7 @@ pub struct Arguments {
 
 pub fn run(a: &Arguments) -> Outcome {
     let compiled = project::load(&a.spec, &a.options.settings());
-    let Some(program) = compiled.program else {
-        if a.json {
-            output::print(&format!("{:#}\n", compiled.report.to_json()));
-        } else {
-            output::show(&compiled.report);
-        }
-        return Outcome::Failed;
-    };
+    let Some(program) = compiled.program else { return output::refuse(&compiled.report, a.json) };
     output::show(&compiled.report);
     let whole_run = (program.run.duration / program.robot.period).round() as u64;
     let ticks = a.ticks.unwrap_or(whole_run.clamp(1, MAX_TICKS));

@@ -29,14 +29,7 @@ enum Format {
 
 pub fn run(a: &Arguments) -> Outcome {
     let compiled = project::load(&a.spec, &a.options.settings());
-    let Some(program) = compiled.program else {
-        if a.json {
-            output::print(&format!("{:#}\n", compiled.report.to_json()));
-        } else {
-            output::show(&compiled.report);
-        }
-        return Outcome::Failed;
-    };
+    let Some(program) = compiled.program else { return output::refuse(&compiled.report, a.json) };
     if !a.json {
         output::show(&compiled.report);
     }

@@ -46,3 +46,13 @@ pub fn count(report: &Report) -> Option<String> {
         [plural(report.errors(), "error"), plural(report.warnings(), "warning")].into_iter().flatten().collect();
     (!parts.is_empty()).then(|| parts.join(", "))
 }
+
+/// A spec that gave no program: its report, as text on standard error or as JSON on standard output.
+pub fn refuse(report: &compiler::Report, json: bool) -> super::Outcome {
+    if json {
+        print(&format!("{:#}\n", report.to_json()));
+    } else {
+        show(report);
+    }
+    super::Outcome::Failed
+}

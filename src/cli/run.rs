@@ -50,14 +50,7 @@ fn backend(text: &str) -> Result<Backend, String> {
 
 pub fn run(a: &Arguments) -> Outcome {
     let compiled = project::load(&a.spec, &a.options.settings());
-    let Some(mut program) = compiled.program else {
-        if a.json {
-            output::print(&format!("{:#}\n", compiled.report.to_json()));
-        } else {
-            output::show(&compiled.report);
-        }
-        return Outcome::Failed;
-    };
+    let Some(mut program) = compiled.program else { return output::refuse(&compiled.report, a.json) };
     output::show(&compiled.report);
     if let Some(d) = a.duration {
         program.run.duration = d;

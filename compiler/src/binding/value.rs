@@ -8,6 +8,7 @@ use stdlib_tasks::params::{ParamInfo, Quantity};
 
 use super::scope::TaskScope;
 use super::{Binder, Number, Owner};
+use crate::codes;
 use crate::constants::{fits, one_unit, unit_of_divisor, with_units};
 use crate::expr::{Kind, Lowering, Typed};
 use crate::forms::unknown_key;
@@ -77,6 +78,12 @@ impl Binder<'_> {
                                 suffix(wanted.1)
                             )),
                         );
+                        return None;
+                    }
+                    // Said here, beside all other mistakes of the file; defaults are judged with the finished program.
+                    let (period, rate) = (self.robot.period, self.robot.rate_span);
+                    if wanted.1 == RATE && value.span.source == rate.source && x * period > 1.0 + 1e-12 {
+                        self.diagnostics.push(codes::overshoot(value.span, x, (period, rate), owner.kind.nature));
                         return None;
                     }
                 }

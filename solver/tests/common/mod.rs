@@ -47,6 +47,18 @@ pub struct Taste {
     pub ties: bool,
 }
 
+/// Dependent rows, contradictions and weights.
+pub const WILD: Taste = Taste {
+    variables: 12,
+    levels: 4,
+    rows: 14,
+    equalities: 0.25,
+    dependent: 0.2,
+    decades: 0.0,
+    weights: true,
+    ties: false,
+};
+
 /// A random hierarchy with bounds that often contradict each other.
 pub fn hierarchy(dice: &mut Dice, taste: Taste) -> Problem {
     let n = 1 + dice.below(taste.variables);
@@ -146,4 +158,17 @@ pub fn system(problem: &Problem, l: usize, rows: &[(usize, f64)]) -> (DMatrix<f6
     let a = DMatrix::from_fn(rows.len(), problem.n, |r, c| weight(rows[r].0) * level.entry(rows[r].0, c));
     let b = DVector::from_fn(rows.len(), |r, _| weight(rows[r].0) * rows[r].1);
     (a, b)
+}
+
+/// The same problem with the rows of every level in reverse order.
+pub fn turned(problem: &Problem) -> Problem {
+    let mut turned = problem.clone();
+    for (to, from) in turned.levels.iter_mut().zip(&problem.levels) {
+        let m = from.rows();
+        for i in 0..m {
+            to.set(i, from.row(m - 1 - i), from.lower[m - 1 - i], from.upper[m - 1 - i]);
+            to.weight[i] = from.weight[m - 1 - i];
+        }
+    }
+    turned
 }
