@@ -84,10 +84,15 @@ pub fn compile(path: &Path, settings: &Settings) -> Compiled {
     }
 }
 
-/// Loads a file that can be run: a spec, or a compiled program (`*.json`).
+/// Loads a file that can be run: a spec, or a compiled program (`*.json`). Of a spec, rows that can never become active
+/// are noted in the program.
 pub fn load(path: &Path, settings: &Settings) -> Compiled {
     if path.extension().and_then(|e| e.to_str()) != Some("json") {
-        return compile(path, settings);
+        let mut compiled = compile(path, settings);
+        if let Some(program) = &mut compiled.program {
+            compiler::leave_out(program);
+        }
+        return compiled;
     }
     let name = path.display().to_string();
     let refuse = |message: String| Compiled {

@@ -24,7 +24,7 @@ pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<
         let members = stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, m)));
         let mut complete = true;
         for (task, (level, m)) in built.iter().zip(members) {
-            match task {
+            match &task.task {
                 Ok(task) => {
                     for gain in task.gains(&program.values.initial) {
                         let once = (m.task, "gain".to_string());

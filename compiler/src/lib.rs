@@ -9,6 +9,7 @@ pub mod codes;
 mod constants;
 pub mod expr;
 mod forms;
+mod idle;
 mod lowering;
 pub mod names;
 pub mod report;
@@ -16,5 +17,6 @@ mod robot_binding;
 mod spelling;
 pub mod units;
 
+pub use idle::leave_out;
 pub use lowering::{Compiled, Input, compile};
 pub use report::{Report, Style};

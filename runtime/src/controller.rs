@@ -51,21 +51,11 @@ pub struct Controller {
 
 /// The parameters of a program by their places, as `` `gain` of task `reach` ``.
 fn value_names(program: &Program) -> Vec<(std::ops::Range<usize>, String)> {
-    use stdlib_tasks::bound::{Bound, Slot};
-    fn slots(bound: &Bound) -> Vec<Slot> {
-        match bound {
-            Bound::Value(s) => vec![*s],
-            Bound::PerJoint(l) => l.iter().map(|x| x.1).collect(),
-            Bound::PerArm(l) => l.iter().map(|x| x.1).collect(),
-            Bound::Group(map) => map.values().flat_map(slots).collect(),
-            _ => Vec::new(),
-        }
-    }
     let tasks = program.tasks.iter();
     let named = |task: &crate::program::TaskProgram| {
-        let one = |(name, bound): (&String, &Bound)| {
+        let one = |(name, bound): (&String, &stdlib_tasks::bound::Bound)| {
             let text = format!("`{name}` of task `{}`", task.name);
-            slots(bound).into_iter().map(|s| (s.at..s.at + s.len, text.clone())).collect::<Vec<_>>()
+            bound.slots().into_iter().map(|s| (s.at..s.at + s.len, text.clone())).collect::<Vec<_>>()
         };
         task.params.iter().flat_map(one).collect::<Vec<_>>()
     };

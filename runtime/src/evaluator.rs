@@ -36,6 +36,10 @@ pub struct Member {
     pub measure_info: Vec<Measure>,
     /// Index of the task in the program.
     pub program_index: usize,
+    /// True where the coefficients of the rows never change.
+    pub constant: bool,
+    /// For each row, whether it was proven to have no say while joints stand inside their limits; empty where none was.
+    pub idle: Vec<bool>,
 }
 
 impl Member {
@@ -61,6 +65,20 @@ pub struct Evaluator {
     margins: Vec<f64>,
     measures: Vec<f64>,
     undefined: Vec<bool>,
+    /// Where joints must stand for idle rows to be idle: index in the configuration, lowest, highest position.
+    limits: Vec<(usize, f64, f64)>,
+}
+
+/// How far beyond its limit a joint may stand and still count as inside, in rad or m: the reference ends a tick on the
+/// limit only up to rounding. Proofs of idle rows reach as far.
+pub const LIMIT_TOLERANCE: f64 = 1e-6;
+
+/// A task of a stack, built.
+pub struct Built {
+    /// The task, or why there is none.
+    pub task: Result<Box<dyn Task>, BuildError>,
+    /// The largest speed of each degree of freedom that it was told, in rad/s or m/s.
+    pub speed: Vec<f64>,
 }
 
 /// Builds the tasks of a stack, one for each member in the order of levels. A task is told the speed limits that hold
@@ -72,7 +90,7 @@ pub fn build_tasks(
     values: &[f64],
     tasks: &[TaskProgram],
     stack: &StackProgram,
-) -> Vec<Result<Box<dyn Task>, BuildError>> {
+) -> Vec<Built> {
     let one = |task: &TaskProgram, speed: &[f64]| match stdlib_tasks::find(&task.kind) {
         Some(kind) => (kind.build)(&task.params, &Context { model, values, period, speed }),
         None => Err(BuildError::new("", format!("there is no task type `{}`", task.kind))),
@@ -94,9 +112,27 @@ pub fn build_tasks(
                 speed[dof] = speed[dof].min(limit);
             }
         }
-        built.extend(members.map(|t| one(t, &speed)));
+        built.extend(members.map(|t| Built { task: one(t, &speed), speed: speed.clone() }));
     }
     built
+}
+
+/// The position limits of joints, with the tolerance for standing on one.
+fn limits(model: &Model) -> Vec<(usize, f64, f64)> {
+    let limited = model.dofs.iter().filter(|d| d.lower.is_finite() || d.upper.is_finite());
+    limited.filter_map(|d| Some((d.q_index?, d.lower - LIMIT_TOLERANCE, d.upper + LIMIT_TOLERANCE))).collect()
+}
+
+/// Writes the coefficients of rows that never change, once for all ticks.
+fn write_constant(task: &dyn Task, member: &Member, locked: &[usize], problem: &mut Problem) {
+    let Some(dofs) = task.degrees_of_freedom() else { return };
+    let level = &mut problem.levels[member.level];
+    for (row, dof) in member.rows.clone().zip(dofs) {
+        if !locked.contains(&dof) {
+            level.row_mut(row)[dof] = 1.0;
+        }
+    }
+    level.fix(member.rows.clone());
 }
 
 impl Evaluator {
@@ -117,11 +153,18 @@ impl Evaluator {
                 let p = &program.tasks[m.task];
                 let place = format!("tasks[{}]", m.task);
                 let failed = |e: BuildError| crate::program::error(&place, e.message);
-                let Some(task) = built.next() else { continue };
+                let Some(Built { task, .. }) = built.next() else { continue };
                 let task = task.map_err(failed)?;
                 let Some(kind) = stdlib_tasks::find(&p.kind) else { continue };
                 let (row_info, measure_info) = (task.rows(), task.measures());
                 let limits = if kind.nature == Nature::Limit { row_info.len() } else { 0 };
+                let mut idle = if m.idle.is_empty() { Vec::new() } else { vec![false; row_info.len()] };
+                for i in &m.idle {
+                    match idle.get_mut(i.row) {
+                        Some(is) => *is = true,
+                        None => return Err(crate::program::error(&place, "an idle row does not exist".to_string())),
+                    }
+                }
                 members.push(Member {
                     name: p.name.clone(),
                     kind: kind.name,
@@ -133,6 +176,8 @@ impl Evaluator {
                     row_info,
                     measure_info,
                     program_index: m.task,
+                    constant: task.degrees_of_freedom().is_some(),
+                    idle,
                 });
                 if let Some(last) = members.last() {
                     rows = last.rows.end;
@@ -148,6 +193,9 @@ impl Evaluator {
         for (member, weight) in members.iter().zip(weights) {
             problem.levels[member.level].weight[member.rows.clone()].fill(weight);
         }
+        for (member, task) in members.iter().zip(&tasks) {
+            write_constant(task.as_ref(), member, &stack_program.locked, &mut problem);
+        }
         let evaluator = Evaluator {
             data: Data::new(&model),
             inputs: vec![0.0; program.values.tape.inputs],
@@ -161,6 +209,7 @@ impl Evaluator {
             locked: stack_program.locked.clone(),
             margins: vec![f64::INFINITY; margins],
             measures: vec![0.0; measures],
+            limits: limits(&model),
             model,
         };
         Ok((evaluator, problem))
@@ -272,15 +321,23 @@ impl Evaluator {
         }
         let Evaluator { model, data, current, rates, tasks, members, locked, margins, measures, undefined, .. } = self;
         margins.fill(f64::INFINITY);
+        let inside = self.limits.iter().all(|&(i, lower, upper)| lower <= q[i] && q[i] <= upper);
         let state = State { model, data, q, values: current, rates };
         for (i, (task, m)) in tasks.iter_mut().zip(members.iter()).enumerate() {
             let level = &mut problem.levels[m.level];
             let stride = level.stride();
-            let (jacobian, lower, upper) = level.block_mut(m.rows.clone());
-            jacobian.fill(0.0);
+            let (jacobian, lower, upper) = if m.constant {
+                let (lower, upper) = level.bounds_mut(m.rows.clone());
+                (&mut [][..], lower, upper)
+            } else {
+                let (jacobian, lower, upper) = level.block_mut(m.rows.clone());
+                jacobian.fill(0.0);
+                (jacobian, lower, upper)
+            };
             lower.fill(f64::NEG_INFINITY);
             upper.fill(f64::INFINITY);
             undefined[i] = false;
+            let idle = if inside { &m.idle[..] } else { &[] };
             let mut rows = Rows {
                 jacobian,
                 stride,
@@ -289,17 +346,23 @@ impl Evaluator {
                 margins: &mut margins[m.margins.clone()],
                 measures: &mut measures[m.measures.clone()],
                 undefined: &mut undefined[i],
+                idle,
             };
             match task.update(&state, &mut rows) {
                 Ok(()) => {}
                 Err(TaskFault::NotFinite { row }) => return Err(Fault::NotFinite { member: i, row }),
                 Err(TaskFault::Overlap { row }) => return Err(Fault::Overlap { member: i, row }),
             }
-            // A robot without a degree of freedom has rows without a coefficient.
-            for row in rows.jacobian.chunks_exact_mut(stride.max(1)) {
-                for &dof in locked.iter() {
-                    row[dof] = 0.0;
+            if !locked.is_empty() {
+                // A robot without a degree of freedom has rows without a coefficient.
+                for row in rows.jacobian.chunks_exact_mut(stride.max(1)) {
+                    for &dof in locked.iter() {
+                        row[dof] = 0.0;
+                    }
                 }
+            }
+            for (row, _) in idle.iter().enumerate().filter(|(_, is)| **is) {
+                level.leave_out(m.rows.start + row);
             }
         }
         Ok(())

@@ -14,7 +14,7 @@ pub mod simulated_robot;
 pub mod text;
 
 pub use controller::{Command, Controller, Observation};
-pub use evaluator::{Evaluator, Member, build_tasks};
+pub use evaluator::{Built, Evaluator, LIMIT_TOLERANCE, Member, build_tasks};
 pub use fault::Fault;
 pub use program::{Program, ProgramError};
 pub use simulate::{Recorder, RunError, Simulation, Tick};

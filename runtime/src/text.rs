@@ -3,12 +3,13 @@
 use std::fmt::Write;
 
 use robot::{Base, DofUnit};
+use solver::Structure;
 use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::task::Nature;
 
 use crate::controller::{Controller, Observation};
 use crate::evaluator::{Evaluator, build_tasks};
-use crate::program::{CaptureSource, Op, Program, StackProgram, TaskProgram};
+use crate::program::{CaptureSource, IdleRow, Op, Program, StackProgram, TaskProgram};
 
 /// The text of a program. `None` where the program cannot be executed.
 pub fn text(program: &Program) -> Option<String> {
@@ -98,12 +99,13 @@ fn stack_text(p: &Program, index: usize, stack: &StackProgram, out: &mut String)
             level.name,
             problem.levels[i].rows()
         )?;
+        structure(&problem.levels[i], out)?;
         for member in &level.members {
             let Some((m, task)) = members.next() else { break };
             let kind = if m.nature == Nature::Limit { "inequalities" } else { "equalities" };
             let weight = if member.weight == 1.0 { String::new() } else { format!("  weight {}", member.weight) };
             writeln!(out, "    {}: {}  {} {kind}{weight}", m.name, m.kind, m.rows.len())?;
-            let Ok(task) = task else { continue };
+            let Ok(task) = task.task else { continue };
             let mut gains = task.gains(&p.values.initial);
             gains.dedup();
             if !gains.is_empty() {
@@ -127,8 +129,9 @@ fn stack_text(p: &Program, index: usize, stack: &StackProgram, out: &mut String)
             }
             let names: Vec<&str> = m.row_info.iter().map(|r| r.name.as_str()).collect();
             if m.nature == Nature::Limit {
-                wrapped(&names, out)?;
+                wrapped("rows", &names, out)?;
             }
+            idle(m, &member.idle, out)?;
         }
     }
     Ok(())
@@ -150,8 +153,53 @@ fn worst(list: &[f64]) -> Option<f64> {
     list.iter().copied().reduce(f64::max)
 }
 
-fn wrapped(names: &[&str], out: &mut String) -> std::fmt::Result {
-    let mut line = String::from("      rows");
+/// What is known of the rows of a level before any tick: which of them are bounds of single joints, and how many joints
+/// have more than one.
+fn structure(level: &solver::Level, out: &mut String) -> std::fmt::Result {
+    let mut bounds = vec![0_usize; level.columns()];
+    let (mut constant, mut zero) = (0, 0);
+    for s in level.structure() {
+        match s {
+            Structure::Bound { column, .. } => bounds[*column] += 1,
+            Structure::Constant { .. } => zero += 1,
+            Structure::Open | Structure::Absent => continue,
+        }
+        constant += 1;
+    }
+    if constant == 0 {
+        return Ok(());
+    }
+    let joints = bounds.iter().filter(|n| **n > 0).count();
+    write!(out, "    {constant} constant rows: {} bounds on {joints} joints", constant - zero)?;
+    if bounds.iter().any(|n| *n > 1) {
+        write!(out, ", those on one joint merged while they leave an interval")?;
+    }
+    if zero > 0 {
+        write!(out, "; {zero} rows of locked joints")?;
+    }
+    writeln!(out)
+}
+
+/// Rows that are left out, and why that is right.
+fn idle(m: &crate::evaluator::Member, idle: &[IdleRow], out: &mut String) -> std::fmt::Result {
+    if idle.is_empty() {
+        return Ok(());
+    }
+    let unit = m.dimension().map_or_else(String::new, |d| format!(" {d}/s"));
+    let one = |r: &IdleRow| {
+        let name = m.row_info.get(r.row).map_or("?", |i| i.name.as_str());
+        format!("{name} (falls by at most {}{unit}, and {} are allowed)", number(r.fastest), number(r.allowed))
+    };
+    let list: Vec<String> = idle.iter().map(one).collect();
+    wrapped(
+        "never active inside the joints' limits, left out:",
+        &list.iter().map(String::as_str).collect::<Vec<_>>(),
+        out,
+    )
+}
+
+fn wrapped(head: &str, names: &[&str], out: &mut String) -> std::fmt::Result {
+    let mut line = format!("      {head}");
     for (i, n) in names.iter().enumerate() {
         let comma = if i + 1 < names.len() { "," } else { "" };
         if line.chars().count() + n.chars().count() + 2 > 110 {

@@ -76,6 +76,7 @@ pub mod problem;
 pub mod solution;
 mod space;
 mod stage;
+pub mod structure;
 
 pub use active_set::{ActiveSet, Effort};
 pub use backend::Backend;
@@ -83,3 +84,4 @@ pub use cascade::{ClarabelCascade, Statistics};
 pub use certificate::certificate;
 pub use problem::{Level, LevelShape, Problem, ProblemError, check};
 pub use solution::{Active, Blocking, HierarchicalSolver, LevelSolution, LevelStatus, Solution, Status};
+pub use structure::Structure;

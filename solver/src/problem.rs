@@ -4,6 +4,9 @@
 //! All storage is made once, by [`Problem::new`]; filling it tick after tick allocates nothing.
 
 use std::fmt;
+use std::ops::Range;
+
+use crate::structure::{self, Structure};
 
 /// How many numbers a row occupies is a multiple of this, so that the inner loops vectorise.
 pub(crate) const LANES: usize = 8;
@@ -66,6 +69,8 @@ pub struct Level {
     pub upper: Vec<f64>,
     /// Weights of the squared distances, >= 0. A row of weight 0 has no say in a soft level.
     pub weight: Vec<f64>,
+    /// What is known of the coefficients of each row.
+    structure: Vec<Structure>,
 }
 
 impl Level {
@@ -82,6 +87,7 @@ impl Level {
             lower: vec![f64::NEG_INFINITY; shape.rows],
             upper: vec![f64::INFINITY; shape.rows],
             weight: vec![1.0; shape.rows],
+            structure: vec![Structure::Open; shape.rows],
         }
     }
 
@@ -105,16 +111,45 @@ impl Level {
         &self.a[i * self.stride..i * self.stride + self.n]
     }
 
-    /// Row `i` of `A`, to be written; `n` long. Panics when `i >= rows()`, as slices do.
+    /// Row `i` of `A`, to be written; `n` long. Panics when `i >= rows()`, as slices do. What was
+    /// known of the row is forgotten.
     pub fn row_mut(&mut self, i: usize) -> &mut [f64] {
+        self.structure[i] = Structure::Open;
         &mut self.a[i * self.stride..i * self.stride + self.n]
     }
 
     /// The coefficients (row-major, [`Level::stride`] numbers a row), lower and upper bounds of a run of rows, to be
-    /// written in place. The numbers behind the first `n` of a row must stay zero.
-    pub fn block_mut(&mut self, rows: std::ops::Range<usize>) -> (&mut [f64], &mut [f64], &mut [f64]) {
+    /// written in place. The numbers behind the first `n` of a row must stay zero. What was known of the rows is
+    /// forgotten.
+    pub fn block_mut(&mut self, rows: Range<usize>) -> (&mut [f64], &mut [f64], &mut [f64]) {
         let stride = self.stride;
+        self.structure[rows.clone()].fill(Structure::Open);
         (&mut self.a[rows.start * stride..rows.end * stride], &mut self.lower[rows.clone()], &mut self.upper[rows])
+    }
+
+    /// Lower and upper bounds of a run of rows, to be written in place; their coefficients stay as they are.
+    pub fn bounds_mut(&mut self, rows: Range<usize>) -> (&mut [f64], &mut [f64]) {
+        (&mut self.lower[rows.clone()], &mut self.upper[rows])
+    }
+
+    /// Says that the coefficients of a run of rows will stay as they are: solvers then need not look at them again. Rows
+    /// with a single coefficient become bounds of their variable. Writing coefficients ends it.
+    pub fn fix(&mut self, rows: Range<usize>) {
+        for i in rows {
+            self.structure[i] = structure::of(self.row(i));
+        }
+    }
+
+    /// Takes a row out of this tick's problem: zero coefficients, no bounds, and solvers pass it by.
+    pub fn leave_out(&mut self, i: usize) {
+        self.row_mut(i).fill(0.0);
+        (self.lower[i], self.upper[i]) = (f64::NEG_INFINITY, f64::INFINITY);
+        self.structure[i] = Structure::Absent;
+    }
+
+    /// What is known of the coefficients of each row.
+    pub fn structure(&self) -> &[Structure] {
+        &self.structure
     }
 
     /// The whole matrix `A`, row-major with [`Level::stride`] numbers a row; the padding is 0.
@@ -133,6 +168,7 @@ impl Level {
         self.lower.fill(f64::NEG_INFINITY);
         self.upper.fill(f64::INFINITY);
         self.weight.fill(1.0);
+        self.structure.fill(Structure::Open);
     }
 
     /// Sets one row at once: coefficients (`n` long), bounds; the weight is left as it is.

@@ -124,7 +124,7 @@ fn allowed(program: &Program) -> Vec<f64> {
     let stack = &program.stacks[program.run.stack];
     let values = &program.values.initial;
     let built = runtime::build_tasks(&program.robot.model, program.robot.period, values, &program.tasks, stack);
-    for task in built.iter().flatten() {
+    for task in built.iter().flat_map(|b| &b.task) {
         for (dof, limit) in task.speed_limits(values) {
             speed[dof] = speed[dof].min(limit);
         }

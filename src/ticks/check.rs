@@ -116,6 +116,9 @@ fn fill(problem: &mut Problem, l: usize, form: &LevelKeys) -> Result<(), Refusal
             ));
         }
     }
+    if let Matrix::Identities(_) = form.a {
+        level.fix(0..level.rows());
+    }
     if let Some(List(weight)) = &form.weight {
         length(&format!("levels[{l}].weight"), weight.len(), level.rows(), "row")?;
         if let Some(i) = weight.iter().position(|w| *w < 0.0) {

@@ -87,6 +87,19 @@ pub enum Bound {
     Group(BTreeMap<String, Bound>),
 }
 
+impl Bound {
+    /// The places of all its numbers.
+    pub fn slots(&self) -> Vec<Slot> {
+        match self {
+            Bound::Value(s) => vec![*s],
+            Bound::PerJoint(l) => l.iter().map(|x| x.1).collect(),
+            Bound::PerArm(l) => l.iter().map(|x| x.1).collect(),
+            Bound::Group(map) => map.values().flat_map(Bound::slots).collect(),
+            _ => Vec::new(),
+        }
+    }
+}
+
 /// The bound parameters of a task, by name. Optional ones that were left out are absent.
 pub type BoundParams = BTreeMap<String, Bound>;
 

@@ -79,7 +79,7 @@ pub fn acceleration_bound(model: &Model, from: Option<LinkId>, to: LinkId, offse
 }
 
 /// The joints from a link to the root.
-fn ancestors(model: &Model, mut link: LinkId) -> Vec<JointId> {
+pub(crate) fn ancestors(model: &Model, mut link: LinkId) -> Vec<JointId> {
     let mut joints = Vec::new();
     while let Some(j) = model.link_ref(link).parent_joint {
         joints.push(j);
@@ -99,7 +99,7 @@ fn step(joint: &Joint, speed: &[f64]) -> Step {
 }
 
 /// How far a sliding joint can stand from its origin, in m.
-fn stroke(model: &Model, joint: &Joint) -> f64 {
+pub(crate) fn stroke(model: &Model, joint: &Joint) -> f64 {
     if joint.kind != JointKind::Prismatic {
         return 0.0;
     }

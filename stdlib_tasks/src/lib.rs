@@ -10,6 +10,7 @@ pub mod dimension;
 pub mod kinds;
 pub mod params;
 mod reserve;
+pub mod slope;
 pub mod so3;
 pub mod task;
 pub mod tracking;

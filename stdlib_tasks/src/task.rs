@@ -182,12 +182,19 @@ pub struct Rows<'a> {
     pub measures: &'a mut [f64],
     /// Set to true where a row could not be defined at this configuration and was left free.
     pub undefined: &'a mut bool,
+    /// Rows that are known to have no say: only their margins are wanted. Empty where all have one.
+    pub idle: &'a [bool],
 }
 
 impl Rows<'_> {
     /// The coefficients of row `i`, `nv` or more numbers.
     pub fn row(&mut self, i: usize) -> &mut [f64] {
         &mut self.jacobian[i * self.stride..(i + 1) * self.stride]
+    }
+
+    /// Whether row `i` has no say, so that its coefficients and bounds need not be written.
+    pub fn is_idle(&self, i: usize) -> bool {
+        self.idle.get(i).copied().unwrap_or(false)
     }
 
     /// Makes row `i` an equality.
@@ -250,6 +257,18 @@ pub trait Task: Send {
 
     /// The share of [`Task::sampled_loss`] that the rows already keep in reserve.
     fn reserve(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// For a task whose row `i` is always the velocity of a single degree of freedom: which one. Whoever owns the rows
+    /// writes their coefficients once, all of them 1, and `update` leaves them alone.
+    fn degrees_of_freedom(&self) -> Option<Vec<usize>> {
+        None
+    }
+
+    /// For limits: how steep the `h` of each row can be at most, as one number for each degree of freedom, in the row's
+    /// unit per rad or m, wherever joints stand inside their limits. Empty where no bound is known.
+    fn slopes(&self, _model: &Model) -> Vec<Vec<f64>> {
         Vec::new()
     }
 

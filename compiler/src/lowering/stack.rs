@@ -122,7 +122,7 @@ impl Lowerer<'_> {
                     Some(w) => self.constant(w, "a weight", 0.0, false).unwrap_or(1.0),
                     None => 1.0,
                 };
-                members.push(MemberProgram { task, weight });
+                members.push(MemberProgram { task, weight, idle: Vec::new() });
             }
             levels.push(LevelProgram {
                 name: l.name.value.clone(),

@@ -176,6 +176,21 @@ pub struct MemberProgram {
     pub task: usize,
     /// Weight of its squared slack inside the level.
     pub weight: f64,
+    /// Rows that were proven to have no say, in order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub idle: Vec<IdleRow>,
+}
+
+/// A row of a limit that can never become active while joints stand inside their position limits and keep to the speeds
+/// that hard levels allow, and why.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct IdleRow {
+    /// The row of the task, from 0.
+    pub row: usize,
+    /// How fast its `h` can fall at most, in the row's unit per s.
+    pub fastest: f64,
+    /// How fast the row lets it fall at least, wherever the joints stand: more than `fastest`.
+    pub allowed: f64,
 }
 
 /// What `run` does.

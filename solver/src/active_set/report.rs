@@ -4,6 +4,7 @@ use super::relaxed::Relaxed;
 use crate::cascade::MET;
 use crate::problem::Problem;
 use crate::solution::{Active, Blocking, LevelStatus, Solution};
+use crate::structure::Structure;
 
 /// Slacks, activity and status of the levels that were solved. The point itself is not copied.
 #[inline(always)]
@@ -14,7 +15,12 @@ pub(crate) fn write(relaxed: &Relaxed, problem: &Problem, solution: &mut Solutio
         let mut sum = 0.0;
         let mut met = true;
         for i in 0..level.rows() {
-            let (value, size) = (relaxed.rows.value[first + i], relaxed.rows.norm[first + i]);
+            let size = relaxed.rows.norm[first + i];
+            let value = match level.structure()[i] {
+                Structure::Bound { column, coefficient } => coefficient * relaxed.frame.x[column],
+                Structure::Absent => 0.0,
+                _ => relaxed.rows.value[first + i],
+            };
             let (lower, upper, weight) = (level.lower[i], level.upper[i], level.weight[i]);
             let slack = (value - upper).max(0.0) + (value - lower).min(0.0);
             let near = MET * (size + if slack > 0.0 || lower == f64::NEG_INFINITY { upper } else { lower }.abs());

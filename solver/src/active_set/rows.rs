@@ -1,8 +1,9 @@
 //! What a tick's rows are: their size, their kind, and which of them are in the working set.
 
-use super::kernels::dot;
+use super::kernels::{LANES, dot};
 use crate::problem::{Level, Problem, ProblemError, check};
 use crate::space::{FEASIBLE, Kind};
+use crate::structure::{Structure, usable};
 
 #[derive(Clone, Debug)]
 pub(crate) struct Rows {
@@ -13,8 +14,13 @@ pub(crate) struct Rows {
     pub(crate) kind: Vec<Kind>,
     /// For inequality rows: 0 outside the working set, else the side of the bound it is held at.
     pub(crate) side: Vec<i8>,
-    /// Values at the point that was looked at last.
+    /// Values at the point that was looked at last; not those of bounds of one variable.
     pub(crate) value: Vec<f64>,
+    /// Between these each variable meets all bounds that a level sets on it alone, with the
+    /// tolerance for it; `stride` numbers a level.
+    low: Vec<f64>,
+    high: Vec<f64>,
+    stride: usize,
 }
 
 impl Rows {
@@ -25,7 +31,11 @@ impl Rows {
             total += level.rows();
             first.push(total);
         }
+        let stride = problem.n.div_ceil(LANES) * LANES;
         Rows {
+            low: vec![f64::NEG_INFINITY; stride * problem.levels.len()],
+            high: vec![f64::INFINITY; stride * problem.levels.len()],
+            stride,
             first,
             norm: vec![1.0; total],
             kind: vec![Kind::Silent; total],
@@ -41,12 +51,23 @@ impl Rows {
         for (l, level) in problem.levels.iter().enumerate() {
             good &= level.damping.is_finite() && level.damping >= 0.0;
             let stride = level.stride();
-            let rows = level.padded().chunks_exact(stride.max(1));
+            let rows = level.padded().chunks_exact(stride.max(1)).zip(level.structure());
             let bounds = level.lower.iter().zip(&level.upper).zip(&level.weight);
             let out = self.norm[self.first[l]..].iter_mut().zip(&mut self.kind[self.first[l]..]);
-            for ((row, ((&lower, &upper), &weight)), (norm, kind)) in rows.zip(bounds).zip(out) {
-                let square = dot(row, row);
-                *norm = if square > 1e-200 && square < 1e200 { square.sqrt() } else { unusual(row) };
+            let span = l * self.stride..(l + 1) * self.stride;
+            let (low, high) = (&mut self.low[span.clone()], &mut self.high[span]);
+            low.fill(f64::NEG_INFINITY);
+            high.fill(f64::INFINITY);
+            for (((row, structure), ((&lower, &upper), &weight)), (norm, kind)) in rows.zip(bounds).zip(out) {
+                *norm = match *structure {
+                    Structure::Open => {
+                        let square = dot(row, row);
+                        if usable(square) { square.sqrt() } else { unusual(row) }
+                    }
+                    Structure::Constant { norm } => norm,
+                    Structure::Bound { coefficient, .. } => coefficient.abs(),
+                    Structure::Absent => 1.0,
+                };
                 // Comparisons with NaN are false.
                 good &= *norm < f64::INFINITY
                     && lower <= upper
@@ -60,9 +81,23 @@ impl Rows {
                 } else {
                     Kind::Inequality
                 };
+                if let (Structure::Bound { column, coefficient }, Kind::Inequality) = (*structure, *kind) {
+                    let (a, b) = (lower / coefficient, upper / coefficient);
+                    let (a, b) = if coefficient > 0.0 { (a, b) } else { (b, a) };
+                    low[column] = low[column].max(a - tolerance(a, 0.0));
+                    high[column] = high[column].min(b + tolerance(b, 0.0));
+                }
             }
         }
         if good { Ok(()) } else { check(problem) }
+    }
+
+    /// Whether a point meets all bounds that level `l` sets on single variables.
+    #[inline(always)]
+    pub(crate) fn within(&self, l: usize, x: &[f64]) -> bool {
+        let span = l * self.stride..(l + 1) * self.stride;
+        let bounds = self.low[span.clone()].iter().zip(&self.high[span]);
+        x.iter().zip(bounds).fold(true, |all, (x, (low, high))| all & (low <= x) & (x <= high))
     }
 
     /// Index of row `i` of level `l` in the vectors.

@@ -19,6 +19,7 @@ use super::rows::tolerance;
 use super::stages::Entry;
 use crate::problem::Problem;
 use crate::space::Kind;
+use crate::structure::Structure;
 
 /// How often a row may fall back to a lower stage in one solve before it stays where it is.
 const RETURNS: u8 = 8;
@@ -202,7 +203,7 @@ impl Search {
     }
 
     /// The row outside the working set to add next, by the rule; none at the optimum. The values
-    /// of all rows that it looks at go to `rows.value`.
+    /// of all rows that it looks at, bounds of one variable apart, go to `rows.value`.
     fn next_violated(&mut self, problem: &Problem) -> Option<Entry> {
         let x = &self.relaxed.frame.x;
         let far = norm(x);
@@ -211,11 +212,20 @@ impl Search {
         self.violated = 0;
         for (l, level) in problem.levels.iter().enumerate().take(self.relaxed.levels) {
             let first = self.relaxed.rows.first[l];
-            let rows =
-                level.padded().chunks_exact(self.relaxed.stride.max(1)).zip(level.lower.iter().zip(&level.upper));
-            for (i, (row, (&lower, &upper))) in rows.enumerate() {
-                let value = dot(row, x);
-                self.relaxed.rows.value[first + i] = value;
+            let within = self.relaxed.rows.within(l, x);
+            let rows = level.padded().chunks_exact(self.relaxed.stride.max(1)).zip(level.structure());
+            for (i, ((row, structure), (&lower, &upper))) in rows.zip(level.lower.iter().zip(&level.upper)).enumerate()
+            {
+                let value = match *structure {
+                    Structure::Bound { .. } if within => continue,
+                    Structure::Bound { column, coefficient } => coefficient * x[column],
+                    Structure::Absent => continue,
+                    _ => {
+                        let value = dot(row, x);
+                        self.relaxed.rows.value[first + i] = value;
+                        value
+                    }
+                };
                 let beyond = (value - upper).max(lower - value);
                 if beyond > 0.0
                     && self.relaxed.rows.side[first + i] == 0

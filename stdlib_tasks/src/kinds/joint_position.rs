@@ -79,6 +79,10 @@ impl Task for JointPosition {
         vec![Measure { name: String::new(), dimension: common_dimension(&self.info) }]
     }
 
+    fn degrees_of_freedom(&self) -> Option<Vec<usize>> {
+        Some(self.rows.iter().map(|r| r.dof).collect())
+    }
+
     fn gains(&self, values: &[f64]) -> Vec<f64> {
         self.gain.of(values).to_vec()
     }
@@ -88,7 +92,6 @@ impl Task for JointPosition {
         let mut squares = 0.0;
         for (i, r) in self.rows.iter().enumerate() {
             let error = state.values[r.target.at] - state.q[r.q];
-            rows.row(i)[r.dof] = 1.0;
             rows.equal(i, state.rates[r.target.at] + gain * error);
             squares += error * error;
         }

@@ -132,6 +132,10 @@ impl Task for JointPositionLimits {
         self.info.clone()
     }
 
+    fn degrees_of_freedom(&self) -> Option<Vec<usize>> {
+        Some(self.rows.iter().map(|r| r.dof).collect())
+    }
+
     fn gains(&self, values: &[f64]) -> Vec<f64> {
         self.gain.of(values).to_vec()
     }
@@ -140,7 +144,6 @@ impl Task for JointPositionLimits {
         let [gain] = self.gain.of(state.values);
         for (i, r) in self.rows.iter().enumerate() {
             let q = state.q[r.q];
-            rows.row(i)[r.dof] = 1.0;
             rows.lower[i] = -gain * (q - r.lower);
             rows.upper[i] = gain * (r.upper - q);
             rows.margins[i] = (q - r.lower).min(r.upper - q);

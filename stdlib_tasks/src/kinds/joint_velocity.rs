@@ -65,14 +65,17 @@ impl Task for JointVelocity {
         vec![Measure { name: String::new(), dimension: common_dimension(&self.info) }]
     }
 
+    fn degrees_of_freedom(&self) -> Option<Vec<usize>> {
+        Some(self.rows.iter().map(|r| r.0).collect())
+    }
+
     fn gains(&self, _values: &[f64]) -> Vec<f64> {
         Vec::new()
     }
 
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
-        for (i, &(dof, slot)) in self.rows.iter().enumerate() {
+        for (i, &(_, slot)) in self.rows.iter().enumerate() {
             self.wanted[i] = state.values[slot.at];
-            rows.row(i)[dof] = 1.0;
             rows.equal(i, self.wanted[i]);
         }
         Ok(())

@@ -72,13 +72,16 @@ impl Task for JointVelocityLimits {
         self.info.clone()
     }
 
+    fn degrees_of_freedom(&self) -> Option<Vec<usize>> {
+        Some(self.rows.iter().map(|r| r.0).collect())
+    }
+
     fn gains(&self, _values: &[f64]) -> Vec<f64> {
         Vec::new()
     }
 
     fn update(&mut self, _state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
-        for (i, &(dof, max)) in self.rows.iter().enumerate() {
-            rows.row(i)[dof] = 1.0;
+        for (i, &(_, max)) in self.rows.iter().enumerate() {
             rows.lower[i] = -max;
             rows.upper[i] = max;
         }

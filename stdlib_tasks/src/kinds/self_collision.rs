@@ -13,6 +13,7 @@ use crate::clearance;
 use crate::dimension::{LENGTH, RATE};
 use crate::params::{Auto, Input, ParamType, Presence, Quantity};
 use crate::reserve::{Reserve, extent, is_ball};
+use crate::slope;
 use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 
 crate::params! {
@@ -175,13 +176,20 @@ impl Task for SelfCollision {
                 }
             };
             let h = distance - d_min;
+            rows.margins[i] = h;
+            if rows.is_idle(i) {
+                continue;
+            }
             let row = rows.row(i);
             state.data.add_point(state.model, p.a.link, &on_a, &n, row);
             state.data.add_point(state.model, p.b.link, &on_b, &-n, row);
             rows.lower[i] = d_min_rate - gain * h + self.reserve.rate(i, gain);
-            rows.margins[i] = h;
         }
         Ok(())
+    }
+
+    fn slopes(&self, model: &Model) -> Vec<Vec<f64>> {
+        self.pairs.iter().map(|p| slope::between(model, &p.a, &p.b)).collect()
     }
 
     fn sampled_loss(&self) -> Vec<f64> {

@@ -9,13 +9,14 @@
 //! point relative to that link.
 
 use nalgebra::{Point3, Vector3};
-use robot::{LinkId, geometry};
+use robot::{LinkId, Model, geometry};
 
 use crate::bound::{BoundParams, Geometry, Slot, check};
 use crate::clearance;
 use crate::dimension::{LENGTH, RATE};
 use crate::params::{Auto, FromBound, Input, ParamType, Presence, Quantity};
 use crate::reserve::{Reserve, extent};
+use crate::slope;
 use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 
 /// Three points, as nine constants.
@@ -136,15 +137,22 @@ impl Task for VirtualWall {
             let pose = state.data.pose(g.link) * g.origin;
             let nearest = geometry::closest_plane(&g.shape, &pose, &n, n.dot(&a.coords));
             let h = nearest.distance - d_min;
+            rows.margins[i] = h;
+            if rows.is_idle(i) {
+                continue;
+            }
             let row = rows.row(i);
             state.data.add_point(state.model, g.link, &nearest.on_a, &n, row);
             if let Some(link) = self.on {
                 state.data.add_point(state.model, link, &nearest.on_a, &-n, row);
             }
             rows.lower[i] = d_min_rate - gain * h + self.reserve.rate(i, gain);
-            rows.margins[i] = h;
         }
         Ok(())
+    }
+
+    fn slopes(&self, model: &Model) -> Vec<Vec<f64>> {
+        self.points.iter().map(|g| slope::over_plane(model, self.on, &self.n, g)).collect()
     }
 
     fn sampled_loss(&self) -> Vec<f64> {

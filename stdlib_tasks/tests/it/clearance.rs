@@ -8,7 +8,7 @@ use robot::{Base, LinkId, Model, Options};
 use crate::common::*;
 
 /// A random tree with turning, sliding, fixed and mimicking joints.
-fn tree(seed: u64, links: usize) -> String {
+pub fn tree(seed: u64, links: usize) -> String {
     let mut rng = rng(seed);
     let mut text = String::from("<robot name=\"tree\">\n<link name=\"l0\"/>\n");
     let mut leaders: Vec<(usize, bool)> = Vec::new();

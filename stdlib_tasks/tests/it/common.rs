@@ -214,7 +214,11 @@ impl<'a> Place<'a> {
         let (mut margins, mut measures) = (vec![f64::INFINITY; n], vec![0.0; task.measures().len()]);
         let mut undefined = false;
         let values = case.values_at(t);
+        for (i, dof) in task.degrees_of_freedom().into_iter().flatten().enumerate() {
+            jacobian[i * stride + dof] = 1.0;
+        }
         let mut rows = Rows {
+            idle: &[],
             jacobian: &mut jacobian,
             stride,
             lower: &mut lower,

@@ -12,4 +12,5 @@ mod cooperative;
 mod degenerate;
 mod limits;
 mod loops;
+mod slope;
 mod targets;

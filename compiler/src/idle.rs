@@ -1,0 +1,221 @@
+//! Rows of limits that can never become active, with the proof: they are left out while a program runs.
+//!
+//! A row `h' >= -φ (h - δ)` has no say where `h` cannot fall faster than the row allows. With a bound `s_j` of
+//! `|dh/dq_j|` for each joint, `h` falls by `sum_j s_j v_j` at most at the speeds `v_j` that hard levels let through; and
+//! around a configuration, what the row allows changes by at most `φ sum_j s_j |Δq_j|`. So the box of all joint positions
+//! is cut into cells until each of them is proven by its centre, or a centre shows that the row can act, or the effort
+//! is spent. The controller takes such a row out only while the joints stand inside that box.
+
+use std::collections::BinaryHeap;
+
+use robot::{Data, Drive, JointKind, Model};
+use runtime::program::{IdleRow, TaskProgram};
+use runtime::{Built, LIMIT_TOLERANCE, Program, build_tasks};
+use stdlib_tasks::Task;
+use stdlib_tasks::task::{Rows, State};
+
+/// Cells that one row may take: with fewer, rows that are close to acting stay in.
+const CELLS: usize = 1000;
+
+/// Configurations that all rows of a task are looked at before any of them is worth a proof.
+const SAMPLES: usize = 100;
+
+/// Finds the rows of all stacks that can never become active, and notes them in the program.
+pub fn leave_out(program: &mut Program) {
+    for s in 0..program.stacks.len() {
+        let p = &*program;
+        let built = build_tasks(&p.robot.model, p.robot.period, &p.values.initial, &p.tasks, &p.stacks[s]);
+        let tasks: Vec<usize> = p.stacks[s].levels.iter().flat_map(|l| &l.members).map(|m| m.task).collect();
+        let found: Vec<Vec<IdleRow>> =
+            built.into_iter().zip(tasks).map(|(b, t)| rows(p, &p.tasks[t], b).unwrap_or_default()).collect();
+        let members = program.stacks[s].levels.iter_mut().flat_map(|l| &mut l.members);
+        for (member, idle) in members.zip(found) {
+            member.idle = idle;
+        }
+    }
+}
+
+/// The idle rows of a task; `None` where nothing is known of how steep they are, or they move with time.
+fn rows(program: &Program, task: &TaskProgram, built: Built) -> Option<Vec<IdleRow>> {
+    let moves = |at: usize| program.values.tape.outputs.iter().any(|o| o.at == at);
+    if task.params.values().flat_map(|b| b.slots()).any(|s| (s.at..s.at + s.len).any(moves)) {
+        return None;
+    }
+    let mut task = built.task.ok()?;
+    let slopes = task.slopes(&program.robot.model);
+    let [gain] = task.gains(&program.values.initial)[..] else { return None };
+    let mut view = View::new(program, task.as_mut(), slopes.len())?;
+    let mut open: Vec<Candidate> = slopes
+        .into_iter()
+        .enumerate()
+        .filter_map(|(row, s)| Candidate::new(program, row, s, &built.speed, gain))
+        .collect();
+    for k in 0..SAMPLES {
+        if open.is_empty() {
+            return None;
+        }
+        view.scatter(&program.robot.model, k);
+        view.look()?;
+        open.retain(|c| view.lower[c.row] < -c.fastest);
+    }
+    Some(open.iter().filter_map(|c| c.prove(&mut view)).collect())
+}
+
+/// A task at any configuration.
+struct View<'a> {
+    program: &'a Program,
+    task: &'a mut dyn Task,
+    data: Data,
+    q: Vec<f64>,
+    rates: Vec<f64>,
+    idle: Vec<bool>,
+    jacobian: Vec<f64>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    margins: Vec<f64>,
+}
+
+impl<'a> View<'a> {
+    fn new(program: &'a Program, task: &'a mut dyn Task, rows: usize) -> Option<Self> {
+        let (model, values) = (&program.robot.model, &program.values.initial);
+        (rows > 0 && rows == task.rows().len()).then(|| View {
+            data: Data::new(model),
+            q: program.robot.home.clone(),
+            rates: vec![0.0; values.len()],
+            idle: Vec::new(),
+            jacobian: vec![0.0; rows * model.nv()],
+            lower: vec![0.0; rows],
+            upper: vec![0.0; rows],
+            margins: vec![0.0; rows],
+            program,
+            task,
+        })
+    }
+
+    /// The `k`-th of a sequence of configurations that fill the box evenly: multiples of irrational steps.
+    fn scatter(&mut self, model: &Model, k: usize) {
+        for (j, d) in model.dofs.iter().enumerate() {
+            if let (Some(i), Some((low, high))) = (d.q_index, range(model, j)) {
+                let step = ((j + 2) as f64).sqrt() * 0.754_877_666;
+                self.q[i] = low + (high - low) * (step * (k + 1) as f64).fract();
+            }
+        }
+    }
+
+    /// Evaluates the lower bounds of all rows; `None` where the task cannot.
+    fn look(&mut self) -> Option<()> {
+        let model = &self.program.robot.model;
+        model.forward(&self.q, &mut self.data);
+        self.jacobian.fill(0.0);
+        let state =
+            State { model, data: &self.data, q: &self.q, values: &self.program.values.initial, rates: &self.rates };
+        let mut rows = Rows {
+            jacobian: &mut self.jacobian,
+            stride: model.nv(),
+            lower: &mut self.lower,
+            upper: &mut self.upper,
+            margins: &mut self.margins,
+            measures: &mut [],
+            undefined: &mut false,
+            idle: &self.idle,
+        };
+        self.task.update(&state, &mut rows).ok()
+    }
+}
+
+/// A row that may be idle.
+struct Candidate {
+    row: usize,
+    /// How fast its `h` can fall at most.
+    fastest: f64,
+    /// The joints that move it: index in the configuration, range, and how much the lower bound of the row can change by
+    /// unit of the joint.
+    joints: Vec<(usize, f64, f64, f64)>,
+}
+
+/// A box of joint positions, by its centre and half its size, and the greatest lower bound that the row can have in it.
+struct Cell {
+    worst: f64,
+    centre: Vec<f64>,
+    half: Vec<f64>,
+}
+
+impl PartialEq for Cell {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Cell {}
+
+impl PartialOrd for Cell {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Cell {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.worst.total_cmp(&other.worst)
+    }
+}
+
+impl Candidate {
+    fn new(program: &Program, row: usize, slopes: Vec<f64>, speed: &[f64], gain: f64) -> Option<Self> {
+        let model = &program.robot.model;
+        let mut joints = Vec::new();
+        let mut fastest = 0.0;
+        for (dof, &slope) in slopes.iter().enumerate().filter(|(_, s)| **s > 0.0) {
+            let (low, high) = range(model, dof)?;
+            joints.push((model.dofs[dof].q_index?, low, high, gain * slope));
+            fastest += slope * speed[dof];
+        }
+        (gain > 0.0 && f64::is_finite(fastest)).then_some(Candidate { row, fastest, joints })
+    }
+
+    /// Cuts the box into cells until all are proven; `None` if that fails.
+    fn prove(&self, view: &mut View) -> Option<IdleRow> {
+        let centre = self.joints.iter().map(|j| 0.5 * (j.1 + j.2)).collect();
+        let half = self.joints.iter().map(|j| 0.5 * (j.2 - j.1)).collect();
+        let mut cells = BinaryHeap::from([self.cell(centre, half, view)?]);
+        // Rounding is far below this part.
+        let enough = -self.fastest - 1e-9 * (1.0 + self.fastest);
+        for _ in 0..CELLS / 2 {
+            let worst = cells.pop()?;
+            if worst.worst < enough {
+                return Some(IdleRow { row: self.row, fastest: self.fastest, allowed: -worst.worst });
+            }
+            let weight = |k: &usize| self.joints[*k].3 * worst.half[*k];
+            let widest = (0..self.joints.len()).max_by(|a, b| weight(a).total_cmp(&weight(b)))?;
+            for side in [-0.5, 0.5] {
+                let (mut centre, mut half) = (worst.centre.clone(), worst.half.clone());
+                centre[widest] += side * half[widest];
+                half[widest] *= 0.5;
+                cells.push(self.cell(centre, half, view)?);
+            }
+        }
+        None
+    }
+
+    /// A cell; `None` where its centre shows that the row can act.
+    fn cell(&self, centre: Vec<f64>, half: Vec<f64>, view: &mut View) -> Option<Cell> {
+        for (j, q) in self.joints.iter().zip(&centre) {
+            view.q[j.0] = *q;
+        }
+        view.look()?;
+        let here = view.lower[self.row];
+        let around: f64 = self.joints.iter().zip(&half).map(|(j, h)| j.3 * h).sum();
+        (here < -self.fastest).then_some(Cell { worst: here + around, centre, half })
+    }
+}
+
+/// Where a joint can stand: its limits, or a full turn where it turns without end and nothing follows it.
+fn range(model: &Model, dof: usize) -> Option<(f64, f64)> {
+    let d = &model.dofs[dof];
+    if d.lower.is_finite() && d.upper.is_finite() {
+        return Some((d.lower - LIMIT_TOLERANCE, d.upper + LIMIT_TOLERANCE));
+    }
+    let endless = model.joint_ref(d.joint?).kind == JointKind::Continuous && d.lower == -d.upper;
+    let followed = model.joints.iter().any(|j| matches!(j.drive, Drive::Mimic { dof: of, .. } if of == dof));
+    (endless && !followed).then_some((-std::f64::consts::PI, std::f64::consts::PI))
+}

@@ -1,0 +1,118 @@
+//! How steep a distance can be: bounds of its derivative by each degree of freedom, wherever the joints stand.
+//!
+//! A joint that turns moves a point at most as fast as the point is far from its axis; one that slides moves it at its
+//! own speed. Where the point can be, as seen from a joint, is a ball: from a part outwards to the root, a joint that
+//! turns by any angle widens the ball about its axis, and one that slides widens it by half its stroke. A distance
+//! between two bodies changes as fast as their closest points do along the line between them; the joints that carry both
+//! bodies do not change it.
+
+use nalgebra::{Point3, Vector3};
+use robot::{Base, DofUnit, Drive, Joint, JointId, JointKind, LinkId, Model};
+
+use crate::bound::Geometry;
+use crate::clearance::{ancestors, stroke};
+use crate::reserve::is_ball;
+
+/// Bounds of `|dh/dq|` for the distance between parts of two links: one number for each degree of freedom, in m/rad or
+/// m/m.
+pub fn between(model: &Model, a: &Geometry, b: &Geometry) -> Vec<f64> {
+    let mut slopes = vec![0.0; model.nv()];
+    let (up, down) = apart(model, Some(b.link), a.link);
+    outwards(model, &up, Ball::around(a), &mut slopes);
+    outwards(model, &down, Ball::around(b), &mut slopes);
+    slopes
+}
+
+/// Bounds of `|dh/dq|` for the height of a part over a plane, which is carried by link `on`, or stands in the world with
+/// the normal `n`.
+pub fn over_plane(model: &Model, on: Option<LinkId>, n: &Vector3<f64>, part: &Geometry) -> Vec<f64> {
+    let mut slopes = vec![0.0; model.nv()];
+    let (up, down) = apart(model, on, part.link);
+    let mut ball = outwards(model, &up, Ball::around(part), &mut slopes);
+    // Turning the plane is turning everything else about it.
+    for &j in down.iter().rev() {
+        let joint = model.joint_ref(j);
+        ball.centre = joint.origin.inverse_transform_point(&ball.centre);
+        pass(model, joint, &mut ball, &mut slopes);
+    }
+    if on.is_none() {
+        // A base on wheels moves along the floor and turns about the vertical.
+        let (level, far) = match model.base {
+            Base::Planar | Base::Unicycle => (n.x.hypot(n.y), ball.distance_from_axis(&Vector3::z())),
+            Base::Fixed | Base::Floating => (1.0, ball.centre.coords.norm() + ball.radius),
+        };
+        for (slope, dof) in slopes.iter_mut().zip(&model.dofs).take(model.base.nv()) {
+            *slope = match dof.unit {
+                DofUnit::Metre => level,
+                DofUnit::Radian if level == 0.0 => 0.0,
+                DofUnit::Radian => level * far,
+            };
+        }
+    }
+    slopes
+}
+
+/// Where a point can be.
+struct Ball {
+    centre: Point3<f64>,
+    radius: f64,
+}
+
+impl Ball {
+    /// The points of a part that can be nearest to something, in its link's frame. A ball's distance is that of its
+    /// centre less a constant.
+    fn around(g: &Geometry) -> Ball {
+        let radius = if is_ball(&g.shape) { 0.0 } else { g.shape.bounding_radius() };
+        Ball { centre: g.center(), radius }
+    }
+
+    /// The greatest distance from an axis through the origin.
+    fn distance_from_axis(&self, axis: &Vector3<f64>) -> f64 {
+        axis.cross(&self.centre.coords).norm() + self.radius
+    }
+}
+
+/// The joints that move `to` and not `from`, and those that move `from` and not `to`, from the link towards the root.
+fn apart(model: &Model, from: Option<LinkId>, to: LinkId) -> (Vec<JointId>, Vec<JointId>) {
+    let mut up = ancestors(model, to);
+    let mut down = from.map(|link| ancestors(model, link)).unwrap_or_default();
+    while up.last().is_some() && up.last() == down.last() {
+        up.pop();
+        down.pop();
+    }
+    (up, down)
+}
+
+/// Adds the slopes of joints from a link towards the root; returns where the point can be as seen from the last.
+fn outwards(model: &Model, joints: &[JointId], mut ball: Ball, slopes: &mut [f64]) -> Ball {
+    for &j in joints {
+        let joint = model.joint_ref(j);
+        pass(model, joint, &mut ball, slopes);
+        ball.centre = joint.origin * ball.centre;
+    }
+    ball
+}
+
+/// Adds the slope of a joint, in whose frame the ball is given, and widens the ball by the joint's motion.
+fn pass(model: &Model, joint: &Joint, ball: &mut Ball, slopes: &mut [f64]) {
+    let slides = joint.kind == JointKind::Prismatic;
+    let slope = if slides { 1.0 } else { ball.distance_from_axis(&joint.axis) };
+    let driven = match joint.drive {
+        Drive::Dof(dof) => Some((dof, 1.0)),
+        Drive::Mimic { dof, multiplier, .. } => Some((dof, multiplier.abs())),
+        Drive::Fixed | Drive::Locked(_) => None,
+    };
+    if let Some((dof, factor)) = driven
+        && let Some(sum) = slopes.get_mut(dof)
+        && slope * factor > 0.0
+    {
+        *sum += slope * factor;
+    }
+    if slides {
+        ball.radius += stroke(model, joint);
+    } else if joint.kind != JointKind::Fixed {
+        let along = joint.axis * joint.axis.dot(&ball.centre.coords);
+        ball.radius += (ball.centre.coords - along).norm();
+        ball.centre = Point3::from(along);
+    }
+}
