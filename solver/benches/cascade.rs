@@ -6,6 +6,8 @@
 //! `PRESSED`: wishes several times the limits, so that limits are reached and levels conflict.
 //! Then the same kind of problem with other numbers of variables, rows and levels.
 
+mod textbook;
+
 use divan::Bencher;
 use hierarq_solver::{ActiveSet, ClarabelCascade, HierarchicalSolver, LevelShape, Problem, Solution};
 
@@ -107,7 +109,13 @@ mod thesis {
         run(bencher, THESIS, wish, ClarabelCascade::new(&tick(THESIS, 0, CALM)));
     }
 
-    /// One quadratic program by Clarabel for every level.
+    /// One quadratic program in the point and all slacks for every level, by Clarabel.
+    #[divan::bench(args = WISHES, sample_count = 30, sample_size = 1)]
+    fn textbook_cascade(bencher: Bencher, wish: f64) {
+        run(bencher, THESIS, wish, textbook::Textbook);
+    }
+
+    /// One quadratic program by Clarabel for every level, in what the levels above leave free.
     #[divan::bench(args = WISHES, sample_count = 30, sample_size = 1)]
     fn clarabel_every_level(bencher: Bencher, wish: f64) {
         run(bencher, THESIS, wish, ClarabelCascade::new(&tick(THESIS, 0, CALM)).with_search_first(false));

@@ -7,7 +7,7 @@
 //! leave what stands before untouched, so that a change of the active set costs only what comes
 //! after it.
 
-use super::kernels::{LANES, axpy, dot, norm, rotate, scaled};
+use super::kernels::{LANES, axpy, combine, dot, norm, rotate, scaled};
 use crate::dense::DEPENDENT;
 
 /// Below this part of the row that is left after one projection, a second one is made.
@@ -60,21 +60,19 @@ impl Frame {
     pub(crate) fn cut(&mut self, len: usize, from: usize, start: &[f64]) {
         self.len = len;
         self.x.copy_from_slice(start);
-        for k in from..len {
-            axpy(self.step[k], &self.q[k * self.stride..(k + 1) * self.stride], &mut self.x);
-        }
+        combine(&self.step[from..len], &self.q[from * self.stride..len * self.stride], &mut self.x);
     }
 
     /// Takes the frame's part out of `v`, whose norm was `size`; returns the norm of what is
     /// left, 0 where that is nothing but rounding. The coefficients stay in `coefficient`.
     #[inline(always)]
     pub(crate) fn project(&mut self, v: &mut [f64], size: f64) -> f64 {
-        for k in 0..self.len {
-            self.coefficient[k] = dot(&self.q[k * self.stride..(k + 1) * self.stride], v);
+        let frame = &self.q[..self.len * self.stride];
+        for (c, q) in self.coefficient.iter_mut().zip(frame.chunks_exact(self.stride.max(1))) {
+            *c = -dot(q, v);
         }
-        for k in 0..self.len {
-            axpy(-self.coefficient[k], &self.q[k * self.stride..(k + 1) * self.stride], v);
-        }
+        combine(&self.coefficient[..self.len], frame, v);
+        self.coefficient[..self.len].iter_mut().for_each(|c| *c = -*c);
         let mut left = norm(v);
         if left < SMALL * size {
             left = self.again(v);

@@ -29,6 +29,23 @@ pub(crate) fn axpy(s: f64, x: &[f64], y: &mut [f64]) {
     }
 }
 
+/// `y += sum_k s_k x_k` on padded rows; `x` holds the rows one after the other. The sums stay in
+/// registers while the rows pass by.
+#[inline(always)]
+pub(crate) fn combine(s: &[f64], x: &[f64], y: &mut [f64]) {
+    let stride = y.len();
+    let rows = x.as_chunks::<LANES>().0;
+    for (c, y) in y.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+        let mut sum = *y;
+        for (s, x) in s.iter().zip(rows[c.min(rows.len())..].iter().step_by(stride / LANES)) {
+            for i in 0..LANES {
+                sum[i] += s * x[i];
+            }
+        }
+        *y = sum;
+    }
+}
+
 /// `y = s x` on padded rows.
 #[inline(always)]
 pub(crate) fn scaled(s: f64, x: &[f64], y: &mut [f64]) {
