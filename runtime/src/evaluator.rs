@@ -117,6 +117,15 @@ pub fn build_tasks(
     built
 }
 
+/// Numbers this close to zero are zero: products of them would be denormal, which processors handle far more slowly.
+const TINY: f64 = 1e-150;
+
+fn flush(numbers: &mut [f64]) {
+    for x in numbers {
+        *x = if x.abs() < TINY { 0.0 } else { *x };
+    }
+}
+
 /// The position limits of joints, with the tolerance for standing on one.
 fn limits(model: &Model) -> Vec<(usize, f64, f64)> {
     let limited = model.dofs.iter().filter(|d| d.lower.is_finite() || d.upper.is_finite());
@@ -353,6 +362,9 @@ impl Evaluator {
                 Err(TaskFault::NotFinite { row }) => return Err(Fault::NotFinite { member: i, row }),
                 Err(TaskFault::Overlap { row }) => return Err(Fault::Overlap { member: i, row }),
             }
+            flush(rows.jacobian);
+            flush(rows.lower);
+            flush(rows.upper);
             if !locked.is_empty() {
                 // A robot without a degree of freedom has rows without a coefficient.
                 for row in rows.jacobian.chunks_exact_mut(stride.max(1)) {

@@ -71,6 +71,8 @@ pub struct Level {
     pub weight: Vec<f64>,
     /// What is known of the coefficients of each row.
     structure: Vec<Structure>,
+    /// How many of them are not open.
+    fixed: usize,
 }
 
 impl Level {
@@ -88,6 +90,7 @@ impl Level {
             upper: vec![f64::INFINITY; shape.rows],
             weight: vec![1.0; shape.rows],
             structure: vec![Structure::Open; shape.rows],
+            fixed: 0,
         }
     }
 
@@ -114,7 +117,7 @@ impl Level {
     /// Row `i` of `A`, to be written; `n` long. Panics when `i >= rows()`, as slices do. What was
     /// known of the row is forgotten.
     pub fn row_mut(&mut self, i: usize) -> &mut [f64] {
-        self.structure[i] = Structure::Open;
+        self.set_structure(i, Structure::Open);
         &mut self.a[i * self.stride..i * self.stride + self.n]
     }
 
@@ -123,7 +126,9 @@ impl Level {
     /// forgotten.
     pub fn block_mut(&mut self, rows: Range<usize>) -> (&mut [f64], &mut [f64], &mut [f64]) {
         let stride = self.stride;
-        self.structure[rows.clone()].fill(Structure::Open);
+        if self.fixed > 0 {
+            rows.clone().for_each(|i| self.set_structure(i, Structure::Open));
+        }
         (&mut self.a[rows.start * stride..rows.end * stride], &mut self.lower[rows.clone()], &mut self.upper[rows])
     }
 
@@ -136,15 +141,26 @@ impl Level {
     /// with a single coefficient become bounds of their variable. Writing coefficients ends it.
     pub fn fix(&mut self, rows: Range<usize>) {
         for i in rows {
-            self.structure[i] = structure::of(self.row(i));
+            self.set_structure(i, structure::of(self.row(i)));
         }
+    }
+
+    fn set_structure(&mut self, i: usize, structure: Structure) {
+        self.fixed -= usize::from(self.structure[i] != Structure::Open);
+        self.fixed += usize::from(structure != Structure::Open);
+        self.structure[i] = structure;
+    }
+
+    /// Whether nothing is known of any row.
+    pub(crate) fn is_open(&self) -> bool {
+        self.fixed == 0
     }
 
     /// Takes a row out of this tick's problem: zero coefficients, no bounds, and solvers pass it by.
     pub fn leave_out(&mut self, i: usize) {
         self.row_mut(i).fill(0.0);
         (self.lower[i], self.upper[i]) = (f64::NEG_INFINITY, f64::INFINITY);
-        self.structure[i] = Structure::Absent;
+        self.set_structure(i, Structure::Absent);
     }
 
     /// What is known of the coefficients of each row.
@@ -169,6 +185,7 @@ impl Level {
         self.upper.fill(f64::INFINITY);
         self.weight.fill(1.0);
         self.structure.fill(Structure::Open);
+        self.fixed = 0;
     }
 
     /// Sets one row at once: coefficients (`n` long), bounds; the weight is left as it is.

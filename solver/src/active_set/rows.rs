@@ -50,46 +50,67 @@ impl Rows {
         let mut good = problem.reference.iter().all(|r| r.is_finite());
         for (l, level) in problem.levels.iter().enumerate() {
             good &= level.damping.is_finite() && level.damping >= 0.0;
-            let stride = level.stride();
-            let rows = level.padded().chunks_exact(stride.max(1)).zip(level.structure());
-            let bounds = level.lower.iter().zip(&level.upper).zip(&level.weight);
-            let out = self.norm[self.first[l]..].iter_mut().zip(&mut self.kind[self.first[l]..]);
-            let span = l * self.stride..(l + 1) * self.stride;
-            let (low, high) = (&mut self.low[span.clone()], &mut self.high[span]);
-            low.fill(f64::NEG_INFINITY);
-            high.fill(f64::INFINITY);
-            for (((row, structure), ((&lower, &upper), &weight)), (norm, kind)) in rows.zip(bounds).zip(out) {
-                *norm = match *structure {
-                    Structure::Open => {
-                        let square = dot(row, row);
-                        if usable(square) { square.sqrt() } else { unusual(row) }
-                    }
-                    Structure::Constant { norm } => norm,
-                    Structure::Bound { coefficient, .. } => coefficient.abs(),
-                    Structure::Absent => 1.0,
-                };
-                // Comparisons with NaN are false.
-                good &= *norm < f64::INFINITY
-                    && lower <= upper
-                    && lower < f64::INFINITY
-                    && upper > f64::NEG_INFINITY
-                    && (0.0..f64::INFINITY).contains(&weight);
-                *kind = if (lower == f64::NEG_INFINITY && upper == f64::INFINITY) || (weight == 0.0 && !level.hard) {
-                    Kind::Silent
-                } else if lower == upper {
-                    Kind::Equality
-                } else {
-                    Kind::Inequality
-                };
-                if let (Structure::Bound { column, coefficient }, Kind::Inequality) = (*structure, *kind) {
-                    let (a, b) = (lower / coefficient, upper / coefficient);
-                    let (a, b) = if coefficient > 0.0 { (a, b) } else { (b, a) };
-                    low[column] = low[column].max(a - tolerance(a, 0.0));
-                    high[column] = high[column].min(b + tolerance(b, 0.0));
-                }
-            }
+            good &= if level.is_open() { self.read_open(l, level) } else { self.read_known(l, level) };
         }
         if good { Ok(()) } else { check(problem) }
+    }
+
+    /// Reads a level of which nothing is known.
+    #[inline(always)]
+    fn read_open(&mut self, l: usize, level: &Level) -> bool {
+        let mut good = true;
+        let rows = level.padded().chunks_exact(level.stride().max(1));
+        let bounds = level.lower.iter().zip(&level.upper).zip(&level.weight);
+        let out = self.norm[self.first[l]..].iter_mut().zip(&mut self.kind[self.first[l]..]);
+        for ((row, ((&lower, &upper), &weight)), (norm, kind)) in rows.zip(bounds).zip(out) {
+            let square = dot(row, row);
+            *norm = if usable(square) { square.sqrt() } else { unusual(row) };
+            good &= sound(*norm, lower, upper, weight);
+            *kind = kind_of(level, lower, upper, weight);
+        }
+        good
+    }
+
+    /// Reads a level of which something is known of at least one row.
+    #[inline(always)]
+    fn read_known(&mut self, l: usize, level: &Level) -> bool {
+        let mut good = true;
+        let stride = level.stride();
+        let span = l * self.stride..(l + 1) * self.stride;
+        let (low, high) = (&mut self.low[span.clone()], &mut self.high[span]);
+        low.fill(f64::NEG_INFINITY);
+        high.fill(f64::INFINITY);
+        for (i, structure) in level.structure().iter().enumerate() {
+            let (lower, upper, weight) = (level.lower[i], level.upper[i], level.weight[i]);
+            let kind = kind_of(level, lower, upper, weight);
+            let norm = match *structure {
+                Structure::Open => {
+                    let row = &level.padded()[i * stride..(i + 1) * stride];
+                    let square = dot(row, row);
+                    if usable(square) { square.sqrt() } else { unusual(row) }
+                }
+                Structure::Constant { norm } => norm,
+                Structure::Bound { column, coefficient } => {
+                    if kind == Kind::Inequality {
+                        let (a, b) = if coefficient == 1.0 {
+                            (lower, upper)
+                        } else if coefficient > 0.0 {
+                            (lower / coefficient, upper / coefficient)
+                        } else {
+                            (upper / coefficient, lower / coefficient)
+                        };
+                        low[column] = low[column].max(a - tolerance(a, 0.0));
+                        high[column] = high[column].min(b + tolerance(b, 0.0));
+                    }
+                    coefficient.abs()
+                }
+                Structure::Absent => 1.0,
+            };
+            good &= sound(norm, lower, upper, weight);
+            self.norm[self.first[l] + i] = norm;
+            self.kind[self.first[l] + i] = kind;
+        }
+        good
     }
 
     /// Whether a point meets all bounds that level `l` sets on single variables.
@@ -104,6 +125,27 @@ impl Rows {
     #[inline(always)]
     pub(crate) fn at(&self, l: usize, i: usize) -> usize {
         self.first[l] + i
+    }
+}
+
+/// Whether the numbers of a row can be used. Comparisons with NaN are false.
+#[inline(always)]
+fn sound(norm: f64, lower: f64, upper: f64, weight: f64) -> bool {
+    norm < f64::INFINITY
+        && lower <= upper
+        && lower < f64::INFINITY
+        && upper > f64::NEG_INFINITY
+        && (0.0..f64::INFINITY).contains(&weight)
+}
+
+#[inline(always)]
+fn kind_of(level: &Level, lower: f64, upper: f64, weight: f64) -> Kind {
+    if (lower == f64::NEG_INFINITY && upper == f64::INFINITY) || (weight == 0.0 && !level.hard) {
+        Kind::Silent
+    } else if lower == upper {
+        Kind::Equality
+    } else {
+        Kind::Inequality
     }
 }
 

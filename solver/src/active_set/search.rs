@@ -15,7 +15,7 @@
 
 use super::kernels::{dot, norm};
 use super::relaxed::Relaxed;
-use super::rows::tolerance;
+use super::rows::{Rows, tolerance};
 use super::stages::Entry;
 use crate::problem::Problem;
 use crate::space::Kind;
@@ -67,6 +67,35 @@ pub(crate) struct Search {
     violated: usize,
     /// How the row at hand combines the held ones.
     combination: Vec<f64>,
+}
+
+/// The worst row of those seen so far.
+struct Worst {
+    /// The first one is kept, however bad others are.
+    first: bool,
+    /// The size of the point.
+    far: f64,
+    excess: f64,
+    found: Option<Entry>,
+    violated: usize,
+}
+
+impl Worst {
+    #[inline(always)]
+    fn look(&mut self, rows: &Rows, l: usize, i: usize, value: f64, lower: f64, upper: f64) {
+        let at = rows.first[l] + i;
+        let beyond = (value - upper).max(lower - value);
+        if beyond > 0.0 && rows.side[at] == 0 && rows.kind[at] == Kind::Inequality {
+            let size = rows.norm[at];
+            let (side, bound) = if value > upper { (1.0, upper) } else { (-1.0, lower) };
+            let excess = beyond / size - tolerance(bound / size, self.far);
+            self.violated += usize::from(excess > 0.0);
+            if excess > self.excess && !(self.first && self.found.is_some()) {
+                self.excess = excess;
+                self.found = Some(Entry::new(l, i, side));
+            }
+        }
+    }
 }
 
 impl Search {
@@ -206,46 +235,36 @@ impl Search {
     /// of all rows that it looks at, bounds of one variable apart, go to `rows.value`.
     fn next_violated(&mut self, problem: &Problem) -> Option<Entry> {
         let x = &self.relaxed.frame.x;
-        let far = norm(x);
-        let mut worst = 0.0;
-        let mut found = None;
-        self.violated = 0;
+        let stride = self.relaxed.stride;
+        let mut worst = Worst { first: self.rule == Rule::First, far: norm(x), excess: 0.0, found: None, violated: 0 };
         for (l, level) in problem.levels.iter().enumerate().take(self.relaxed.levels) {
             let first = self.relaxed.rows.first[l];
-            let within = self.relaxed.rows.within(l, x);
-            let rows = level.padded().chunks_exact(self.relaxed.stride.max(1)).zip(level.structure());
-            for (i, ((row, structure), (&lower, &upper))) in rows.zip(level.lower.iter().zip(&level.upper)).enumerate()
-            {
-                let value = match *structure {
-                    Structure::Bound { .. } if within => continue,
-                    Structure::Bound { column, coefficient } => coefficient * x[column],
-                    Structure::Absent => continue,
-                    _ => {
-                        let value = dot(row, x);
-                        self.relaxed.rows.value[first + i] = value;
-                        value
-                    }
-                };
-                let beyond = (value - upper).max(lower - value);
-                if beyond > 0.0
-                    && self.relaxed.rows.side[first + i] == 0
-                    && self.relaxed.rows.kind[first + i] == Kind::Inequality
-                {
-                    let size = self.relaxed.rows.norm[first + i];
-                    let (side, bound) = if value > upper { (1.0, upper) } else { (-1.0, lower) };
-                    let excess = beyond / size - tolerance(bound / size, far);
-                    self.violated += usize::from(excess > 0.0);
-                    if excess > worst && !(self.rule == Rule::First && found.is_some()) {
-                        worst = excess;
-                        found = Some(Entry::new(l, i, side));
-                    }
+            let rows = level.padded().chunks_exact(stride.max(1)).zip(level.lower.iter().zip(&level.upper));
+            if level.is_open() {
+                for (i, (row, (&lower, &upper))) in rows.enumerate() {
+                    let value = dot(row, x);
+                    self.relaxed.rows.value[first + i] = value;
+                    worst.look(&self.relaxed.rows, l, i, value, lower, upper);
+                }
+            } else {
+                let within = self.relaxed.rows.within(l, x);
+                for ((i, (row, (&lower, &upper))), structure) in rows.enumerate().zip(level.structure()) {
+                    let value = match *structure {
+                        Structure::Bound { .. } if within => continue,
+                        Structure::Bound { column, coefficient } => coefficient * x[column],
+                        Structure::Absent => continue,
+                        Structure::Open | Structure::Constant { .. } => dot(row, x),
+                    };
+                    self.relaxed.rows.value[first + i] = value;
+                    worst.look(&self.relaxed.rows, l, i, value, lower, upper);
                 }
             }
-            if self.rule != Rule::Worst && found.is_some() {
-                return found;
+            if self.rule != Rule::Worst && worst.found.is_some() {
+                break;
             }
         }
-        found
+        self.violated = worst.violated;
+        worst.found
     }
 
     /// Adds a violated row; see the head of the file.
