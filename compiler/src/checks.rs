@@ -70,7 +70,7 @@ fn number(places: &Places, task: usize, param: &str, is: impl Fn(&Number) -> boo
 /// The parameter that sets a limit, where only one of them was written.
 fn limit(places: &Places, task: usize) -> Span {
     let t = &places.tasks[task];
-    let written = ["d_min", "max", "lower", "upper"].iter().filter_map(|p| t.spans.get(*p)).collect::<Vec<_>>();
+    let written = ["d_min", "min", "max", "lower", "upper"].iter().filter_map(|p| t.spans.get(*p)).collect::<Vec<_>>();
     match written.as_slice() {
         [one] => **one,
         _ => t.span,
@@ -216,7 +216,10 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
         let task = |member: usize| evaluator.members().get(member).map(|m| limit(places, m.program_index));
         let has = |n: &Number, at: usize| (n.slot.at..n.slot.at + n.slot.len).contains(&at);
         let at = match fault {
-            Fault::Overlap { member, .. } | Fault::NotFinite { member, .. } => task(member),
+            Fault::Overlap { member, .. } | Fault::NotFinite { member, .. } | Fault::Crossed { member, .. } => {
+                task(member)
+            }
+            Fault::Gain { member } => evaluator.members().get(member).map(|m| place(places, m.program_index, "gain")),
             Fault::Value { at } => (0..places.tasks.len())
                 .find(|&t| places.tasks[t].numbers.iter().any(|n| has(n, at)))
                 .map(|t| number(places, t, "", |n| has(n, at))),
@@ -224,7 +227,8 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
         };
         let d = Diagnostic::error("HQ0502", at.unwrap_or(places.home), format!("at home, {text}"));
         diagnostics.push(match (at, fault) {
-            (_, Fault::Value { .. }) => d.help("keep the value inside its range from the start"),
+            (_, Fault::Value { .. } | Fault::Gain { .. }) => d.help("keep the value inside its range from the start"),
+            (_, Fault::Crossed { .. }) => d.help("move the two limits apart"),
             (Some(_), _) => d.label(places.home, "the robot starts here").help("move the home configuration"),
             (None, _) => d.help("move the home configuration"),
         });

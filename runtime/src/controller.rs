@@ -57,6 +57,7 @@ fn value_names(program: &Program) -> Vec<(std::ops::Range<usize>, String)> {
             Bound::Value(s) => vec![*s],
             Bound::PerJoint(l) => l.iter().map(|x| x.1).collect(),
             Bound::PerArm(l) => l.iter().map(|x| x.1).collect(),
+            Bound::Expression(e) => e.slots().collect(),
             Bound::Group(map) => map.values().flat_map(slots).collect(),
             _ => Vec::new(),
         }
@@ -223,6 +224,13 @@ impl Controller {
             }
             Fault::Overlap { member, row: r } => {
                 format!("{}: the parts overlap so deeply that no direction leads apart", row(member, r))
+            }
+            Fault::Gain { member } => {
+                let name = self.evaluator.members().get(member).map_or("?", |m| m.name.as_str());
+                format!("the gain of task `{name}` is negative, or overshoots within one period")
+            }
+            Fault::Crossed { member, row: r } => {
+                format!("{}: its lower limit is above its upper one, or they close too fast", row(member, r))
             }
             Fault::Infeasible { level: l } => {
                 let rows = self.unmet(l);

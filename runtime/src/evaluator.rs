@@ -294,6 +294,8 @@ impl Evaluator {
                 Ok(()) => {}
                 Err(TaskFault::NotFinite { row }) => return Err(Fault::NotFinite { member: i, row }),
                 Err(TaskFault::Overlap { row }) => return Err(Fault::Overlap { member: i, row }),
+                Err(TaskFault::Gain { .. }) => return Err(Fault::Gain { member: i }),
+                Err(TaskFault::Crossed { row }) => return Err(Fault::Crossed { member: i, row }),
             }
             // A robot without a degree of freedom has rows without a coefficient.
             for row in rows.jacobian.chunks_exact_mut(stride.max(1)) {

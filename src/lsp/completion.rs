@@ -16,7 +16,7 @@ use super::document::Document;
 use super::hover;
 use super::mentions::{Class, MARKER, Mentions, Slot};
 use super::urdf::Part;
-use super::vocabulary::{BUILT_IN, DECLARATIONS, FRAME_FIELDS, Key, SECTIONS};
+use super::vocabulary::{BUILT_IN, DECLARATIONS, FRAME_FIELDS, Key, PRESENT, SECTIONS};
 use crate::catalogue::describe;
 
 /// What could stand at a byte.
@@ -38,7 +38,7 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Vec<CompletionItem>
         list.units();
     }
     match imagined(document, start..end, spelling) {
-        Some((_, Slot::Expression(_))) if unit => {}
+        Some((_, Slot::Expression { .. })) if unit => {}
         Some((mentions, slot)) => list.slot(&mentions, &slot),
         None if top_level(&text[..start], line, spelling) => {
             list.keys(if spelling == Spelling::Hq { DECLARATIONS } else { SECTIONS }, &[]);
@@ -150,7 +150,7 @@ impl List<'_> {
                 self.kinds(1);
             }
             Slot::Stack => self.names(mentions, Class::Stack, 0),
-            Slot::Expression(auto) => self.expression(mentions, *auto),
+            Slot::Expression { auto, state } => self.expression(mentions, *auto, *state),
             Slot::Captured(actuals, prefix) => {
                 for actual in *actuals {
                     match actual.name.strip_prefix(prefix.as_str()) {
@@ -232,12 +232,13 @@ impl List<'_> {
         }
     }
 
-    fn expression(&mut self, mentions: &Mentions, auto: bool) {
+    fn expression(&mut self, mentions: &Mentions, auto: bool, state: bool) {
         if auto {
             self.add("auto", CompletionItemKind::ENUM_MEMBER, 0, "worked out by the task", String::new());
         }
         self.names(mentions, Class::Param, 0);
-        let known: Vec<&str> = BUILT_IN.iter().map(|k| k.name).filter(|n| !matches!(*n, "frame" | "joint")).collect();
+        let known = BUILT_IN.iter().map(|k| k.name).filter(|n| state || !PRESENT.contains(n));
+        let known: Vec<&str> = known.collect();
         self.built_in(&known, 1);
         let functions: Vec<&str> = compiler::expr::FUNCTIONS.iter().map(|f| f.name).collect();
         self.built_in(&functions, 2);

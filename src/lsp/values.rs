@@ -54,7 +54,7 @@ impl Walker<'_> {
             ParamType::Scalar(_) => self.typed(value, kind.actuals),
             ParamType::AutoScalar(_) => match word(value) {
                 Some("auto") => {}
-                Some(MARKER) => self.found.slot = Some(Slot::Expression(true)),
+                Some(MARKER) => self.found.slot = Some(Slot::Expression { auto: true, state: false }),
                 _ => self.typed(value, kind.actuals),
             },
             ParamType::Vector(_) | ParamType::Vectors(..) => self.typed(value, kind.actuals),
@@ -90,6 +90,11 @@ impl Walker<'_> {
                 if let Some(said) = word(value) {
                     self.marked(said, || Slot::Words(words));
                 }
+            }
+            ParamType::Expression(_) => {
+                let before = std::mem::replace(&mut self.state, true);
+                self.typed(value, kind.actuals);
+                self.state = before;
             }
             ParamType::Group(infos) => match &value.kind {
                 ValueKind::Block(b) => self.parameters(kind, infos, b),
@@ -229,8 +234,9 @@ impl Walker<'_> {
     fn typed(&mut self, value: &Value, actuals: &'static [Actual]) {
         match &value.kind {
             ValueKind::Name(name) => {
-                if self.marked(name, || Slot::Expression(false)) {
-                } else if find(BUILT_IN, name).is_some() {
+                let state = self.state;
+                if self.marked(name, || Slot::Expression { auto: false, state }) {
+                } else if find(BUILT_IN, name).is_some() && !self.has(Class::Param, name) {
                     self.note(name, value.span, What::BuiltIn(name.clone()));
                 } else {
                     self.note(name, value.span, What::Declared(Class::Param, name.clone()));
@@ -250,7 +256,8 @@ impl Walker<'_> {
                 }
             }
             ValueKind::Call(function, args) => {
-                if self.marked(&function.value, || Slot::Expression(false)) {
+                let state = self.state;
+                if self.marked(&function.value, || Slot::Expression { auto: false, state }) {
                     return;
                 }
                 self.note(&function.value, function.span, What::BuiltIn(function.value.clone()));
@@ -258,12 +265,22 @@ impl Walker<'_> {
                     ("initial", [one]) => self.captured(one, actuals),
                     ("frame", [one]) => self.frame(one),
                     ("joint", [one]) => self.joints(one),
+                    ("point", [frame, offset]) => {
+                        self.frame(frame);
+                        self.typed(offset, actuals);
+                    }
+                    ("distance", parts) => parts.iter().for_each(|p| self.geometries(p)),
                     _ => args.iter().for_each(|a| self.typed(a, actuals)),
                 }
             }
-            ValueKind::Field(inner, _) => self.typed(inner, actuals),
+            ValueKind::Field(inner, field) => {
+                if matches!(&inner.kind, ValueKind::Call(f, _) if f.value == "frame") {
+                    self.marked(&field.value, || Slot::FrameField);
+                }
+                self.typed(inner, actuals);
+            }
             ValueKind::List(list) => list.iter().for_each(|v| self.typed(v, actuals)),
-            ValueKind::Negate(inner) => self.typed(inner, actuals),
+            ValueKind::Negate(inner) | ValueKind::Not(inner) => self.typed(inner, actuals),
             ValueKind::Binary(_, left, right) => {
                 self.typed(left, actuals);
                 self.typed(right, actuals);
