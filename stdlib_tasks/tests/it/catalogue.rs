@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use hierarq_stdlib_tasks::params::{ParamInfo, ParamType, Presence};
+use hierarq_stdlib_tasks::params::{Form, ParamInfo, ParamType, Presence};
 use hierarq_stdlib_tasks::task::{Nature, TaskKind};
 use hierarq_stdlib_tasks::{KINDS, find};
 use robot::Base;
@@ -78,7 +78,7 @@ fn defaults_fit_their_types() {
             let mut words = text.split(' ');
             let (first, unit) = (words.next().unwrap(), words.next().unwrap_or("1"));
             match p.ty {
-                ParamType::Scalar(q) | ParamType::AutoScalar(q) => {
+                ParamType::Scalar(q) | ParamType::AutoScalar(q) | ParamType::Expression(Form::Number(q)) => {
                     assert!(q.contains(first.parse().expect(&what)), "{what}");
                     // `/s` of the language is `1/s` of a dimension.
                     let written =
