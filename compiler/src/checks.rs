@@ -5,7 +5,7 @@ use runtime::program::{Program, Times};
 use runtime::{Controller, Evaluator, Fault, Observation, build_tasks};
 use solver::{Active, Status};
 use stdlib_tasks::bound::Bound;
-use stdlib_tasks::dimension::RATE;
+use stdlib_tasks::dimension::{Dimension, NONE, RATE};
 use stdlib_tasks::task::{BuildError, Nature};
 
 use crate::binding::Number;
@@ -238,8 +238,10 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
     for m in evaluator.members() {
         let rows = m.row_info.iter().zip(&evaluator.margins()[m.margins.clone()]);
         // Margins of velocities exist only once a velocity was chosen: they are infinite here.
-        let bad: Vec<String> =
-            rows.filter(|(_, h)| **h < 0.0).map(|(r, h)| format!("{} by {:.4} {}", r.name, -h, r.dimension)).collect();
+        let bad: Vec<String> = rows
+            .filter(|(_, h)| **h < 0.0)
+            .map(|(r, h)| format!("{} by {}", r.name, measured(-h, r.dimension)))
+            .collect();
         let Some(first) = bad.first() else { continue };
         outside = true;
         let more = if bad.len() > 1 { format!(" and {} more", bad.len() - 1) } else { String::new() };
@@ -265,6 +267,11 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
         reserves(&evaluator, program, places, diagnostics);
         first_tick(&at_stack, stack, places, diagnostics);
     }
+}
+
+/// A number with its unit, to four decimals.
+fn measured(x: f64, dimension: Dimension) -> String {
+    if dimension == NONE { format!("{x:.4}") } else { format!("{x:.4} {dimension}") }
 }
 
 fn first_tick(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) {

@@ -30,7 +30,7 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Vec<CompletionItem>
     if in_comment(line, spelling) || text[start..byte].starts_with(|c: char| c.is_ascii_digit()) {
         return Some(Vec::new());
     }
-    let mut list = List { document, range: start..byte, items: Vec::new() };
+    let mut list = List { document, range: start..byte, colon: spelling == Spelling::Yaml, items: Vec::new() };
     let before = line.trim_end_matches([' ', '\t']);
     let unit = before.ends_with(|c: char| c.is_ascii_digit() || matches!(c, ')' | ']')) && before != line
         || before.ends_with('/');
@@ -111,6 +111,8 @@ fn top_level(before: &str, line: &str, spelling: Spelling) -> bool {
 struct List<'d> {
     document: &'d Document,
     range: Range<usize>,
+    /// Keys are followed by a colon.
+    colon: bool,
     items: Vec<CompletionItem>,
 }
 
@@ -121,8 +123,7 @@ fn markdown(value: String) -> Option<Documentation> {
 impl List<'_> {
     /// Adds an item. `rank` orders it: smaller first.
     fn add(&mut self, label: &str, kind: CompletionItemKind, rank: usize, detail: &str, doc: String) {
-        let yaml = self.document.spelling() == Some(Spelling::Yaml);
-        let colon = yaml && kind == CompletionItemKind::PROPERTY;
+        let colon = self.colon && kind == CompletionItemKind::PROPERTY;
         let new = if colon { format!("{label}: ") } else { label.to_string() };
         self.items.push(CompletionItem {
             label: label.to_string(),
@@ -139,6 +140,10 @@ impl List<'_> {
         match slot {
             Slot::Keys(keys, used) => self.keys(keys, used),
             Slot::Parameters(infos, used) => self.parameters(infos, used),
+            Slot::Named(infos, used) => {
+                self.colon = true;
+                self.parameters(infos, used);
+            }
             Slot::Words(words) => {
                 for word in *words {
                     self.add(word, CompletionItemKind::ENUM_MEMBER, 0, "", String::new());

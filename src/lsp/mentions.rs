@@ -103,6 +103,8 @@ pub(super) enum Slot {
     Keys(&'static [Key], Vec<String>),
     /// Parameters of a task type, without those that are there.
     Parameters(&'static [ParamInfo], Vec<String>),
+    /// Parameters of a task type as arguments with a name, without those that are there.
+    Named(&'static [ParamInfo], Vec<String>),
     /// Words, as keys or values.
     Words(&'static [&'static str]),
     /// A task type.

@@ -6,7 +6,7 @@ use stdlib_tasks::params::{ParamInfo, ParamType};
 use stdlib_tasks::task::{Actual, TaskKind};
 
 use super::mentions::{Class, MARKER, Slot, Walker, What};
-use super::vocabulary::{BUILT_IN, find};
+use super::vocabulary::{BUILT_IN, PRESENT, find};
 use super::walk::{items, used, word};
 
 impl Walker<'_> {
@@ -26,6 +26,14 @@ impl Walker<'_> {
         for (i, argument) in definition.args.iter().enumerate() {
             let last = kind.positional.len().saturating_sub(1);
             let info = kind.positional.get(i.min(last)).and_then(|n| kind.params.iter().find(|p| p.name == *n));
+            let takes_all = |ty| matches!(ty, ParamType::Frames | ParamType::Geometries | ParamType::Joints);
+            // Behind the arguments without a name stand those with one.
+            if i >= kind.positional.len()
+                && !info.is_some_and(|info| takes_all(info.ty))
+                && self.marked(word(argument).unwrap_or(""), || Slot::Named(kind.params, used(&definition.body)))
+            {
+                continue;
+            }
             match info {
                 Some(info) => self.parameter(kind, info, argument),
                 None => self.anything(argument),
@@ -236,7 +244,7 @@ impl Walker<'_> {
             ValueKind::Name(name) => {
                 let state = self.state;
                 if self.marked(name, || Slot::Expression { auto: false, state }) {
-                } else if find(BUILT_IN, name).is_some() && !self.has(Class::Param, name) {
+                } else if find(BUILT_IN, name).is_some() && !PRESENT.contains(&name.as_str()) {
                     self.note(name, value.span, What::BuiltIn(name.clone()));
                 } else {
                     self.note(name, value.span, What::Declared(Class::Param, name.clone()));

@@ -59,6 +59,8 @@ pub enum Form {
     Like(&'static str),
     /// A number.
     Number(Quantity),
+    /// A constant number, zero or more, of the dimension that another parameter, bound before, has. No state stands in it.
+    Size(&'static str),
 }
 
 /// Unit and range of a scalar.

@@ -9,7 +9,7 @@ use runtime::program::Op;
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::expression::{Expression, Leaf};
-use stdlib_tasks::params::{Form, ParamInfo};
+use stdlib_tasks::params::{Form, ParamInfo, Quantity};
 
 use super::{Binder, Number, Owner};
 use crate::expr::{Kind, Typed};
@@ -23,6 +23,11 @@ impl Binder<'_> {
         info: &'static ParamInfo,
     ) -> Option<Bound> {
         let what = format!("`{}`", info.name);
+        if let Form::Size(other) = form {
+            let dimension = self.forms.get(other)?.1;
+            let size = Quantity::at_least(dimension, 0.0).constant();
+            return self.value(owner, value, (Kind::Scalar, dimension), Some(size), &what).map(Bound::Value);
+        }
         let typed = self.typed(owner, value, true, true)?;
         let state = typed.nodes.iter().any(|&n| self.graph.is_state(n));
         let (wanted, quantity) = match form {
@@ -31,7 +36,7 @@ impl Binder<'_> {
                 self.forms.insert(info.name, (typed.kind, typed.dimension));
                 ((typed.kind, typed.dimension), None)
             }
-            Form::Like(other) => (*self.forms.get(other)?, None),
+            Form::Like(other) | Form::Size(other) => (*self.forms.get(other)?, None),
             Form::Number(q) => ((Kind::Scalar, q.dimension), Some(q)),
         };
         if !state {

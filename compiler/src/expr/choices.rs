@@ -80,7 +80,7 @@ impl Lowering<'_> {
 pub(super) fn choose(g: &mut Graph, args: &[Typed], span: Span) -> Result<Typed, CallError> {
     let (condition, a, b) = (&args[0], &args[1], &args[2]);
     if condition.kind != Kind::Truth {
-        return Err(CallError::Argument { index: 0, wanted: "a condition, such as `x > 0.1 m`,".into() });
+        return Err(CallError::Argument { index: 0, wanted: "a condition such as `x > 0.1 m`".into() });
     }
     if a.kind != b.kind {
         return Err(CallError::Argument { index: 2, wanted: format!("{} on both sides", a.kind.describe()) });

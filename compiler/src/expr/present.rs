@@ -66,7 +66,8 @@ impl Lowering<'_> {
             ("distance", _) => "distance(PART, PART)",
             _ => "point(FRAME, [x, y, z] m)",
         };
-        let text = format!("`{}` does not take {} arguments", function.value, args.len());
+        let count = if args.len() == 1 { "one argument".to_string() } else { format!("{} arguments", args.len()) };
+        let text = format!("`{}` does not take {count}", function.value);
         self.fail(Diagnostic::error("HQ0310", span, text).help(format!("the form is `{form}`")))
     }
 

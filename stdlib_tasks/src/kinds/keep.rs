@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! h = y - min                      safe where h >= 0;  likewise max - y
-//! (J_y - J_min) v >= -φ h + d/dt min - d/dt y          thesis (3.19) for any h
+//! (J_y - J_min) v >= -φ (h - δ) + d/dt min - d/dt y    thesis (3.19) for any h; δ: the sampled-time reserve
 //! ```
 //!
 //! where `J` is the derivative in the robot's configuration and `d/dt` that in time while the robot stands still.
@@ -12,7 +12,7 @@ use std::cell::RefCell;
 use crate::bound::{BoundParams, check};
 use crate::dimension::{Dimension, NONE, RATE};
 use crate::expression::Term;
-use crate::params::{Form, Operand, ParamType, Presence, Quantity};
+use crate::params::{Form, Input, Operand, ParamType, Presence, Quantity};
 use crate::task::{Actual, ActualType, BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 use crate::written::{Gain, actual, dimension, fault, row_names};
 
@@ -27,6 +27,8 @@ crate::params! {
         max: Option<Operand> = ParamType::Expression(Form::Like("value")), Presence::Optional;
         /// φ: how fast the margin may be used up.
         gain: Operand = ParamType::Expression(Form::Number(Quantity::above(RATE, 0.0))), Presence::Default("5 /s");
+        /// δ: held in reserve for what sampling in time can lose.
+        sampled_margin: Input<1> = ParamType::Expression(Form::Size("value")), Presence::Default("0");
     }
 }
 
@@ -36,8 +38,8 @@ pub static KIND: TaskKind = TaskKind {
     summary: "keeps a value, written as an expression, within limits",
     docs: "One inequality row for a number, three (x, y, z) for a vector:\n\n\
 ```text\n\
-h = y - min                                          safe where h >= 0\n\
-(J_y - J_min) v  >=  -φ h + d/dt min - d/dt y        likewise max - y\n\
+h = y - min                                                safe where h >= 0\n\
+(J_y - J_min) v  >=  -φ (h - δ) + d/dt min - d/dt y        likewise max - y\n\
 ```\n\n\
 `value` is any expression in which the robot's present state stands: `frame(F).position`, `frame(F).orientation`, \
 `point(F, [x, y, z] m)`, `joint(J)`, `distance(a, b)`. `J` is its exact derivative in the robot's configuration, `d/dt` \
@@ -45,8 +47,9 @@ that in time. The state may stand in `min`, `max` and `gain` too; a value with b
 state, has a row for each.\n\n\
 Where the value has no derivative (`norm` of zero, the corner of a `min`) the row is that of the branch that the value \
 takes, or zero; the page on expressions lists these points. A row that is zero cannot be met by moving.\n\n\
-Nothing is held in reserve for what sampling in time can lose on a curved value: hold it back in `min`. For distances \
-`self_collision` and `virtual_wall` do so with `sampled_margin`.\n\n\
+A row is held over a period, and a curved value can fall below its limit by a little in that time: by `A T / (2 φ)`, where \
+A is how fast it can bend. `sampled_margin` holds so much in reserve. How much a written value can bend is not worked out: \
+there is no `auto` as for `self_collision` and `virtual_wall`.\n\n\
 Source: thesis (3.19) for any h; the derivative by reverse accumulation is ours.",
     example: "task gap = keep(norm(frame(left_tool).position - frame(right_tool).position)) { min 0.3 m  gain 5 /s }",
     nature: Nature::Limit,
@@ -62,6 +65,7 @@ struct Keep {
     max: Option<Term>,
     gain: Gain,
     dimension: Dimension,
+    reserve: f64,
     /// One row holds both sides.
     joint: bool,
 }
@@ -87,8 +91,9 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     let moves = |t: &Option<Term>| t.as_ref().is_some_and(Term::is_state);
     let joint = min.is_none() || max.is_none() || !(moves(&min) || moves(&max));
     let gain = Gain::new(&params.gain, ctx)?;
+    let [reserve] = params.sampled_margin.of(ctx.values);
     let dimension = dimension(&params.value).unwrap_or(NONE);
-    Ok(Box::new(Keep { value: RefCell::new(ready(&params.value)), min, max, gain, dimension, joint }))
+    Ok(Box::new(Keep { value: RefCell::new(ready(&params.value)), min, max, gain, dimension, reserve, joint }))
 }
 
 impl Keep {
@@ -112,13 +117,13 @@ impl Keep {
         if let Some(min) = self.min.as_mut().filter(|_| sides.0) {
             let h = y - min.value(state, c);
             let own = min.add_row(state, &minus, rows.row(i));
-            rows.lower[i] = -gain * h - own - still;
+            rows.lower[i] = -gain * (h - self.reserve) - own - still;
             margin = h;
         }
         if let Some(max) = self.max.as_mut().filter(|_| sides.1) {
             let h = max.value(state, c) - y;
             let own = max.add_row(state, &minus, rows.row(i));
-            rows.upper[i] = gain * h - own - still;
+            rows.upper[i] = gain * (h - self.reserve) - own - still;
             margin = margin.min(h);
         }
         // Comparisons with NaN are false: what is not a number passes neither test.
@@ -173,6 +178,10 @@ impl Task for Keep {
             }
         }
         Ok(())
+    }
+
+    fn reserve(&self) -> Vec<f64> {
+        vec![self.reserve; if self.reserve > 0.0 { self.rows().len() } else { 0 }]
     }
 
     fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {

@@ -85,7 +85,11 @@ pub fn valid(name: &'static str, model: &Model) -> Case {
         }
         "keep" => {
             let state = Bound::Expression(apart(&left, &right));
-            case.with("value", state).number("min", &[0.1]).number("max", &[9.0]).number("gain", &[5.0])
+            case.with("value", state)
+                .number("min", &[0.1])
+                .number("max", &[9.0])
+                .number("gain", &[5.0])
+                .number("sampled_margin", &[0.0])
         }
         "track" => {
             case.with("value", Bound::Expression(apart(&left, &right))).number("target", &[0.5]).number("gain", &[2.0])

@@ -85,6 +85,7 @@ fn defaults_fit_their_types() {
                         if let Some(rest) = unit.strip_prefix('/') { format!("1/{rest}") } else { unit.to_string() };
                     assert_eq!(q.dimension.to_string(), written, "{what}");
                 }
+                ParamType::Expression(Form::Size(_)) => assert_eq!(text, "0", "{what}"),
                 ParamType::Gains(names) => {
                     assert!(!names.is_empty() && first.parse::<f64>().expect(&what) > 0.0 && unit == "/s", "{what}");
                 }
