@@ -5,8 +5,8 @@ use runtime::program::{Program, Times};
 use runtime::{Controller, Evaluator, Fault, Observation, build_tasks};
 use solver::{Active, Status};
 use stdlib_tasks::bound::Bound;
-use stdlib_tasks::dimension::{Dimension, NONE, RATE};
-use stdlib_tasks::task::{BuildError, Nature};
+use stdlib_tasks::dimension::{Dimension, LENGTH, NONE, RATE};
+use stdlib_tasks::task::{BuildError, Nature, RowInfo};
 
 use crate::binding::Number;
 use crate::codes;
@@ -154,19 +154,24 @@ fn reserves(evaluator: &Evaluator, program: &Program, places: &Places, diagnosti
         let kept = evaluator.reserve(i);
         let margins = &evaluator.margins()[m.margins.clone()];
         let rows = m.row_info.iter().zip(margins.iter().zip(&kept));
-        let short: Vec<(&str, f64, f64)> =
-            rows.filter(|(_, (h, k))| *h < *k).map(|(r, (h, k))| (r.name.as_str(), *h, *k)).collect();
+        let short: Vec<(&RowInfo, f64, f64)> =
+            rows.filter(|(_, (h, k))| *h < *k).map(|(r, (h, k))| (r, *h, *k)).collect();
         let worst = short.iter().copied().reduce(|a, b| if b.2 - b.1 > a.2 - a.1 { b } else { a });
         let Some((row, margin, reserve)) = worst else { continue };
+        let text = |x: f64| match row.dimension {
+            LENGTH => millimetres(x),
+            other => measured(x, other),
+        };
         let more = match short.len() - 1 {
             0 => String::new(),
             n => format!(", and {n} more rows with theirs"),
         };
         let text = format!(
-            "`{}` starts inside its reserve: {row} has a margin of {}, and {} are held back{more}",
+            "`{}` starts inside its reserve: {} has a margin of {}, and {} are held back{more}",
             m.name,
-            millimetres(margin),
-            millimetres(reserve)
+            row.name,
+            text(margin),
+            text(reserve)
         );
         let d = Diagnostic::warning("HQ0505", place(places, m.program_index, "sampled_margin"), text)
             .label(places.home, "the robot starts here")

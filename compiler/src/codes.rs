@@ -22,7 +22,7 @@ A controller that silently ignored the name would run without the task, limit or
 level motion { reech }   // error: there is no task `reech`; did you mean `reach`?
 ```
 
-Names of frames are links, not joints. What the robot does now cannot stand in an expression: `initial(frame(tool).position)` is where it was when the stack became active."#,
+Names of frames are links, not joints. The value of a task, such as `reach.position`, stands inside `initial(..)` only; what the robot does now is named by frames, joints and parts, in the expressions of `keep` and `track`."#,
     ),
     (
         "HQ0202",

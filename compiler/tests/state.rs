@@ -217,9 +217,9 @@ fn half_turns_and_no_turns_are_interpolated() {
     let program = program(ARM7, &tasks);
     let bench = Bench { program: &program, inputs: vec![] };
     let q = bench.model().neutral();
-    for i in 0..tasks.len() {
+    for (i, task) in tasks.iter().enumerate() {
         let rows = bench.rows(&mut *bench.task(i), &q, 0.0).expect("rows");
-        assert!((rows.j[(2, 1)] - 1.0).abs() < 1e-6, "{}: {}", tasks[i], rows.j);
+        assert!((rows.j[(2, 1)] - 1.0).abs() < 1e-6, "{}: {}", task, rows.j);
         assert!(rows.j[(0, 1)].abs() < 1e-6 && rows.j[(1, 1)].abs() < 1e-6);
     }
 }
@@ -228,22 +228,16 @@ fn half_turns_and_no_turns_are_interpolated() {
 fn what_is_not_finite_is_a_fault() {
     let z = "(joint(joint_2)/(1 rad) - 0.4)";
     let values =
-        ["1/Z", "log(Z)", "sqrt(Z - 1)", "asin(2 + Z)", "if(log(Z - 1) < 0, 1, 2)*joint(joint_1)", "exp(1/abs(Z))"];
+        ["1/Z", "log(Z)", "sqrt(Z - 1)", "asin(2.5 - Z)", "if(log(Z - 1) < 0, 1, 2)*joint(joint_1)", "exp(1/abs(Z))"];
     // At home the second joint stands elsewhere, so that all of it compiles.
     let robot = ARM7.replace("0.1, 0.4, 0.2", "0.1, 1.9, 0.2");
     let tasks: Vec<String> = values.iter().map(|v| pulled(1, &v.replace('Z', z))).collect();
-    let good: Vec<String> = tasks.iter().take(2).chain(&tasks[5..]).cloned().collect();
-    let program = program(&robot, &good);
+    let program = program(&robot, &tasks);
     let bench = Bench { program: &program, inputs: vec![] };
     let mut q = bench.model().neutral();
     q[1] = 0.4;
-    for i in 0..good.len() {
-        assert_eq!(
-            bench.rows(&mut *bench.task(i), &q, 0.0).err(),
-            Some(TaskFault::NotFinite { row: 0 }),
-            "{}",
-            good[i]
-        );
+    for (i, task) in tasks.iter().enumerate() {
+        assert_eq!(bench.rows(&mut *bench.task(i), &q, 0.0).err(), Some(TaskFault::NotFinite { row: 0 }), "{}", task);
     }
 }
 

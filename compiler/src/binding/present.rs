@@ -31,15 +31,15 @@ impl TaskScope<'_> {
             Now::Frame(frame, field) => self.link(frame).and_then(|link| match field.value.as_str() {
                 "position" => Ok(self.of_link(graph, Leaf::Point { link, offset: [0.0; 3].into() }, link, span)),
                 "orientation" => Ok(self.of_link(graph, Leaf::Orientation(link), link, span)),
-                other => Err(Box::new(
+                other => Err(Some(Box::new(
                     Diagnostic::error("HQ0201", field.span, format!("a frame has no `{other}`"))
                         .help("it has `position` and `orientation`"),
-                )),
+                ))),
             }),
             Now::Point(frame, offset) => self
                 .link(frame)
                 .map(|link| self.of_link(graph, Leaf::Point { link, offset: (*offset).into() }, link, span)),
-            Now::Joint(joint) => self.dof(joint).map(|dof| {
+            Now::Joint(joint) => self.dof(joint).map_err(Some).map(|dof| {
                 let node = self.leaf(graph, Leaf::Joint(dof));
                 let dimension = joint_dimension(&self.robot.model, dof);
                 Some(Typed { kind: Kind::Scalar, dimension, nodes: node, bare: false, span })
@@ -48,13 +48,13 @@ impl TaskScope<'_> {
                 let (a, b) =
                     (parts::geometries(self.robot, a, diagnostics), parts::geometries(self.robot, b, diagnostics));
                 let (a, b) = (a?, b?);
-                self.distance(graph, &a, &b, span).map(Some)
+                self.distance(graph, &a, &b, span).map_err(Some).map(Some)
             }
         };
         let typed = match found {
             Ok(typed) => typed?,
             Err(d) => {
-                diagnostics.push(*d);
+                diagnostics.extend(d.map(|d| *d));
                 return None;
             }
         };
@@ -70,15 +70,18 @@ impl TaskScope<'_> {
         Some(typed)
     }
 
-    /// A frame: a link, or an arm for its tip. `Err(..)` of a link that failed before is told once more by nobody.
-    fn link(&self, value: &Value) -> Result<LinkId, Box<Diagnostic>> {
+    /// A frame: a link, or an arm for its tip. An arm that failed to be bound was reported there.
+    fn link(&self, value: &Value) -> Result<LinkId, Option<Box<Diagnostic>>> {
         let Some(name) = text_of(value) else {
             let d = Diagnostic::error("HQ0304", value.span, "the name of a link or arm is needed here");
-            return Err(Box::new(d.help("write for instance `frame(left_tool).position`")));
+            return Err(Some(Box::new(d.help("write for instance `frame(left_tool).position`"))));
         };
         let arm = self.robot.arms.iter().find(|a| a.name == name).map(|a| a.tip);
         let link = self.robot.model.link(name).or(arm);
-        link.ok_or_else(|| Box::new(unknown_link(&self.robot.model, name, value.span, &self.robot.arms)))
+        link.ok_or_else(|| {
+            let told = self.robot.failed.contains(name);
+            (!told).then(|| Box::new(unknown_link(&self.robot.model, name, value.span, &self.robot.arms)))
+        })
     }
 
     fn dof(&self, value: &Value) -> Result<usize, Box<Diagnostic>> {
