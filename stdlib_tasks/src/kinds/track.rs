@@ -48,6 +48,10 @@ pub static KIND: TaskKind = TaskKind {
 Where the value has no derivative (`norm` of zero, the corner of a `min`) the row is that of the branch that the value \
 takes, or zero; the page on expressions lists these points. A row that is zero asks for nothing. `log` is the \
 rotation vector with an angle of at most pi.\n\n\
+A direction (a vector of length 1) has three numbers and two freedoms. Where the target is a direction that moves with the \
+robot too, the three rows come the closer to depending on each other the smaller the error: track two numbers instead, \
+such as `dot` with two axes, or a place in the robot's own frame, \
+`inverse(frame(F).orientation)*(p - frame(F).position)`.\n\n\
 Source: thesis (2.5) for any y; the derivative by reverse accumulation is ours.",
     example: "task pointing = track(frame(tool).orientation*[0, 0, 1]) { target [0, 0, -1]  gain 2 /s }",
     nature: Nature::Target,
