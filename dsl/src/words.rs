@@ -89,15 +89,18 @@ pub(crate) fn is_atom(value: &Value) -> bool {
     !matches!(value.kind, ValueKind::Negate(_) | ValueKind::Not(_) | ValueKind::Binary(..))
 }
 
-/// A unit as it is written: `N s/m`, `/s`. A later `min` is joined by `*`: after a space it would be the key of a limit.
+/// A unit as it is written: `N s/m`, `/s`. A `min` beside others is joined by `*`: with a space it would be the key of a
+/// limit.
 pub(crate) fn unit_text(unit: &Unit) -> String {
     let mut text = String::new();
+    let mut last = "";
     for (symbol, power) in &unit.factors {
         if *power < 0 {
             text.push('/');
         } else if !text.is_empty() {
-            text.push(if symbol == "min" { '*' } else { ' ' });
+            text.push(if symbol == "min" || last == "min" { '*' } else { ' ' });
         }
+        last = symbol;
         text.push_str(symbol);
         if power.unsigned_abs() != 1 {
             text.push_str(&format!("^{}", power.unsigned_abs()));

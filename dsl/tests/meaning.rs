@@ -79,6 +79,10 @@ fn min_is_a_unit_and_a_key() {
     check("1  min -1", "1 min=(neg 1)");
     check("[1, 2] m min [3, 4] m", "<[1 2] m1> min=<[3 4] m1>");
     check("f(a)  min low", "f:(a) min=low");
+    check("(5) min", "<5 min1>");
+    check("(5) min, a 3", "<5 min1> a=3");
+    check("((5) min and a)", "(And <5 min1> a)");
+    check("(5) min*m", "<5 min1 m1>");
     check("3 min - 2 s", "(Sub <3 min1> <2 s1>)");
 }
 

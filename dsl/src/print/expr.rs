@@ -44,9 +44,21 @@ pub(super) fn unprintable(c: char) -> bool {
     c.is_control() || matches!(c, '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}')
 }
 
-/// True where a unit written behind `value` would be taken for `key`: `a 5  m 3`.
+/// True where a unit written behind `value` would be taken for `key`, `a 5  m 3`, or its last unit for a key,
+/// `a (5) min  b 3`.
 pub(super) fn swallows(value: &Value, key: &str) -> bool {
-    takes_unit(value) && UNITS.contains(&key)
+    (takes_unit(value) || worded(value)) && UNITS.contains(&key) || (ends_with_minutes(value) && !worded(value))
+}
+
+/// True where the last thing written is the unit `min` behind a bracket.
+fn ends_with_minutes(value: &Value) -> bool {
+    match &value.kind {
+        ValueKind::Unit(of, unit) => {
+            !matches!(of.kind, ValueKind::Number(_)) && matches!(unit.factors.as_slice(), [(s, 1)] if s == "min")
+        }
+        ValueKind::Negate(of) | ValueKind::Not(of) | ValueKind::Binary(_, _, of) => ends_with_minutes(of),
+        _ => false,
+    }
 }
 
 fn write(value: &Value, out: &mut String) {
