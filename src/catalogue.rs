@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::{Value as Json, json};
 use stdlib_tasks::dimension::{ANGLE, LENGTH};
-use stdlib_tasks::params::{ParamInfo, ParamType, Presence, Quantity};
+use stdlib_tasks::params::{Form, ParamInfo, ParamType, Presence, Quantity};
 use stdlib_tasks::task::{Nature, TaskKind};
 use stdlib_tasks::{KINDS, dimension::Dimension};
 
@@ -37,6 +37,18 @@ fn quantity(q: &Quantity) -> String {
     format!("number in {}{comma}{constant}", unit(q.dimension))
 }
 
+fn expression(form: &Form) -> String {
+    match form {
+        Form::Value { orientation: false } => "number or vector of the robot's state, in any unit".to_string(),
+        Form::Value { orientation: true } => {
+            "number, vector or orientation of the robot's state, in any unit".to_string()
+        }
+        Form::Like(other) => format!("of the kind and unit of `{other}`; the robot's state may stand in it"),
+        Form::Size(other) => format!("number in the unit of `{other}`, at least 0, constant"),
+        Form::Number(q) => format!("{}; the robot's state may stand in it", quantity(q)),
+    }
+}
+
 /// What a parameter may hold, in words.
 pub fn describe(ty: &ParamType) -> String {
     match ty {
@@ -55,6 +67,7 @@ pub fn describe(ty: &ParamType) -> String {
         ParamType::JointVelocities => "`{ JOINT value .. }` in rad/s or m/s".to_string(),
         ParamType::PerArm(d) => format!("`{{ ARM value .. }}` in {d}"),
         ParamType::Choice(words) => words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "),
+        ParamType::Expression(form) => expression(form),
         ParamType::Group(_) => "block".to_string(),
     }
 }

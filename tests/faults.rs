@@ -170,12 +170,13 @@ proptest! {
     #[test]
     fn an_edited_program_never_panics(
         path in prop::collection::vec(0usize..1000, 2..9),
+        name in prop_oneof![Just("swivel_angle.hq"), Just("own_tasks.hq")],
         what in prop_oneof![
             Just(serde_json::json!(null)), Just(serde_json::json!(-1)), Just(serde_json::json!(1e300)),
             Just(serde_json::json!(99999)), Just(serde_json::json!("x")), Just(serde_json::json!([])), Just(serde_json::json!({})),
         ],
     ) {
-        let mut json = serde_json::to_value(common::program("swivel_angle.hq")).unwrap();
+        let mut json = serde_json::to_value(common::program(name)).unwrap();
         mutate(&mut json, &path, &what);
         let Ok(program) = serde_json::from_value::<Program>(json) else { return Ok(()) };
         if program.run.duration > 1e4 || program.robot.period < 1e-5 {
@@ -241,6 +242,44 @@ fn a_gain_that_grows_beyond_the_control_period_is_a_fault() {
     let Some((time, Fault::Value { .. })) = fault else { panic!("{fault:?}") };
     assert!((time - 0.19).abs() < 1e-9, "10 + 500 t passes 100 /s at 0.18 s, and the fault came at {time} s");
     assert!(all.0.iter().all(|s| s.margins.iter().all(|m| *m >= -1e-9)), "no limit was passed before");
+}
+
+/// The first fault of a run of two tasks, with its time and its words.
+fn first_fault(tasks: &str) -> (f64, Fault, String) {
+    let program = common::program_of(&format!("{ARM}{tasks}stack s {{ level a {{ limit }} level b {{ pull }} }}\n"));
+    let mut controller = Controller::new(&program).expect("it can be executed");
+    let mut q = program.robot.home.clone();
+    for k in 0..500 {
+        let time = 0.01 * f64::from(k);
+        let (velocity, fault) = {
+            let command = controller.step(&Observation { time, q: &q });
+            (command.velocity.to_vec(), command.fault)
+        };
+        if let Some(fault) = fault {
+            assert!(velocity.iter().all(|v| *v == 0.0));
+            return (time, fault, controller.describe(&fault));
+        }
+        program.robot.model.integrate(&mut q, &velocity, program.robot.period);
+    }
+    panic!("no fault");
+}
+
+/// What depends on the robot's state is watched where it is used: a gain, two limits that close on each other.
+#[test]
+fn gains_and_limits_that_leave_their_sense_are_faults() {
+    let pull = "task pull = track(joint(joint_1)) { target 1 rad }\n";
+    let (_, fault, words) = first_fault(&format!(
+        "task limit = keep(joint(joint_2)) {{ max 1.5 rad  gain 200 /s/rad * joint(joint_1) + 1 /s }}\n{pull}"
+    ));
+    assert!(matches!(fault, Fault::Gain { member: 0 }) && fault.kind() == "value", "{fault:?}");
+    assert!(words.contains("gain of task `limit`"), "{words}");
+    let (time, fault, words) = first_fault(&format!(
+        "task limit = keep(joint(joint_2)) {{ min 0.2 rad  max 0.5 rad - 0.1 rad/s * t  sampled_margin 0.01 rad }}\n{pull}"
+    ));
+    assert!(matches!(fault, Fault::Crossed { member: 0, row: 0 }) && fault.kind() == "crossed", "{fault:?}");
+    assert!(words.contains("lower limit is above"), "{words}");
+    // 0.3 - 0.1 t - 0.02 = 0.1 / (5 /s): the sides, each with its reserve, close at 0.1 rad/s.
+    assert!((time - 2.6).abs() < 0.02, "{time}");
 }
 
 /// What nobody's compiler writes, and a hand can: refused before it can do harm.

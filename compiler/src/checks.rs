@@ -5,8 +5,8 @@ use runtime::program::{Program, Times};
 use runtime::{Controller, Evaluator, Fault, Observation, build_tasks};
 use solver::{Active, Status};
 use stdlib_tasks::bound::Bound;
-use stdlib_tasks::dimension::RATE;
-use stdlib_tasks::task::{BuildError, Nature};
+use stdlib_tasks::dimension::{Dimension, LENGTH, NONE, RATE};
+use stdlib_tasks::task::{BuildError, Nature, RowInfo};
 
 use crate::binding::Number;
 use crate::codes;
@@ -70,7 +70,7 @@ fn number(places: &Places, task: usize, param: &str, is: impl Fn(&Number) -> boo
 /// The parameter that sets a limit, where only one of them was written.
 fn limit(places: &Places, task: usize) -> Span {
     let t = &places.tasks[task];
-    let written = ["d_min", "max", "lower", "upper"].iter().filter_map(|p| t.spans.get(*p)).collect::<Vec<_>>();
+    let written = ["d_min", "min", "max", "lower", "upper"].iter().filter_map(|p| t.spans.get(*p)).collect::<Vec<_>>();
     match written.as_slice() {
         [one] => **one,
         _ => t.span,
@@ -154,19 +154,24 @@ fn reserves(evaluator: &Evaluator, program: &Program, places: &Places, diagnosti
         let kept = evaluator.reserve(i);
         let margins = &evaluator.margins()[m.margins.clone()];
         let rows = m.row_info.iter().zip(margins.iter().zip(&kept));
-        let short: Vec<(&str, f64, f64)> =
-            rows.filter(|(_, (h, k))| *h < *k).map(|(r, (h, k))| (r.name.as_str(), *h, *k)).collect();
+        let short: Vec<(&RowInfo, f64, f64)> =
+            rows.filter(|(_, (h, k))| *h < *k).map(|(r, (h, k))| (r, *h, *k)).collect();
         let worst = short.iter().copied().reduce(|a, b| if b.2 - b.1 > a.2 - a.1 { b } else { a });
         let Some((row, margin, reserve)) = worst else { continue };
+        let text = |x: f64| match row.dimension {
+            LENGTH => millimetres(x),
+            other => measured(x, other),
+        };
         let more = match short.len() - 1 {
             0 => String::new(),
             n => format!(", and {n} more rows with theirs"),
         };
         let text = format!(
-            "`{}` starts inside its reserve: {row} has a margin of {}, and {} are held back{more}",
+            "`{}` starts inside its reserve: {} has a margin of {}, and {} are held back{more}",
             m.name,
-            millimetres(margin),
-            millimetres(reserve)
+            row.name,
+            text(margin),
+            text(reserve)
         );
         let d = Diagnostic::warning("HQ0505", place(places, m.program_index, "sampled_margin"), text)
             .label(places.home, "the robot starts here")
@@ -216,7 +221,10 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
         let task = |member: usize| evaluator.members().get(member).map(|m| limit(places, m.program_index));
         let has = |n: &Number, at: usize| (n.slot.at..n.slot.at + n.slot.len).contains(&at);
         let at = match fault {
-            Fault::Overlap { member, .. } | Fault::NotFinite { member, .. } => task(member),
+            Fault::Overlap { member, .. } | Fault::NotFinite { member, .. } | Fault::Crossed { member, .. } => {
+                task(member)
+            }
+            Fault::Gain { member } => evaluator.members().get(member).map(|m| place(places, m.program_index, "gain")),
             Fault::Value { at } => (0..places.tasks.len())
                 .find(|&t| places.tasks[t].numbers.iter().any(|n| has(n, at)))
                 .map(|t| number(places, t, "", |n| has(n, at))),
@@ -224,7 +232,8 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
         };
         let d = Diagnostic::error("HQ0502", at.unwrap_or(places.home), format!("at home, {text}"));
         diagnostics.push(match (at, fault) {
-            (_, Fault::Value { .. }) => d.help("keep the value inside its range from the start"),
+            (_, Fault::Value { .. } | Fault::Gain { .. }) => d.help("keep the value inside its range from the start"),
+            (_, Fault::Crossed { .. }) => d.help("move the two limits apart"),
             (Some(_), _) => d.label(places.home, "the robot starts here").help("move the home configuration"),
             (None, _) => d.help("move the home configuration"),
         });
@@ -234,8 +243,10 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
     for m in evaluator.members() {
         let rows = m.row_info.iter().zip(&evaluator.margins()[m.margins.clone()]);
         // Margins of velocities exist only once a velocity was chosen: they are infinite here.
-        let bad: Vec<String> =
-            rows.filter(|(_, h)| **h < 0.0).map(|(r, h)| format!("{} by {:.4} {}", r.name, -h, r.dimension)).collect();
+        let bad: Vec<String> = rows
+            .filter(|(_, h)| **h < 0.0)
+            .map(|(r, h)| format!("{} by {}", r.name, measured(-h, r.dimension)))
+            .collect();
         let Some(first) = bad.first() else { continue };
         outside = true;
         let more = if bad.len() > 1 { format!(" and {} more", bad.len() - 1) } else { String::new() };
@@ -261,6 +272,11 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
         reserves(&evaluator, program, places, diagnostics);
         first_tick(&at_stack, stack, places, diagnostics);
     }
+}
+
+/// A number with its unit, to four decimals.
+fn measured(x: f64, dimension: Dimension) -> String {
+    if dimension == NONE { format!("{x:.4}") } else { format!("{x:.4} {dimension}") }
 }
 
 fn first_tick(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) {

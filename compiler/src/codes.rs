@@ -22,7 +22,7 @@ A controller that silently ignored the name would run without the task, limit or
 level motion { reech }   // error: there is no task `reech`; did you mean `reach`?
 ```
 
-Names of frames are links, not joints. What the robot does now cannot stand in an expression: `initial(frame(tool).position)` is where it was when the stack became active."#,
+Names of frames are links, not joints. The value of a task, such as `reach.position`, stands inside `initial(..)` only; what the robot does now is named by frames, joints and parts, in the expressions of `keep` and `track`."#,
     ),
     (
         "HQ0202",
@@ -162,6 +162,27 @@ home { all [0, 0, 1] rad }   // error: 7 joints, and 3 values
 
 ```hq
 task lift = frame_position(tool) { position initial(position) + [0, 0, 0.1] m }
+```"#,
+    ),
+    (
+        "HQ0312",
+        "the present state does not stand here",
+        r#"What the robot does now (`frame(F).position`, `point(F, ..)`, `joint(J)`, `distance(a, b)`) was written in a parameter of a task of the library, a param, or a setting. Such a parameter has a value and a rate in time; what the robot does now changes with the very velocity that is being sought, and the row of the task would lack that part.
+
+Write the task as an expression: `track(VALUE) { target .. }` pulls a value to a target, `keep(VALUE) { min .. max .. }` holds it within limits, and both differentiate the value exactly. Or take the value at the moment the stack becomes active, `initial(frame(F).position)`. A link that does not move at all is a constant and may stand anywhere.
+
+```hq
+task follow = frame_position(left_tool) { position frame(right_tool).position }   // error
+task follow = track(frame(left_tool).position - frame(right_tool).position) { target [0, 0.3, 0] m }
+```"#,
+    ),
+    (
+        "HQ0313",
+        "nothing moves the value",
+        r#"The `value` of `keep` or `track` must depend on what the robot does now; otherwise no motion changes it and its row is empty. `initial(..)`, params, the time and links that do not move are not enough. Likewise `distance(a, b)` needs parts that can move against each other, and at most 64 pairs of them.
+
+```hq
+task gap = keep(norm(initial(frame(tool).position))) { min 0.3 m }   // error: leave `initial` out
 ```"#,
     ),
     (

@@ -7,7 +7,7 @@ use dsl::{Diagnostic, Span, Spanned};
 use robot::{DofUnit, Model};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, RATE, TIME};
 
-use crate::expr::{FUNCTIONS, Graph, Kind, Lowering, Meaning, Scope, Symbol, Typed, bracketed};
+use crate::expr::{FUNCTIONS, Graph, Kind, Lowering, Meaning, Now, Scope, Symbol, Typed, bracketed};
 use crate::units;
 
 /// What is known of the declared parameters.
@@ -69,6 +69,15 @@ impl Scope for ParamsOnly<'_> {
                 .help("write a constant here, or `initial(..)` in the parameter of a task"),
         ))
     }
+
+    fn now(&mut self, _: &mut Graph, _: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
+        diagnostics.push(
+            Diagnostic::error("HQ0312", span, "what the robot does now has no meaning here")
+                .note("this value is needed before the robot moves")
+                .help("write a constant here, or the expression in the parameters of a task `keep` or `track`"),
+        );
+        None
+    }
 }
 
 /// rad or m.
@@ -124,7 +133,7 @@ impl Constants<'_> {
             );
             return;
         }
-        let words = ["pi", "t", "time", "true", "false", "auto", "initial", "frame", "joint"];
+        let words = ["pi", "t", "time", "true", "false", "auto", "initial", "frame", "joint", "and", "or", "not"];
         if words.contains(&name) || FUNCTIONS.iter().any(|f| f.name == name) {
             diagnostics.push(named(format!("`{name}` is a word of the language")).help("choose another name"));
             self.params.failed.insert(name.to_string());

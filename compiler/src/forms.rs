@@ -19,7 +19,9 @@ pub fn unknown_key(block: &Block, i: usize, keys: &[&str], what: &str) -> Diagno
     let key = &block.entries[i].key;
     let mut d = Diagnostic::error("HQ0205", key.span, format!("{what} has no `{}`", key.value));
     let before = i.checked_sub(1).map(|k| &block.entries[k]);
-    if let Some(near) = suggest(&key.value, keys.iter().copied()) {
+    if ["and", "or", "not"].contains(&key.value.as_str()) {
+        d = d.help(format!("between conditions `{}` stands inside brackets, as in `(a < b and b < c)`", key.value));
+    } else if let Some(near) = suggest(&key.value, keys.iter().copied()) {
         d = d.help(format!("did you mean `{near}`?"));
     } else if let Some(Entry { value: Value { kind: ValueKind::Number(n), span }, .. }) = before
         && key.span.start >= span.end

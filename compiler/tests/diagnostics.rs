@@ -13,6 +13,7 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("names", include_str!("cases/names.txt"), Spelling::Hq),
     ("values", include_str!("cases/values.txt"), Spelling::Hq),
     ("robot", include_str!("cases/robot.txt"), Spelling::Hq),
+    ("state", include_str!("cases/state.txt"), Spelling::Hq),
     ("checks", include_str!("cases/checks.txt"), Spelling::Hq),
     ("urdf", include_str!("cases/urdf.txt"), Spelling::Hq),
     ("yaml", include_str!("cases/yaml.txt"), Spelling::Yaml),
@@ -76,6 +77,11 @@ fn names() {
 #[test]
 fn values() {
     check("values");
+}
+
+#[test]
+fn state() {
+    check("state");
 }
 
 #[test]

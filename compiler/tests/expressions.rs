@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use dsl::tree::{ItemKind, Value};
 use dsl::{Diagnostic, Span, Spelling};
-use hierarq_compiler::expr::{FUNCTIONS, Graph, Kind, Lowering, Meaning, Scope, Typed};
+use hierarq_compiler::expr::{FUNCTIONS, Graph, Kind, Lowering, Meaning, Now, Scope, Typed};
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use runtime::program::{Output, Tape, Times};
@@ -27,6 +27,10 @@ impl Scope for Initial {
         let dimension = stdlib_tasks::dimension::Dimension { m: i8::from(!turn), ..stdlib_tasks::dimension::NONE };
         let nodes = inputs.map(|k| graph.push(runtime::program::Op::Input(k))).collect();
         Ok(Typed { kind, dimension, nodes, bare: false, span })
+    }
+
+    fn now(&mut self, _: &mut Graph, _: &Now, _: Span, _: &mut Vec<Diagnostic>) -> Option<Typed> {
+        None
     }
 }
 
@@ -117,6 +121,15 @@ const MOVING: &[&str] = &[
     "rpy(t*0.2 rad/s, 0.1 rad, -t*0.3 rad/s)",
     "axis_angle([1, 2, t/(1 s)], 0.4 rad/s * t)",
     "quaternion(1, t/(1 s), 0.5, -0.25)",
+    "normalize([t, 1 s, -0.3 s])",
+    "asin(0.5*t/(1 s))",
+    "acos(0.5*t/(1 s))",
+    "atan2(t, 1 s - 2*t)",
+    "if(t < 0.7 s, t, t^2/(1 s))",
+    "if((t > 0.5 s and not (t >= 0.9 s) or t <= 0.3 s), 2*t, -t)",
+    "inverse(rpy(0.5 rad/s * t, 0.2 rad, 0))",
+    "slerp(rpy(0, 0, 0.5 rad/s * t), rpy(0.3 rad, 0.4 rad/s * t, 1 rad), 0.2 + 0.5*t/(1 s))",
+    "if(t < 0.5 s, rpy(0, 0, 1 rad/s * t), rpy(1 rad/s * t, 0, 0))",
     "t + 2*time",
     "3 s - t",
     "t*t",
@@ -187,6 +200,19 @@ fn precedence() {
         ("2*-3^2", -18.0),
         ("2^-1", 0.5),
         ("--3", 3.0),
+        ("if(1 + 1 < 3, 1, 2)", 1.0),
+        ("if((1 < 2 or 1 < 2 and 2 < 1), 1, 2)", 1.0),
+        ("if(((1 < 2 or 1 < 2) and 2 < 1), 1, 2)", 2.0),
+        ("if((not 1 < 2 or true), 1, 2)", 1.0),
+        ("if(not (1 < 2 or true), 1, 2)", 2.0),
+        ("if((true and not false), 1, 2)", 1.0),
+        ("if(2 <= 2, 1, 2) + if(2 < 2, 10, 20) + if(2 >= 2, 100, 200) + if(2 > 2, 1000, 2000)", 2121.0),
+        ("if(true, if(false, 1, 2), 3)", 2.0),
+        ("atan2(1, -1)/(1 rad)", 0.75 * PI),
+        ("atan2(0 m, 0 m)/(1 rad)", 0.0),
+        ("asin(1)/(1 rad)", PI / 2.0),
+        ("acos(-1)/(1 rad)", PI),
+        ("norm(normalize([3, 4, 12] m))", 1.0),
     ] {
         assert_eq!(value(text), is, "{text}");
     }
@@ -233,6 +259,13 @@ fn orientations() {
         ("axis_angle([0, 0, 2], 90 deg)", UnitQuaternion::from_euler_angles(0.0, 0.0, PI / 2.0)),
         ("quaternion(2, 0, 0, 2)", UnitQuaternion::from_euler_angles(0.0, 0.0, PI / 2.0)),
         ("initial(orientation)*rpy(0, 0, 1 rad)", initial * UnitQuaternion::from_euler_angles(0.0, 0.0, 1.0)),
+        ("inverse(rpy(0, 0, 1 rad))", UnitQuaternion::from_euler_angles(0.0, 0.0, -1.0)),
+        ("slerp(rpy(0, 0, 0), rpy(0, 0, 1 rad), 0.25)", UnitQuaternion::from_euler_angles(0.0, 0.0, 0.25)),
+        ("slerp(rpy(0, 0, -2 rad), rpy(0, 0, 2 rad), 0.5)", UnitQuaternion::from_euler_angles(0.0, 0.0, PI)),
+        (
+            "slerp(initial(orientation), rpy(0.3 rad, -0.8 rad, 1.9 rad), 0.3)",
+            initial.slerp(&Rotation3::from_euler_angles(0.3, -0.8, 1.9).into(), 0.3),
+        ),
         ("rpy(0, 1 rad, 0)*initial(orientation)", UnitQuaternion::from_euler_angles(0.0, 1.0, 0.0) * initial),
     ] {
         assert!(q(text).angle_to(&is) < 1e-7, "{text}: {} and {is}", q(text));

@@ -14,6 +14,7 @@ const SPECS: &[(&str, Spelling)] = &[
     ("safety_tasks.hq", Spelling::Hq),
     ("safety_tasks.yaml", Spelling::Yaml),
     ("swivel_angle.hq", Spelling::Hq),
+    ("own_tasks.hq", Spelling::Hq),
     ("cooperative_motion.hq", Spelling::Hq),
     ("cooperative_motion.yaml", Spelling::Yaml),
     ("uncooperative_motion.hq", Spelling::Hq),

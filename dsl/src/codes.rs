@@ -100,6 +100,11 @@ pub static CODES: &[(&str, &str, &str)] = &[
         "Some keys would mean two things in one of the two spellings: a stack cannot have a setting `level` or `levels`, a level none called `name`, `hard` or `tasks`, a member of a level only `task` and `weight`. A pattern such as `\"arm_*\"` can be a key where joints are named, and no setting.",
     ),
     (
+        "HQ0122",
+        "comparison",
+        "`<`, `<=`, `>` and `>=` compare two numbers. They do not follow one another: for `a < b < c` write `(a < b and b < c)`. There is no `==`: computed numbers that should be equal differ by rounding, so compare with a tolerance, `abs(a - b) < 0.001 m`. `and`, `or` and `not` stand inside brackets.",
+    ),
+    (
         "HQ0130",
         "YAML syntax",
         "The text is not YAML. Frequent causes: a tab in the indentation, a bracket or quote left open, a `:` without a space behind it, a value with `: ` or `#` in it that needs quotes.",

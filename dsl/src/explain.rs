@@ -84,7 +84,7 @@ fn at_place(
     if let Some(range) = unquoted_pattern(text, at, after) {
         return needs_quotes(&text[range.clone()], place.span(range.start, range.end));
     }
-    let follows_operator = last.is_some_and(|c| "+-*/^".contains(c)) && before.len() > start;
+    let follows_operator = last.is_some_and(|c| "+-*/^<>".contains(c)) && before.len() > start;
     match first {
         '\'' => {
             let close = rest[1..].find('\'').map_or(end, |n| at + n + 2);
@@ -122,7 +122,7 @@ fn at_place(
                 .help(format!("write `{whole}.0` or `{whole}`"))
         }
         '*' if text[..at].ends_with('*') => power(place, at),
-        '*' | '/' | '+' | '^' | '-' if matches!(after, After::Value(_)) => {
+        '*' | '/' | '+' | '^' | '-' | '<' | '>' if matches!(after, After::Value(_)) => {
             if rest.starts_with("**") {
                 return power(place, at + 1);
             }

@@ -43,6 +43,7 @@ pub(crate) fn missing(span: Span) -> Value {
 /// One element of a flat operator list.
 enum Token {
     Sign(Span),
+    Not(Span),
     Op(BinaryOp, Span),
     Operand(Value, u32),
 }
@@ -50,7 +51,7 @@ enum Token {
 /// Builds the blocks that may stand in a list (`[{ a x }, { a y }]`); expressions have none.
 pub(crate) type BlockReader<'f> = &'f mut dyn FnMut(Pair<'_>, &mut Vec<Diagnostic>) -> Value;
 
-/// The value of a node `expr`.
+/// The value of a node `expr` or `within`.
 pub(crate) fn value(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: BlockReader<'_>) -> Value {
     let mut value = expr(pair, place, diags, blocks).0;
     if let Some(span) = stray_block(&value, true) {
@@ -69,17 +70,20 @@ fn stray_block(value: &Value, free: bool) -> Option<Span> {
         ValueKind::Block(_) => (!free).then_some(value.span),
         ValueKind::List(items) => items.iter().find_map(|item| stray_block(item, free)),
         ValueKind::Call(_, args) => args.iter().find_map(|arg| stray_block(arg, false)),
-        ValueKind::Unit(of, _) | ValueKind::Field(of, _) | ValueKind::Negate(of) => stray_block(of, false),
+        ValueKind::Unit(of, _) | ValueKind::Field(of, _) | ValueKind::Negate(of) | ValueKind::Not(of) => {
+            stray_block(of, false)
+        }
         ValueKind::Binary(_, left, right) => stray_block(left, false).or_else(|| stray_block(right, false)),
         _ => None,
     }
 }
 
-/// Value and height of a node `expr`.
+/// Value and height of a node `expr` or `within`.
 fn expr(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: BlockReader<'_>) -> (Value, u32) {
     let whole = place.of(&pair);
     let mut tokens: Vec<Token> = Vec::new();
     let mut operators = 0usize;
+    let mut equality = None;
     for part in pair.into_inner() {
         let span = place.of(&part);
         match part.as_rule() {
@@ -87,9 +91,19 @@ fn expr(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Block
                 operators += 1;
                 tokens.push(Token::Sign(span));
             }
-            Rule::op => {
+            Rule::not => {
                 operators += 1;
-                tokens.push(Token::Op(operator(part.as_str()), span));
+                tokens.push(Token::Not(place.span(part.as_span().start(), part.as_span().start() + "not".len())));
+            }
+            Rule::op | Rule::joint => {
+                operators += 1;
+                let text = part.as_str();
+                let Some(op) = operator(text) else {
+                    equality.get_or_insert(span);
+                    tokens.push(Token::Op(BinaryOp::Less, span));
+                    continue;
+                };
+                tokens.push(Token::Op(op, span));
             }
             Rule::field => {
                 operators += 1;
@@ -121,8 +135,25 @@ fn expr(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Block
     if operators > MAX_OPERATORS {
         return too_long(diags);
     }
+    if let Some(span) = equality {
+        diags.push(
+            Diagnostic::error("HQ0122", span, "numbers are not tested for being equal, or not equal")
+                .note("two numbers that were computed differ by rounding where they should be equal")
+                .help("compare with a tolerance: `abs(a - b) < 0.001 m`"),
+        );
+        return (missing(whole), 1);
+    }
     let mut tokens = tokens.into_iter().peekable();
-    let (value, height) = climb(&mut tokens, 0, whole);
+    let mut chain = None;
+    let (value, height) = climb(&mut tokens, 0, whole, &mut chain);
+    if let Some(span) = chain {
+        diags.push(
+            Diagnostic::error("HQ0122", span, "comparisons do not follow one another")
+                .here("compares a truth value")
+                .help("write `(a < b and b < c)`"),
+        );
+        return (missing(whole), 1);
+    }
     if height > MAX_HEIGHT { too_long(diags) } else { (value, height) }
 }
 
@@ -140,38 +171,50 @@ fn with_unit(of: Value, unit: Unit) -> Value {
     Value { kind: ValueKind::Unit(Box::new(of), unit), span }
 }
 
-fn operator(text: &str) -> BinaryOp {
-    match text {
-        "+" => BinaryOp::Add,
-        "-" => BinaryOp::Sub,
-        "*" => BinaryOp::Mul,
-        "/" => BinaryOp::Div,
-        _ => BinaryOp::Pow,
-    }
+/// The operator of a sign or word; `None` for `==` and `!=`, which the language does not have.
+fn operator(text: &str) -> Option<BinaryOp> {
+    use BinaryOp::{Add, And, Div, Greater, GreaterEqual, Less, LessEqual, Mul, Or, Pow, Sub};
+    [Add, Sub, Mul, Div, Pow, Less, LessEqual, Greater, GreaterEqual, And, Or].into_iter().find(|op| op.text() == text)
 }
 
-/// Precedence of the operators: how tightly they hold their left and right side. A sign holds at 5.
+/// Precedence of the operators: how tightly they hold their left and right side.
 fn binding(op: BinaryOp) -> (u8, u8) {
     match op {
-        BinaryOp::Add | BinaryOp::Sub => (1, 2),
-        BinaryOp::Mul | BinaryOp::Div => (3, 4),
-        BinaryOp::Pow => (8, 7),
+        BinaryOp::Or => (1, 2),
+        BinaryOp::And => (3, 4),
+        BinaryOp::Less | BinaryOp::LessEqual | BinaryOp::Greater | BinaryOp::GreaterEqual => (6, 7),
+        BinaryOp::Add | BinaryOp::Sub => (8, 9),
+        BinaryOp::Mul | BinaryOp::Div => (10, 11),
+        BinaryOp::Pow => (15, 14),
     }
 }
 
-const SIGN: u8 = 5;
+const NOT: u8 = 5;
+const SIGN: u8 = 12;
 
-/// Precedence climbing over a list that the grammar has found to be well formed.
-fn climb(tokens: &mut std::iter::Peekable<impl Iterator<Item = Token>>, least: u8, whole: Span) -> (Value, u32) {
+/// Precedence climbing over a list that the grammar has found to be well formed. A comparison of a comparison goes to
+/// `chain`.
+fn climb(
+    tokens: &mut std::iter::Peekable<impl Iterator<Item = Token>>,
+    least: u8,
+    whole: Span,
+    chain: &mut Option<Span>,
+) -> (Value, u32) {
     let (mut left, mut height) = match tokens.next() {
         Some(Token::Operand(value, height)) => (value, height),
         Some(Token::Sign(span)) => {
-            let (value, height) = climb(tokens, SIGN, whole);
+            let (value, height) = climb(tokens, SIGN, whole, chain);
             let span = span.to(value.span);
             (Value { kind: ValueKind::Negate(Box::new(value)), span }, height + 1)
         }
+        Some(Token::Not(span)) => {
+            let (value, height) = climb(tokens, NOT, whole, chain);
+            let span = span.to(value.span);
+            (Value { kind: ValueKind::Not(Box::new(value)), span }, height + 1)
+        }
         _ => (missing(whole), 1),
     };
+    let mut compared = false;
     while let Some(Token::Op(op, span)) = tokens.peek() {
         let (op, span) = (*op, *span);
         let (before, after) = binding(op);
@@ -179,7 +222,11 @@ fn climb(tokens: &mut std::iter::Peekable<impl Iterator<Item = Token>>, least: u
             break;
         }
         tokens.next();
-        let (right, right_height) = climb(tokens, after, whole);
+        if op.compares() && compared {
+            chain.get_or_insert(span);
+        }
+        compared = op.compares();
+        let (right, right_height) = climb(tokens, after, whole, chain);
         height = height.max(right_height) + 1;
         let all = left.span.to(right.span);
         let kind = ValueKind::Binary(Spanned::new(op, span), Box::new(left), Box::new(right));
@@ -229,7 +276,7 @@ fn operand(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Bl
         Rule::list => {
             let (mut items, mut height) = (Vec::new(), 1);
             for part in pair.into_inner() {
-                if part.as_rule() == Rule::expr {
+                if part.as_rule() == Rule::within {
                     let (value, h) = expr(part, place, diags, blocks);
                     height = height.max(h + 1);
                     items.push(value);

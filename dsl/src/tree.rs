@@ -263,6 +263,8 @@ pub enum ValueKind {
     Block(Block),
     /// `-x`
     Negate(Box<Value>),
+    /// `not x`
+    Not(Box<Value>),
     /// `a + b`
     Binary(Spanned<BinaryOp>, Box<Value>, Box<Value>),
     /// Nothing readable stands here; a diagnostic has said so.
@@ -284,9 +286,22 @@ impl PartialEq for Number {
     }
 }
 
-/// Binary operators, in rising precedence: sums, products, powers (right-associative, above unary minus).
+/// Binary operators, in rising precedence: `or`, `and`, comparisons, sums, products, powers (right-associative, above
+/// unary minus). `not` holds between `and` and the comparisons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BinaryOp {
+    /// `or`
+    Or,
+    /// `and`
+    And,
+    /// `<`
+    Less,
+    /// `<=`
+    LessEqual,
+    /// `>`
+    Greater,
+    /// `>=`
+    GreaterEqual,
     /// `+`
     Add,
     /// `-`
@@ -297,6 +312,35 @@ pub enum BinaryOp {
     Div,
     /// `^`
     Pow,
+}
+
+impl BinaryOp {
+    /// As it is written.
+    pub fn text(self) -> &'static str {
+        match self {
+            BinaryOp::Or => "or",
+            BinaryOp::And => "and",
+            BinaryOp::Less => "<",
+            BinaryOp::LessEqual => "<=",
+            BinaryOp::Greater => ">",
+            BinaryOp::GreaterEqual => ">=",
+            BinaryOp::Add => "+",
+            BinaryOp::Sub => "-",
+            BinaryOp::Mul => "*",
+            BinaryOp::Div => "/",
+            BinaryOp::Pow => "^",
+        }
+    }
+
+    /// True for `<`, `<=`, `>` and `>=`.
+    pub fn compares(self) -> bool {
+        matches!(self, BinaryOp::Less | BinaryOp::LessEqual | BinaryOp::Greater | BinaryOp::GreaterEqual)
+    }
+
+    /// True for `and` and `or`, which are words and stand inside brackets only.
+    pub fn is_word(self) -> bool {
+        matches!(self, BinaryOp::And | BinaryOp::Or)
+    }
 }
 
 /// A product of powers of unit symbols: `N s/m` is `N^1 s^1 m^-1`. The symbols are those of

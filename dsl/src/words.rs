@@ -77,25 +77,30 @@ pub(crate) fn is_text_key(key: &str) -> bool {
 pub(crate) fn takes_unit(value: &Value) -> bool {
     match &value.kind {
         ValueKind::Number(_) | ValueKind::Unit(..) | ValueKind::Call(..) | ValueKind::List(_) => true,
-        ValueKind::Negate(inner) | ValueKind::Binary(_, _, inner) => takes_unit(inner) || !is_atom(inner),
+        ValueKind::Negate(inner) | ValueKind::Not(inner) | ValueKind::Binary(_, _, inner) => {
+            takes_unit(inner) || !is_atom(inner)
+        }
         _ => false,
     }
 }
 
 /// True where a value is written without parentheses in any place.
 pub(crate) fn is_atom(value: &Value) -> bool {
-    !matches!(value.kind, ValueKind::Negate(_) | ValueKind::Binary(..))
+    !matches!(value.kind, ValueKind::Negate(_) | ValueKind::Not(_) | ValueKind::Binary(..))
 }
 
-/// A unit as it is written: `N s/m`, `/s`.
+/// A unit as it is written: `N s/m`, `/s`. A `min` beside others is joined by `*`: with a space it would be the key of a
+/// limit.
 pub(crate) fn unit_text(unit: &Unit) -> String {
     let mut text = String::new();
+    let mut last = "";
     for (symbol, power) in &unit.factors {
         if *power < 0 {
             text.push('/');
         } else if !text.is_empty() {
-            text.push(' ');
+            text.push(if symbol == "min" || last == "min" { '*' } else { ' ' });
         }
+        last = symbol;
         text.push_str(symbol);
         if power.unsigned_abs() != 1 {
             text.push_str(&format!("^{}", power.unsigned_abs()));

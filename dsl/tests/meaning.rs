@@ -4,7 +4,7 @@ mod common;
 
 use common::good;
 use hierarq_dsl::tree::*;
-use hierarq_dsl::{SourceId, Spelling, parse};
+use hierarq_dsl::{SourceId, Spelling, parse, print};
 
 /// A value with every operation in parentheses.
 fn shape(value: &Value) -> String {
@@ -21,6 +21,7 @@ fn shape(value: &Value) -> String {
         ValueKind::Field(of, name) => format!("{}.{}", shape(of), name.value),
         ValueKind::List(items) => format!("[{}]", all(items)),
         ValueKind::Negate(of) => format!("(neg {})", shape(of)),
+        ValueKind::Not(of) => format!("(not {})", shape(of)),
         ValueKind::Binary(op, a, b) => format!("({:?} {} {})", op.value, shape(a), shape(b)),
         ValueKind::Block(block) => {
             let entries: Vec<String> =
@@ -50,6 +51,59 @@ fn check(text: &str, expected: &str) {
         let yaml = format!("hierarq: 1\nrun: {{ v: '{text}' }}");
         assert_eq!(run_body(&yaml, Spelling::Yaml), format!("{{v={expected}}}"), "{text}");
     }
+}
+
+#[test]
+fn conditions() {
+    check("f(a < b)", "f:((Less a b))");
+    check("a + b < c*d", "(Less (Add a b) (Mul c d))");
+    check("f(a < b and c >= d or not e)", "f:((Or (And (Less a b) (GreaterEqual c d)) (not e)))");
+    check("(not a < b and c)", "(And (not (Less a b)) c)");
+    check("(not not a or (b or c) and d)", "(Or (not (not a)) (And (Or b c) d))");
+    check("[not a, -b <= c]", "[(not a) (LessEqual (neg b) c)]");
+    check("f(not, and, or)", "f:(not and or)");
+    check("(a > b)*c", "(Mul (Greater a b) c)");
+    // Outside brackets a word is the next key.
+    check("a and b", "a and=b");
+    check("a  or 3", "a or=3");
+}
+
+#[test]
+fn min_is_a_unit_and_a_key() {
+    check("5 min", "<5 min1>");
+    check("5 min  a 3", "<5 min1> a=3");
+    check("5 N min", "<5 N1 min1>");
+    check("5 N*min a 3", "<5 N1 min1> a=3");
+    check("0.5 m  min 0.3 m", "<0.5 m1> min=<0.3 m1>");
+    check("5 /s min -x", "<5 s-1> min=(neg x)");
+    check("1  min -1", "1 min=(neg 1)");
+    check("[1, 2] m min [3, 4] m", "<[1 2] m1> min=<[3 4] m1>");
+    check("f(a)  min low", "f:(a) min=low");
+    check("(5) min", "<5 min1>");
+    check("(5) min, a 3", "<5 min1> a=3");
+    check("((5) min and a)", "(And <5 min1> a)");
+    check("(5) min*m", "<5 min1 m1>");
+    check("3 min - 2 s", "(Sub <3 min1> <2 s1>)");
+}
+
+#[test]
+fn arguments_with_a_name_are_entries() {
+    let same = |a: &str, b: &str| {
+        let (a, b) = (format!("hierarq 1\n{a}\n"), format!("hierarq 1\n{b}\n"));
+        let (x, y) = (good(&a, Spelling::Hq), good(&b, Spelling::Hq));
+        assert_eq!(x, y, "{a}{b}");
+        // Either is printed the same way, and YAML says it too.
+        assert_eq!(print(&x, Spelling::Hq), print(&y, Spelling::Hq));
+        assert_eq!(good(&print(&x, Spelling::Yaml), Spelling::Yaml), y);
+    };
+    same("task t = keep(a - b, min: 0.3 m, gain: 5 /s)", "task t = keep(a - b) { min 0.3 m  gain 5 /s }");
+    same("task t = keep(value: x, max: (a or b))", "task t = keep { value x  max (a or b) }");
+    same("task t = keep(x, min: 1) { max 2 }", "task t = keep(x) { min 1  max 2 }");
+    same("task t = keep(x,\n  min : [0, 1],\n)", "task t = keep(x) { min [0, 1] }");
+    same(
+        "stack s { level l { keep(x, min: 1) weight 2  other } }",
+        "stack s { level l { keep(x) { min 1 } weight 2  other } }",
+    );
 }
 
 #[test]

@@ -214,6 +214,13 @@ impl Controller {
             Fault::Overlap { member, row: r } => {
                 format!("{}: the parts overlap so deeply that no direction leads apart", row(member, r))
             }
+            Fault::Gain { member } => {
+                let name = self.evaluator.members().get(member).map_or("?", |m| m.name.as_str());
+                format!("the gain of task `{name}` is negative, or overshoots within one period")
+            }
+            Fault::Crossed { member, row: r } => {
+                format!("{}: its lower limit is above its upper one, or they close too fast", row(member, r))
+            }
             Fault::Infeasible { level: l } => {
                 let rows = self.unmet(l);
                 let list = if rows.is_empty() { String::new() } else { format!(": {}", rows.join(", ")) };

@@ -361,6 +361,8 @@ impl Evaluator {
                 Ok(()) => {}
                 Err(TaskFault::NotFinite { row }) => return Err(Fault::NotFinite { member: i, row }),
                 Err(TaskFault::Overlap { row }) => return Err(Fault::Overlap { member: i, row }),
+                Err(TaskFault::Gain { .. }) => return Err(Fault::Gain { member: i }),
+                Err(TaskFault::Crossed { row }) => return Err(Fault::Crossed { member: i, row }),
             }
             flush(rows.jacobian);
             flush(rows.lower);

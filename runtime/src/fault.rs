@@ -29,6 +29,18 @@ pub enum Fault {
         /// Its row.
         row: usize,
     },
+    /// A gain that depends on the robot's state is negative, or overshoots within one period.
+    Gain {
+        /// Index of the task in the stack's order.
+        member: usize,
+    },
+    /// The lower limit of a row lies above the upper one.
+    Crossed {
+        /// Index of the task in the stack's order.
+        member: usize,
+        /// Its row.
+        row: usize,
+    },
     /// A hard level cannot be met.
     Infeasible {
         /// Its index.
@@ -51,7 +63,8 @@ impl Fault {
     pub fn kind(&self) -> &'static str {
         match self {
             Fault::Observation { .. } | Fault::NotFinite { .. } => "not_finite",
-            Fault::Value { .. } => "value",
+            Fault::Value { .. } | Fault::Gain { .. } => "value",
+            Fault::Crossed { .. } => "crossed",
             Fault::Overlap { .. } => "overlap",
             Fault::Infeasible { .. } => "infeasible",
             Fault::Solver { .. } => "solver",

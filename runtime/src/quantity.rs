@@ -9,6 +9,7 @@ pub fn quantity(x: f64, unit: &str) -> String {
     if !x.is_finite() {
         return "-".to_string();
     }
+    let unit = if unit == "1" { "" } else { unit };
     let (x, unit) = match unit.strip_prefix("rad") {
         Some("") if x.abs() >= NOISE => (x.to_degrees(), "deg".to_string()),
         Some("/s") if x.abs() >= NOISE => (x.to_degrees(), "deg/s".to_string()),
@@ -73,6 +74,7 @@ mod tests {
         assert_eq!(quantity(0.5, "rad or m"), "0.500 rad or m");
         assert_eq!(quantity(5e-7, "rad or m"), "5.00e-7 rad or m");
         assert_eq!(quantity(0.25, ""), "0.250");
+        assert_eq!(quantity(0.25, "1"), "0.250");
         assert_eq!(quantity(-1e-17, "m"), "0 m");
         assert_eq!(quantity(0.0, "rad"), "0 deg");
         assert_eq!(quantity(f64::NAN, "m"), "-");

@@ -5,6 +5,8 @@ use std::fmt::Write;
 use robot::{Base, DofUnit};
 use solver::Structure;
 use stdlib_tasks::bound::{Bound, Slot};
+use stdlib_tasks::dimension::NONE;
+use stdlib_tasks::expression::{Expression, Leaf};
 use stdlib_tasks::task::Nature;
 
 use crate::controller::{Controller, Observation};
@@ -218,6 +220,9 @@ fn parameters(p: &Program, task: &TaskProgram, gain_is_said: bool, out: &mut Str
         if let Some(text) = bound_text(p, bound) {
             writeln!(out, "      {name} {text}")?;
         }
+        if let Bound::Expression(e) = bound {
+            expression(p, e, out)?;
+        }
     }
     Ok(())
 }
@@ -238,6 +243,12 @@ fn bound_text(p: &Program, bound: &Bound) -> Option<String> {
             Some(list.iter().map(|(a, s)| format!("{} {}", a.name, slot(p, s))).collect::<Vec<_>>().join(", "))
         }
         Bound::Choice(word) => Some(word.clone()),
+        Bound::Expression(e) => {
+            let parts: Vec<String> = e.outputs.iter().map(|o| format!("${o}")).collect();
+            let value = if parts.len() == 1 { parts[0].clone() } else { format!("[{}]", parts.join(", ")) };
+            let unit = if e.dimension == NONE { String::new() } else { format!(" in {}", e.dimension) };
+            Some(format!("{value}{unit}, by {} operations on the robot's state", e.ops.len()))
+        }
         Bound::Group(map) => {
             let inner: Vec<String> =
                 map.iter().filter_map(|(k, b)| Some(format!("{k} {}", bound_text(p, b)?))).collect();
@@ -293,7 +304,7 @@ fn values(p: &Program, out: &mut String) -> std::fmt::Result {
         writeln!(out, "  captured {}..{}: {source}", c.at, c.at + c.len)?;
     }
     for (i, op) in v.tape.ops.iter().enumerate() {
-        writeln!(out, "  %{i} = {}", operation(op))?;
+        writeln!(out, "  %{i} = {}", operation(op, '%'))?;
     }
     let mut said = Vec::new();
     for o in &v.tape.outputs {
@@ -305,27 +316,69 @@ fn values(p: &Program, out: &mut String) -> std::fmt::Result {
     Ok(())
 }
 
-fn operation(op: &Op) -> String {
+/// The operations of an expression of the state; `$` counts within it, `%` are values of the tape.
+fn expression(p: &Program, e: &Expression, out: &mut String) -> std::fmt::Result {
+    let states: Vec<String> = e.leaves.iter().flat_map(|l| leaf(p, l)).collect();
+    for (i, op) in e.ops.iter().enumerate() {
+        let text = match *op {
+            Op::Input(k) => e.inputs.get(k).map_or_else(String::new, |&at| slot(p, &Slot { at, len: 1 })),
+            Op::State(k) => states.get(k).cloned().unwrap_or_default(),
+            _ => operation(op, '$'),
+        };
+        writeln!(out, "        ${i} = {text}")?;
+    }
+    Ok(())
+}
+
+/// The numbers of a leaf, each in words.
+fn leaf(p: &Program, leaf: &Leaf) -> Vec<String> {
+    let parts = |names: &[&str], what: String| names.iter().map(|n| format!("{n} of {what}")).collect();
+    let name = |l: robot::LinkId| p.robot.model.link_ref(l).name.as_str();
+    match leaf {
+        Leaf::Point { link, offset } if offset.norm() == 0.0 => {
+            parts(&["x", "y", "z"], format!("the position of {}", name(*link)))
+        }
+        Leaf::Point { link, offset } => {
+            let at: Vec<String> = offset.iter().map(|x| number(*x)).collect();
+            parts(&["x", "y", "z"], format!("the point [{}] m of {}", at.join(", "), name(*link)))
+        }
+        Leaf::Orientation(link) => parts(&["w", "x", "y", "z"], format!("the orientation of {}", name(*link))),
+        Leaf::Joint(dof) => vec![format!("the position of joint {}", p.robot.model.dofs[*dof].name)],
+        Leaf::Distance(pair) => vec![format!("the distance from {} to {}", pair.0.name, pair.1.name)],
+    }
+}
+
+/// An operation; `sign` stands before the numbers of others.
+fn operation(op: &Op, sign: char) -> String {
+    let r = |a: usize| format!("{sign}{a}");
+    let of = |name: &str, a: usize| format!("{name} {}", r(a));
+    let two = |a: usize, name: &str, b: usize| format!("{} {name} {}", r(a), r(b));
     match *op {
         Op::Const(x) => number(x),
         Op::T => "t".to_string(),
         Op::Time => "time".to_string(),
         Op::Input(k) => format!("captured {k}"),
-        Op::Add(a, b) => format!("%{a} + %{b}"),
-        Op::Sub(a, b) => format!("%{a} - %{b}"),
-        Op::Mul(a, b) => format!("%{a} * %{b}"),
-        Op::Div(a, b) => format!("%{a} / %{b}"),
-        Op::Neg(a) => format!("-%{a}"),
-        Op::Sin(a) => format!("sin %{a}"),
-        Op::Cos(a) => format!("cos %{a}"),
-        Op::Exp(a) => format!("exp %{a}"),
-        Op::Log(a) => format!("log %{a}"),
-        Op::Sqrt(a) => format!("sqrt %{a}"),
-        Op::Abs(a) => format!("abs %{a}"),
-        Op::Powi(a, n) => format!("%{a} ^ {n}"),
-        Op::Min(a, b) => format!("min %{a} %{b}"),
-        Op::Max(a, b) => format!("max %{a} %{b}"),
-        Op::Select(a, b, c) => format!("if %{a} >= 0 then %{b} else %{c}"),
+        Op::State(k) => format!("state {k}"),
+        Op::Add(a, b) => two(a, "+", b),
+        Op::Sub(a, b) => two(a, "-", b),
+        Op::Mul(a, b) => two(a, "*", b),
+        Op::Div(a, b) => two(a, "/", b),
+        Op::Neg(a) => format!("-{}", r(a)),
+        Op::Sin(a) => of("sin", a),
+        Op::Cos(a) => of("cos", a),
+        Op::Asin(a) => of("asin", a),
+        Op::Acos(a) => of("acos", a),
+        Op::Atan2(a, b) => format!("atan2 {} {}", r(a), r(b)),
+        Op::Exp(a) => of("exp", a),
+        Op::Log(a) => of("log", a),
+        Op::Sqrt(a) => of("sqrt", a),
+        Op::Abs(a) => of("abs", a),
+        Op::Powi(a, n) => format!("{} ^ {n}", r(a)),
+        Op::Min(a, b) => format!("min {} {}", r(a), r(b)),
+        Op::Max(a, b) => format!("max {} {}", r(a), r(b)),
+        Op::Less(a, b) => two(a, "<", b),
+        Op::LessEqual(a, b) => two(a, "<=", b),
+        Op::Select(a, b, c) => format!("if {} >= 0 then {} else {}", r(a), r(b), r(c)),
     }
 }
 

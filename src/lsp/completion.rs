@@ -16,7 +16,7 @@ use super::document::Document;
 use super::hover;
 use super::mentions::{Class, MARKER, Mentions, Slot};
 use super::urdf::Part;
-use super::vocabulary::{BUILT_IN, DECLARATIONS, FRAME_FIELDS, Key, SECTIONS};
+use super::vocabulary::{BUILT_IN, DECLARATIONS, FRAME_FIELDS, Key, PRESENT, SECTIONS};
 use crate::catalogue::describe;
 
 /// What could stand at a byte.
@@ -30,7 +30,7 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Vec<CompletionItem>
     if in_comment(line, spelling) || text[start..byte].starts_with(|c: char| c.is_ascii_digit()) {
         return Some(Vec::new());
     }
-    let mut list = List { document, range: start..byte, items: Vec::new() };
+    let mut list = List { document, range: start..byte, colon: spelling == Spelling::Yaml, items: Vec::new() };
     let before = line.trim_end_matches([' ', '\t']);
     let unit = before.ends_with(|c: char| c.is_ascii_digit() || matches!(c, ')' | ']')) && before != line
         || before.ends_with('/');
@@ -38,7 +38,7 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Vec<CompletionItem>
         list.units();
     }
     match imagined(document, start..end, spelling) {
-        Some((_, Slot::Expression(_))) if unit => {}
+        Some((_, Slot::Expression { .. })) if unit => {}
         Some((mentions, slot)) => list.slot(&mentions, &slot),
         None if top_level(&text[..start], line, spelling) => {
             list.keys(if spelling == Spelling::Hq { DECLARATIONS } else { SECTIONS }, &[]);
@@ -111,6 +111,8 @@ fn top_level(before: &str, line: &str, spelling: Spelling) -> bool {
 struct List<'d> {
     document: &'d Document,
     range: Range<usize>,
+    /// Keys are followed by a colon.
+    colon: bool,
     items: Vec<CompletionItem>,
 }
 
@@ -121,8 +123,7 @@ fn markdown(value: String) -> Option<Documentation> {
 impl List<'_> {
     /// Adds an item. `rank` orders it: smaller first.
     fn add(&mut self, label: &str, kind: CompletionItemKind, rank: usize, detail: &str, doc: String) {
-        let yaml = self.document.spelling() == Some(Spelling::Yaml);
-        let colon = yaml && kind == CompletionItemKind::PROPERTY;
+        let colon = self.colon && kind == CompletionItemKind::PROPERTY;
         let new = if colon { format!("{label}: ") } else { label.to_string() };
         self.items.push(CompletionItem {
             label: label.to_string(),
@@ -139,6 +140,10 @@ impl List<'_> {
         match slot {
             Slot::Keys(keys, used) => self.keys(keys, used),
             Slot::Parameters(infos, used) => self.parameters(infos, used),
+            Slot::Named(infos, used) => {
+                self.colon = true;
+                self.parameters(infos, used);
+            }
             Slot::Words(words) => {
                 for word in *words {
                     self.add(word, CompletionItemKind::ENUM_MEMBER, 0, "", String::new());
@@ -150,7 +155,7 @@ impl List<'_> {
                 self.kinds(1);
             }
             Slot::Stack => self.names(mentions, Class::Stack, 0),
-            Slot::Expression(auto) => self.expression(mentions, *auto),
+            Slot::Expression { auto, state } => self.expression(mentions, *auto, *state),
             Slot::Captured(actuals, prefix) => {
                 for actual in *actuals {
                     match actual.name.strip_prefix(prefix.as_str()) {
@@ -232,12 +237,13 @@ impl List<'_> {
         }
     }
 
-    fn expression(&mut self, mentions: &Mentions, auto: bool) {
+    fn expression(&mut self, mentions: &Mentions, auto: bool, state: bool) {
         if auto {
             self.add("auto", CompletionItemKind::ENUM_MEMBER, 0, "worked out by the task", String::new());
         }
         self.names(mentions, Class::Param, 0);
-        let known: Vec<&str> = BUILT_IN.iter().map(|k| k.name).filter(|n| !matches!(*n, "frame" | "joint")).collect();
+        let known = BUILT_IN.iter().map(|k| k.name).filter(|n| state || !PRESENT.contains(n));
+        let known: Vec<&str> = known.collect();
         self.built_in(&known, 1);
         let functions: Vec<&str> = compiler::expr::FUNCTIONS.iter().map(|f| f.name).collect();
         self.built_in(&functions, 2);

@@ -103,6 +103,8 @@ pub(super) enum Slot {
     Keys(&'static [Key], Vec<String>),
     /// Parameters of a task type, without those that are there.
     Parameters(&'static [ParamInfo], Vec<String>),
+    /// Parameters of a task type as arguments with a name, without those that are there.
+    Named(&'static [ParamInfo], Vec<String>),
     /// Words, as keys or values.
     Words(&'static [&'static str]),
     /// A task type.
@@ -111,8 +113,13 @@ pub(super) enum Slot {
     Member,
     /// A stack.
     Stack,
-    /// An expression; with `auto` or without.
-    Expression(bool),
+    /// An expression.
+    Expression {
+        /// `auto` may stand in its place.
+        auto: bool,
+        /// What the robot does now may stand in it.
+        state: bool,
+    },
     /// What `initial(..)` can capture, behind this prefix.
     Captured(&'static [Actual], String),
     /// What a frame has.
@@ -170,7 +177,7 @@ impl Mentions {
 
 /// Reads a tree.
 pub(super) fn of(spec: &Spec, text: &str, spelling: Spelling, urdf: Option<&Urdf>) -> Mentions {
-    let mut walker = Walker { text, spelling, urdf, found: Mentions::default() };
+    let mut walker = Walker { text, spelling, urdf, state: false, found: Mentions::default() };
     walker.spec(spec);
     let mut found = walker.found;
     found.all.sort_by_key(|m| (m.place.start, m.place.end));
@@ -182,6 +189,8 @@ pub(super) struct Walker<'t> {
     pub text: &'t str,
     pub spelling: Spelling,
     pub urdf: Option<&'t Urdf>,
+    /// True inside an expression in which the robot's present state may stand.
+    pub state: bool,
     pub found: Mentions,
 }
 

@@ -6,7 +6,7 @@ use stdlib_tasks::params::{ParamInfo, ParamType};
 use stdlib_tasks::task::{Actual, TaskKind};
 
 use super::mentions::{Class, MARKER, Slot, Walker, What};
-use super::vocabulary::{BUILT_IN, find};
+use super::vocabulary::{BUILT_IN, PRESENT, find};
 use super::walk::{items, used, word};
 
 impl Walker<'_> {
@@ -26,6 +26,14 @@ impl Walker<'_> {
         for (i, argument) in definition.args.iter().enumerate() {
             let last = kind.positional.len().saturating_sub(1);
             let info = kind.positional.get(i.min(last)).and_then(|n| kind.params.iter().find(|p| p.name == *n));
+            let takes_all = |ty| matches!(ty, ParamType::Frames | ParamType::Geometries | ParamType::Joints);
+            // Behind the arguments without a name stand those with one.
+            if i >= kind.positional.len()
+                && !info.is_some_and(|info| takes_all(info.ty))
+                && self.marked(word(argument).unwrap_or(""), || Slot::Named(kind.params, used(&definition.body)))
+            {
+                continue;
+            }
             match info {
                 Some(info) => self.parameter(kind, info, argument),
                 None => self.anything(argument),
@@ -54,7 +62,7 @@ impl Walker<'_> {
             ParamType::Scalar(_) => self.typed(value, kind.actuals),
             ParamType::AutoScalar(_) => match word(value) {
                 Some("auto") => {}
-                Some(MARKER) => self.found.slot = Some(Slot::Expression(true)),
+                Some(MARKER) => self.found.slot = Some(Slot::Expression { auto: true, state: false }),
                 _ => self.typed(value, kind.actuals),
             },
             ParamType::Vector(_) | ParamType::Vectors(..) => self.typed(value, kind.actuals),
@@ -90,6 +98,11 @@ impl Walker<'_> {
                 if let Some(said) = word(value) {
                     self.marked(said, || Slot::Words(words));
                 }
+            }
+            ParamType::Expression(_) => {
+                let before = std::mem::replace(&mut self.state, true);
+                self.typed(value, kind.actuals);
+                self.state = before;
             }
             ParamType::Group(infos) => match &value.kind {
                 ValueKind::Block(b) => self.parameters(kind, infos, b),
@@ -229,8 +242,9 @@ impl Walker<'_> {
     fn typed(&mut self, value: &Value, actuals: &'static [Actual]) {
         match &value.kind {
             ValueKind::Name(name) => {
-                if self.marked(name, || Slot::Expression(false)) {
-                } else if find(BUILT_IN, name).is_some() {
+                let state = self.state;
+                if self.marked(name, || Slot::Expression { auto: false, state }) {
+                } else if find(BUILT_IN, name).is_some() && !PRESENT.contains(&name.as_str()) {
                     self.note(name, value.span, What::BuiltIn(name.clone()));
                 } else {
                     self.note(name, value.span, What::Declared(Class::Param, name.clone()));
@@ -250,7 +264,8 @@ impl Walker<'_> {
                 }
             }
             ValueKind::Call(function, args) => {
-                if self.marked(&function.value, || Slot::Expression(false)) {
+                let state = self.state;
+                if self.marked(&function.value, || Slot::Expression { auto: false, state }) {
                     return;
                 }
                 self.note(&function.value, function.span, What::BuiltIn(function.value.clone()));
@@ -258,12 +273,22 @@ impl Walker<'_> {
                     ("initial", [one]) => self.captured(one, actuals),
                     ("frame", [one]) => self.frame(one),
                     ("joint", [one]) => self.joints(one),
+                    ("point", [frame, offset]) => {
+                        self.frame(frame);
+                        self.typed(offset, actuals);
+                    }
+                    ("distance", parts) => parts.iter().for_each(|p| self.geometries(p)),
                     _ => args.iter().for_each(|a| self.typed(a, actuals)),
                 }
             }
-            ValueKind::Field(inner, _) => self.typed(inner, actuals),
+            ValueKind::Field(inner, field) => {
+                if matches!(&inner.kind, ValueKind::Call(f, _) if f.value == "frame") {
+                    self.marked(&field.value, || Slot::FrameField);
+                }
+                self.typed(inner, actuals);
+            }
             ValueKind::List(list) => list.iter().for_each(|v| self.typed(v, actuals)),
-            ValueKind::Negate(inner) => self.typed(inner, actuals),
+            ValueKind::Negate(inner) | ValueKind::Not(inner) => self.typed(inner, actuals),
             ValueKind::Binary(_, left, right) => {
                 self.typed(left, actuals);
                 self.typed(right, actuals);

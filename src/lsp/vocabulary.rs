@@ -142,9 +142,26 @@ pub(super) static BUILT_IN: &[Key] = &[
     key("t", "Time since this stack became active, in s."),
     key("time", "Time since the start of the run, in s."),
     key("initial", "`initial(VALUE)`: the value at the moment the stack becomes active."),
-    key("frame", "`frame(LINK).position`, `frame(LINK).orientation`: of a link in the world, inside `initial(..)`."),
-    key("joint", "`joint(NAME)`: the position of a joint, inside `initial(..)`."),
+    key(
+        "frame",
+        "`frame(LINK).position`, `frame(LINK).orientation`: of a link in the world; its present value in the expressions \
+         of `keep` and `track`, the value at entry inside `initial(..)`.",
+    ),
+    key(
+        "joint",
+        "`joint(NAME)`: the position of a joint; in the expressions of `keep` and `track`, and in `initial(..)`.",
+    ),
+    key("point", "`point(LINK, [x, y, z] m)`: where a point fixed in a link is in the world, in `keep` and `track`."),
+    key(
+        "distance",
+        "`distance(PART, PART)`: between points, segments and shapes, the smallest of groups, in `keep` and `track`.",
+    ),
+    key("true", "The truth value of what holds."),
+    key("false", "The truth value of what does not hold."),
 ];
+
+/// Those that give what the robot does now.
+pub(super) static PRESENT: &[&str] = &["frame", "joint", "point", "distance"];
 
 /// What a frame has.
 pub(super) static FRAME_FIELDS: &[&str] = &["position", "orientation"];

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 use stdlib_tasks::KINDS;
 use stdlib_tasks::dimension::RATE;
-use stdlib_tasks::params::{ParamInfo, ParamType, Presence, Quantity};
+use stdlib_tasks::params::{Form, ParamInfo, ParamType, Presence, Quantity};
 use stdlib_tasks::task::TaskKind;
 
 use super::{described, object, values};
@@ -64,6 +64,8 @@ fn parameter(p: &ParamInfo) -> Value {
         }
         ParamType::PerArm(d) => values::per_arm(*d),
         ParamType::Choice(words) => json!({ "enum": words }),
+        ParamType::Expression(Form::Number(q)) => values::scalar(q),
+        ParamType::Expression(_) => values::any(),
         ParamType::Group(inner) => {
             let needed: Vec<&str> = inner.iter().filter(|p| required(p)).map(|p| p.name).collect();
             object(parameters(inner), &needed, "")

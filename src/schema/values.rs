@@ -109,6 +109,17 @@ pub(super) fn vectors(count: usize, d: Dimension) -> Value {
     json!({ "type": ["string", "array"], "items": vector(d), "minItems": count, "maxItems": count })
 }
 
+/// A number or an expression of any dimension, or the three numbers of a vector.
+pub(super) fn any() -> Value {
+    json!({
+        "type": ["number", "string", "array"],
+        "items": { "type": ["number", "string"] },
+        "minItems": 3,
+        "maxItems": 3,
+        "minLength": 1,
+    })
+}
+
 /// A name, or a list of them.
 pub(super) fn names() -> Value {
     json!({ "type": ["string", "array"], "minLength": 1, "items": { "type": "string", "minLength": 1 } })

@@ -6,9 +6,10 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use robot::{LinkId, Shape};
+use robot::{LinkId, Model, Shape};
 use serde::{Deserialize, Serialize};
 
+use crate::expression::Expression;
 use crate::task::{BuildError, Context};
 
 /// A run of numbers in the table of values.
@@ -38,6 +39,19 @@ impl Geometry {
     pub fn point(name: impl Into<String>, link: LinkId, offset: Vector3<f64>) -> Self {
         let origin = Isometry3::translation(offset.x, offset.y, offset.z);
         Geometry { name: name.into(), link, origin, shape: Shape::Sphere { radius: 0.0 } }
+    }
+
+    /// Makes sure that the link exists, and that shape and placement are sound.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check(&self, model: &Model) -> Result<(), &'static str> {
+        let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };
+        ensure(self.link.index() < model.links.len(), "a frame does not exist")?;
+        let turn = self.origin.rotation.norm();
+        let placed = self.origin.translation.vector.iter().all(|x| x.is_finite()) && (turn - 1.0).abs() < 1e-6;
+        ensure(placed, "the placement of a shape is not finite")?;
+        ensure(self.shape.is_sound(), "a shape has a negative or infinite size")
     }
 
     /// The point's place in the link's frame, in m (the centre, for other shapes).
@@ -83,6 +97,8 @@ pub enum Bound {
     PerArm(Vec<(Arm, Slot)>),
     /// One of the words that the parameter allows.
     Choice(String),
+    /// An expression of the robot's present state.
+    Expression(Expression),
     /// Parameters inside a parameter.
     Group(BTreeMap<String, Bound>),
 }
@@ -94,6 +110,7 @@ impl Bound {
             Bound::Value(s) => vec![*s],
             Bound::PerJoint(l) => l.iter().map(|x| x.1).collect(),
             Bound::PerArm(l) => l.iter().map(|x| x.1).collect(),
+            Bound::Expression(e) => e.slots().collect(),
             Bound::Group(map) => map.values().flat_map(Bound::slots).collect(),
             _ => Vec::new(),
         }
@@ -131,17 +148,12 @@ fn check_one(bound: &Bound, ctx: &Context) -> Result<(), &'static str> {
         Bound::Frame(_, l) => link(l),
         Bound::Frames(list) => list.iter().try_for_each(|(_, l)| link(l)),
         Bound::Arm(a) => arm(a),
-        Bound::Geometries(list) => list.iter().try_for_each(|g| {
-            link(&g.link)?;
-            let turn = g.origin.rotation.norm();
-            let placed = g.origin.translation.vector.iter().all(|x| x.is_finite()) && (turn - 1.0).abs() < 1e-6;
-            ensure(placed, "the placement of a shape is not finite")?;
-            ensure(g.shape.is_sound(), "a shape has a negative or infinite size")
-        }),
+        Bound::Geometries(list) => list.iter().try_for_each(|g| g.check(ctx.model)),
         Bound::Joints(list) => list.iter().try_for_each(dof),
         Bound::PerJoint(list) => list.iter().try_for_each(|(d, s)| dof(d).and_then(|()| one(s))),
         Bound::PerArm(list) => list.iter().try_for_each(|(a, s)| arm(a).and_then(|()| one(s))),
         Bound::Choice(_) => Ok(()),
+        Bound::Expression(e) => e.check(ctx.model, ctx.slot_count()),
         Bound::Group(group) => group.values().try_for_each(|b| check_one(b, ctx)),
     }
 }

@@ -4,9 +4,11 @@
 //! type's `build` turns them into a [`task::Task`]; the controller asks the task for its rows at every tick.
 //! This crate knows robots, and nothing of the language, solvers or state machines.
 
+pub mod apart;
 pub mod bound;
 pub mod clearance;
 pub mod dimension;
+pub mod expression;
 pub mod kinds;
 pub mod params;
 mod reserve;
@@ -14,6 +16,7 @@ pub mod slope;
 pub mod so3;
 pub mod task;
 pub mod tracking;
+pub mod written;
 
 pub use kinds::{KINDS, find};
 pub use task::{Task, TaskKind};

@@ -5,6 +5,7 @@
 
 use crate::bound::{Arm, Bound, BoundParams, Geometry, Slot};
 use crate::dimension::Dimension;
+use crate::expression::Expression;
 use robot::LinkId;
 
 /// What a parameter may hold.
@@ -40,8 +41,26 @@ pub enum ParamType {
     PerArm(Dimension),
     /// One of these words.
     Choice(&'static [&'static str]),
+    /// An expression in which the robot's present state may stand.
+    Expression(Form),
     /// Parameters inside a parameter.
     Group(&'static [ParamInfo]),
+}
+
+/// What an expression of the robot's present state may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Form {
+    /// A number or a vector of any dimension, and an orientation where `orientation` says so. The state must stand in it.
+    Value {
+        /// Whether it may be an orientation.
+        orientation: bool,
+    },
+    /// Of the kind and dimension that another parameter, bound before, has.
+    Like(&'static str),
+    /// A number.
+    Number(Quantity),
+    /// A constant number, zero or more, of the dimension that another parameter, bound before, has. No state stands in it.
+    Size(&'static str),
 }
 
 /// Unit and range of a scalar.
@@ -202,6 +221,40 @@ impl FromBound for Auto {
     }
 }
 
+/// A number, vector or orientation, in which the robot's present state may stand.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Operand {
+    /// It depends on time alone.
+    Slot(Slot),
+    /// It depends on the robot's state.
+    Expression(Expression),
+}
+
+impl Operand {
+    /// How many numbers it has.
+    pub fn len(&self) -> usize {
+        match self {
+            Operand::Slot(slot) => slot.len,
+            Operand::Expression(e) => e.outputs.len(),
+        }
+    }
+
+    /// True for none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl FromBound for Operand {
+    fn from_bound(bound: Option<&Bound>) -> Option<Self> {
+        match bound {
+            Some(Bound::Value(slot)) if matches!(slot.len, 1 | 3 | 4) => Some(Operand::Slot(*slot)),
+            Some(Bound::Expression(e)) => Some(Operand::Expression(e.clone())),
+            _ => None,
+        }
+    }
+}
+
 macro_rules! from_bound {
     ($variant:ident, $ty:ty) => {
         impl FromBound for $ty {
@@ -221,6 +274,7 @@ from_bound!(Joints, Vec<usize>);
 from_bound!(PerJoint, Vec<(usize, Slot)>);
 from_bound!(PerArm, Vec<(Arm, Slot)>);
 from_bound!(Choice, String);
+from_bound!(Expression, Expression);
 from_bound!(Group, BoundParams);
 
 impl FromBound for (String, LinkId) {

@@ -33,15 +33,17 @@ pub enum ActualType {
     Vector(Dimension),
     /// A unit quaternion `w x y z`.
     Rotation,
+    /// That of the parameter of this name, which is an expression.
+    Of(&'static str),
 }
 
 impl ActualType {
-    /// How many numbers it takes.
+    /// How many numbers it takes at most.
     pub fn len(self) -> usize {
         match self {
             ActualType::Scalar(_) => 1,
             ActualType::Vector(_) => 3,
-            ActualType::Rotation => 4,
+            ActualType::Rotation | ActualType::Of(_) => 4,
         }
     }
 
@@ -214,6 +216,16 @@ pub enum TaskFault {
     },
     /// Two shapes overlap so deeply that no direction leads apart.
     Overlap {
+        /// The row.
+        row: usize,
+    },
+    /// A gain that depends on the state is negative, or overshoots within one period.
+    Gain {
+        /// The row.
+        row: usize,
+    },
+    /// The lower side of a row lies above the upper one.
+    Crossed {
         /// The row.
         row: usize,
     },

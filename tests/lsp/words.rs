@@ -94,6 +94,82 @@ fn completion_offers_what_can_stand_there() {
     assert!(item("gain")["documentation"]["value"].as_str().is_some_and(|d| d.contains("how fast")), "{items:?}");
 }
 
+/// Expressions of the robot's state: words in them have the meaning that they have elsewhere.
+const OWN: &str = r#"hierarq 1
+
+param distance = 0.3 m
+
+robot arm {
+  urdf "robots/arm7.urdf"
+  rate 100 Hz
+  arms { only { tip link_7 } }
+  points { elbow link_4  wrist link_6 }
+  home { joint_2 0.4 rad  joint_4 1.6 rad  joint_6 1.1 rad }
+}
+
+task gap = keep(distance(elbow, base_link) + 0*norm(frame(only).position), min: distance, gain: 5 /s)
+
+task turn = track(if(joint(joint_2) < 1 rad, joint(joint_4), 2 rad)) { target initial(value) }
+
+stack work { level keep hard { gap }  level move { turn } }
+"#;
+
+#[test]
+fn expressions_of_the_state() {
+    let mut e = Editor::ready();
+    let doc = uri("lsp_own.hq");
+    e.open(&doc, "hierarq", OWN);
+    for (place, says) in [
+        ("keep(dist|ance(", "between points, segments and shapes"),
+        ("frame(on|ly)", "tip link_7"),
+        ("min: dis|tance", "0.3 m"),
+        ("m|in: distance", "smallest"),
+        ("joint(join|t_2)", "revolute"),
+        ("track(i|f(", "condition"),
+        ("= tra|ck(", "thesis (2.5)"),
+    ] {
+        let hover = e.at("textDocument/hover", &doc, &find(OWN, place));
+        assert!(hover["contents"]["value"].as_str().is_some_and(|v| v.contains(says)), "{place}: {hover}");
+    }
+    for (from, to) in [
+        ("distance(el|bow", "points { |elbow"),
+        ("frame(on|ly)", "arms { |only"),
+        ("min: dis|tance", "param |distance"),
+    ] {
+        let place = e.at("textDocument/definition", &doc, &find(OWN, from));
+        assert_eq!(place["range"]["start"], find(OWN, to), "{from}");
+    }
+    let params = json!({
+        "textDocument": { "uri": doc }, "position": find(OWN, "points { el|bow"), "newName": "hinge",
+    });
+    let answer = e.ask("textDocument/rename", params);
+    let renamed = edited(OWN, &answer["result"]["changes"][&doc]);
+    assert!(renamed.contains("keep(distance(hinge, base_link)"), "{renamed}");
+    assert_eq!(common::program_of(OWN).values, common::program_of(&renamed).values);
+    for (version, old, new, has, has_not) in [
+        (2, "min: distance, gain", "|, gain", "min", "frame"),
+        (3, "frame(only).position", "frame(|).position", "only", "joint_1"),
+        (4, "frame(only).position", "frame(only).|", "orientation", "gain"),
+        (5, "joint(joint_4)", "|", "frame", "gain"),
+        (6, "distance(elbow, base_link)", "distance(elbow, |)", "wrist", "joint_1"),
+        (7, "target initial(value)", "target initial(|)", "value", "gain"),
+        (8, "target initial(value)", "tar|", "target", "frame"),
+    ] {
+        let marked = OWN.replacen(old, new, 1);
+        let cursor = marked.find('|').expect("a cursor");
+        let changed = marked.replacen('|', "", 1);
+        e.change(&doc, version, json!([{ "text": changed }]));
+        let items = e.at("textDocument/completion", &doc, &position(&changed, cursor));
+        let offered = labels(&items);
+        assert!(offered.iter().any(|o| o == has), "{new}: no `{has}` in {offered:?}");
+        assert!(!offered.iter().any(|o| o == has_not), "{new}: `{has_not}` in {offered:?}");
+        if has == "min" {
+            let item = items.as_array().expect("a list").iter().find(|i| i["label"] == "min").expect("offered");
+            assert_eq!(item["textEdit"]["newText"], "min: ");
+        }
+    }
+}
+
 #[test]
 fn yaml_has_the_same() {
     let mut e = Editor::ready();

@@ -1,7 +1,9 @@
 //! Task parameters: what a spec says of them, bound to numbers, indices and places in the table of values.
 
+mod expression;
 mod parts;
 mod per;
+mod present;
 mod scope;
 mod table;
 mod value;
@@ -38,6 +40,8 @@ pub struct Binder<'a> {
     pub sources: &'a mut dsl::Sources,
     /// The numbers of the task that is bound now.
     pub numbers: Vec<Number>,
+    /// Kind and dimension of those of its parameters that others are like.
+    pub forms: BTreeMap<&'static str, (Kind, Dimension)>,
     /// Where mistakes go.
     pub diagnostics: &'a mut Vec<Diagnostic>,
 }
@@ -88,6 +92,7 @@ impl Binder<'_> {
             return None;
         };
         self.numbers.clear();
+        self.forms.clear();
         let mut body = definition.body.clone();
         self.positional(kind, definition, &mut body);
         let mut spans = BTreeMap::new();
@@ -247,7 +252,8 @@ impl Binder<'_> {
                 frames.into_iter().collect::<Option<Vec<_>>>().map(Bound::Frames)
             }
             ParamType::Arm => self.arm(value, info).map(Bound::Arm),
-            ParamType::Geometries => self.geometries(value).map(Bound::Geometries),
+            ParamType::Geometries => parts::geometries(self.robot, value, self.diagnostics).map(Bound::Geometries),
+            ParamType::Expression(form) => self.expression(owner, value, form, info),
             ParamType::Joints => joints(items_of(value), &self.robot.model, &self.robot.joint_groups, self.diagnostics)
                 .map(Bound::Joints),
             ParamType::JointPositions => self.per_joint(owner, value, info, NONE),

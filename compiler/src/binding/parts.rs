@@ -9,7 +9,7 @@ use stdlib_tasks::params::ParamInfo;
 use super::Binder;
 use crate::forms::{items_of, path_of, text_of};
 use crate::names::{list, suggest};
-use crate::robot_binding::{unknown_geometry, unknown_link};
+use crate::robot_binding::{BoundRobot, unknown_geometry, unknown_link};
 
 impl Binder<'_> {
     pub(super) fn frame(&mut self, value: &Value, info: &ParamInfo) -> Option<(String, LinkId)> {
@@ -47,64 +47,61 @@ impl Binder<'_> {
         });
         None
     }
+}
 
-    pub(super) fn geometries(&mut self, value: &Value) -> Option<Vec<Geometry>> {
-        let mut all: Vec<Geometry> = Vec::new();
-        let mut good = true;
-        for item in items_of(value) {
-            let Some(path) = path_of(item) else {
-                self.diagnostics.push(Diagnostic::error(
-                    "HQ0304",
-                    item.span,
-                    "the name of a point, segment, group or link is needed here",
-                ));
-                good = false;
-                continue;
-            };
-            if self.robot.failed.contains(&path) {
-                good = false;
-                continue;
-            }
-            let names = self.robot.groups.get(&path).cloned().unwrap_or_else(|| vec![path.clone()]);
-            for name in names {
-                if let Some(g) = self.robot.geometries.iter().find(|g| g.name == name) {
-                    all.push(g.clone());
-                } else if let Some(link) = self.robot.model.link(&name) {
-                    let shapes = &self.robot.model.link_ref(link).collision;
-                    if shapes.is_empty() {
-                        self.diagnostics.push(
-                            Diagnostic::error("HQ0201", item.span, format!("link `{name}` has no collision shape"))
-                                .help(format!(
-                                    "declare a point on it in the robot: `points {{ {name}_point {name} }}`"
-                                )),
-                        );
-                        good = false;
-                    }
-                    all.extend(shapes.iter().enumerate().map(|(i, s)| Geometry {
-                        name: if shapes.len() == 1 { name.clone() } else { format!("{name}[{i}]") },
-                        link,
-                        origin: s.origin,
-                        shape: s.shape,
-                    }));
-                } else {
-                    let d = unknown_geometry(
-                        &self.robot.model,
-                        &self.robot.geometries,
-                        &self.robot.groups,
-                        &name,
-                        item.span,
+/// The points, segments and shapes that a value names; `None` where a name is wrong, and was reported.
+pub(super) fn geometries(
+    robot: &BoundRobot,
+    value: &Value,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<Vec<Geometry>> {
+    let mut all: Vec<Geometry> = Vec::new();
+    let mut good = true;
+    for item in items_of(value) {
+        let Some(path) = path_of(item) else {
+            diagnostics.push(Diagnostic::error(
+                "HQ0304",
+                item.span,
+                "the name of a point, segment, group or link is needed here",
+            ));
+            good = false;
+            continue;
+        };
+        if robot.failed.contains(&path) {
+            good = false;
+            continue;
+        }
+        let names = robot.groups.get(&path).cloned().unwrap_or_else(|| vec![path.clone()]);
+        for name in names {
+            if let Some(g) = robot.geometries.iter().find(|g| g.name == name) {
+                all.push(g.clone());
+            } else if let Some(link) = robot.model.link(&name) {
+                let shapes = &robot.model.link_ref(link).collision;
+                if shapes.is_empty() {
+                    diagnostics.push(
+                        Diagnostic::error("HQ0201", item.span, format!("link `{name}` has no collision shape"))
+                            .help(format!("declare a point on it in the robot: `points {{ {name}_point {name} }}`")),
                     );
-                    self.diagnostics.push(d);
                     good = false;
                 }
+                all.extend(shapes.iter().enumerate().map(|(i, s)| Geometry {
+                    name: if shapes.len() == 1 { name.clone() } else { format!("{name}[{i}]") },
+                    link,
+                    origin: s.origin,
+                    shape: s.shape,
+                }));
+            } else {
+                let d = unknown_geometry(&robot.model, &robot.geometries, &robot.groups, &name, item.span);
+                diagnostics.push(d);
+                good = false;
             }
         }
-        let mut unique: Vec<Geometry> = Vec::new();
-        for g in all {
-            if !unique.contains(&g) {
-                unique.push(g);
-            }
-        }
-        good.then_some(unique)
     }
+    let mut unique: Vec<Geometry> = Vec::new();
+    for g in all {
+        if !unique.contains(&g) {
+            unique.push(g);
+        }
+    }
+    good.then_some(unique)
 }

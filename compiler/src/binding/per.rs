@@ -64,7 +64,7 @@ impl Binder<'_> {
             }
             return good.then_some(Bound::PerJoint(out));
         }
-        let typed = self.typed(owner, value, true)?;
+        let typed = self.typed(owner, value, true, false)?;
         let revolute = ANGLE.times(per).unwrap_or(per);
         let wanted = if revolute.accepts(typed.dimension) { revolute } else { LENGTH.times(per).unwrap_or(per) };
         if typed.kind != Kind::Scalar
@@ -114,7 +114,7 @@ impl Binder<'_> {
         let Some(items) = joint_items(value, dofs.len(), self.diagnostics)? else {
             let Some(&first) = dofs.first() else { return Some(Vec::new()) };
             if let Some(other) = dofs.iter().position(|&d| dimension(d) != dimension(first)) {
-                let typed = self.typed(owner, value, true)?;
+                let typed = self.typed(owner, value, true, false)?;
                 if typed.dimension != NONE {
                     let text = format!("`{}` and `{}` need values of different units", names[0], names[other]);
                     let (a, b) = (units::written(dimension(first)), units::written(dimension(dofs[other])));

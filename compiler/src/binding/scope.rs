@@ -1,14 +1,16 @@
 //! What names and `initial(..)` mean inside the parameters of a task.
 
+use std::collections::BTreeMap;
+
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
 use runtime::program::{CaptureSource, Op};
-use stdlib_tasks::dimension::{LENGTH, NONE};
+use stdlib_tasks::dimension::{Dimension, LENGTH, NONE};
 use stdlib_tasks::task::ActualType;
 
 use super::{Owner, Table};
 use crate::constants::{Params, joint_dimension};
-use crate::expr::{Graph, Kind, Meaning, Scope, Typed};
+use crate::expr::{Graph, Kind, Meaning, Now, Scope, Typed};
 use crate::forms::{path_of, text_of};
 use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, unknown_joint, unknown_link};
@@ -20,6 +22,10 @@ pub(super) struct TaskScope<'s> {
     pub table: &'s mut Table,
     pub owner: Owner<'s>,
     pub moving: bool,
+    /// Whether what the robot does now may stand in it.
+    pub state: bool,
+    /// Kind and dimension of parameters that were bound before and are expressions.
+    pub forms: &'s BTreeMap<&'static str, (Kind, Dimension)>,
 }
 
 impl Scope for TaskScope<'_> {
@@ -46,13 +52,30 @@ impl Scope for TaskScope<'_> {
         let (kind, dimension) = match ty {
             ActualType::Scalar(d) => (Kind::Scalar, d),
             ActualType::Vector(d) => (Kind::Vector, d),
-            ActualType::Rotation => (Kind::Rotation, NONE),
+            ActualType::Rotation | ActualType::Of(_) => (Kind::Rotation, NONE),
         };
         Ok(Typed { kind, dimension, nodes, bare: false, span })
+    }
+
+    fn now(&mut self, graph: &mut Graph, what: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
+        self.present(graph, what, span, diagnostics)
     }
 }
 
 impl TaskScope<'_> {
+    /// The type of a parameter that was bound before.
+    fn type_of(&self, name: &str, span: Span) -> Result<ActualType, Box<Diagnostic>> {
+        match self.forms.get(name) {
+            Some((Kind::Scalar | Kind::Truth, d)) => Ok(ActualType::Scalar(*d)),
+            Some((Kind::Vector, d)) => Ok(ActualType::Vector(*d)),
+            Some((Kind::Rotation, _)) => Ok(ActualType::Rotation),
+            None => Err(Box::new(
+                Diagnostic::error("HQ0311", span, format!("`{name}` cannot be captured inside itself"))
+                    .help("use `initial(frame(F).position)`, `initial(frame(F).orientation)` or `initial(joint(J))`"),
+            )),
+        }
+    }
+
     fn source(&self, argument: &Value) -> Result<(CaptureSource, ActualType), Box<Diagnostic>> {
         let model = &self.robot.model;
         if let ValueKind::Field(inner, field) = &argument.kind
@@ -104,7 +127,11 @@ impl TaskScope<'_> {
                     || (a.name == "*" && self.robot.arms.iter().any(|arm| candidate == format!("angle.{}", arm.name)))
             });
             if let Some(actual) = found {
-                return Ok((CaptureSource::Task(self.owner.task, candidate), actual.ty));
+                let ty = match actual.ty {
+                    ActualType::Of(name) => self.type_of(name, argument.span)?,
+                    ty => ty,
+                };
+                return Ok((CaptureSource::Task(self.owner.task, candidate), ty));
             }
         }
         let mut d = Diagnostic::error(

@@ -1,7 +1,10 @@
 //! The table of values while it is laid out: the places of parameters, and what is captured.
 
+use std::collections::BTreeMap;
+
 use runtime::program::{Capture, CaptureSource};
 use stdlib_tasks::bound::Slot;
+use stdlib_tasks::expression::Leaf;
 
 /// The table of values while it is being laid out: for each place the node that gives it.
 #[derive(Debug, Default)]
@@ -12,6 +15,10 @@ pub struct Table {
     pub captures: Vec<Capture>,
     /// Number of captured values.
     pub inputs: usize,
+    /// What the robot does now, each with the first of its numbers.
+    pub leaves: Vec<(usize, Leaf)>,
+    /// The first number of each, by its text.
+    known: BTreeMap<String, usize>,
     /// Ranges of places that move, for the controller to watch.
     pub ranges: Vec<(usize, f64, f64)>,
 }
@@ -32,5 +39,23 @@ impl Table {
         self.captures.push(Capture { at, len, source });
         self.inputs += len;
         at
+    }
+
+    /// Gives a leaf its numbers once, however often it is named; gives the first.
+    pub(super) fn leaf(&mut self, leaf: Leaf) -> usize {
+        let key = format!("{leaf:?}");
+        if let Some(&at) = self.known.get(&key) {
+            return at;
+        }
+        let at = self.leaves.last().map_or(0, |(at, l)| at + l.width());
+        self.leaves.push((at, leaf));
+        self.known.insert(key, at);
+        at
+    }
+
+    /// The leaf that number `k` of the state belongs to, with its first number.
+    pub(super) fn leaf_of(&self, k: usize) -> Option<(usize, &Leaf)> {
+        let i = self.leaves.partition_point(|(at, _)| *at <= k).checked_sub(1)?;
+        self.leaves.get(i).map(|(at, l)| (*at, l))
     }
 }

@@ -16,8 +16,10 @@ use crate::names::list;
 use crate::units;
 
 impl Binder<'_> {
-    pub(super) fn typed(&mut self, owner: Owner, value: &Value, moving: bool) -> Option<Typed> {
-        let mut scope = TaskScope { robot: self.robot, params: self.params, table: self.table, owner, moving };
+    /// A typed value; `moving` where it may move with time, `state` where the robot's present state may stand in it.
+    pub(super) fn typed(&mut self, owner: Owner, value: &Value, moving: bool, state: bool) -> Option<Typed> {
+        let (robot, forms) = (self.robot, &self.forms);
+        let mut scope = TaskScope { robot, params: self.params, table: self.table, owner, moving, state, forms };
         Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics }.value(value).ok()
     }
 
@@ -31,7 +33,12 @@ impl Binder<'_> {
         what: &str,
     ) -> Option<Slot> {
         let constant = quantity.is_some_and(|q| q.constant);
-        let typed = self.typed(owner, value, !constant)?;
+        let typed = self.typed(owner, value, !constant, false)?;
+        self.placed(owner, value, &typed, (wanted, quantity), what)
+    }
+
+    /// Whether a typed value is of a kind and dimension.
+    pub(super) fn suited(&mut self, typed: &Typed, value: &Value, wanted: (Kind, Dimension), what: &str) -> Option<()> {
         if typed.kind != wanted.0 {
             let (is, needed) = (typed.kind.describe(), wanted.0.describe());
             let d = Diagnostic::error("HQ0304", value.span, format!("{what} is {needed}, and this is {is}")).here(is);
@@ -41,10 +48,11 @@ impl Binder<'_> {
                 Kind::Rotation => {
                     "write `rpy(roll, pitch, yaw)`, `axis_angle(vector, angle)` or `quaternion(w, x, y, z)`".to_string()
                 }
+                Kind::Truth => "write a comparison, or `true` or `false`".to_string(),
             }));
             return None;
         }
-        if let Some(mut d) = fits(self.graph, &typed, wanted.1, what) {
+        if let Some(mut d) = fits(self.graph, typed, wanted.1, what) {
             d.help = unit_of_divisor(value, wanted.1).or(d.help);
             let error = d.severity == dsl::Severity::Error;
             self.diagnostics.push(d);
@@ -52,6 +60,21 @@ impl Binder<'_> {
                 return None;
             }
         }
+        Some(())
+    }
+
+    /// A typed value that depends on time alone, placed in the table.
+    pub(super) fn placed(
+        &mut self,
+        owner: Owner,
+        value: &Value,
+        typed: &Typed,
+        (wanted, quantity): ((Kind, Dimension), Option<Quantity>),
+        what: &str,
+    ) -> Option<Slot> {
+        let constant = quantity.is_some_and(|q| q.constant);
+        let gain = wanted.1 == RATE && quantity.is_some();
+        self.suited(typed, value, wanted, what)?;
         let slot = self.table.place(&typed.nodes);
         self.numbers.push(Number { slot, dimension: wanted.1, span: value.span });
         for (i, &n) in typed.nodes.iter().enumerate() {
@@ -82,7 +105,7 @@ impl Binder<'_> {
                     }
                     // Said here, beside all other mistakes of the file; defaults are judged with the finished program.
                     let (period, rate) = (self.robot.period, self.robot.rate_span);
-                    if wanted.1 == RATE && value.span.source == rate.source && x * period > 1.0 + 1e-12 {
+                    if gain && value.span.source == rate.source && x * period > 1.0 + 1e-12 {
                         self.diagnostics.push(codes::overshoot(value.span, x, (period, rate), owner.kind.nature));
                         return None;
                     }
@@ -97,7 +120,7 @@ impl Binder<'_> {
                 None => {
                     let q = quantity.unwrap_or(Quantity::any(wanted.1));
                     // A gain that moves is held to what HQ0501 asks of one that does not: gain times period at most 1.
-                    let max = if wanted.1 == RATE { q.max.min(1.0 / self.robot.period) } else { q.max };
+                    let max = if gain { q.max.min(1.0 / self.robot.period) } else { q.max };
                     self.table.ranges.push((slot.at + i, q.min, max));
                 }
             }

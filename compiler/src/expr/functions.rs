@@ -1,10 +1,11 @@
 //! The functions of the language.
 
 use runtime::program::Op;
-use stdlib_tasks::dimension::{Dimension, NONE};
+use stdlib_tasks::dimension::{ANGLE, Dimension, NONE};
+use stdlib_tasks::expression::ROUNDING;
 
-use super::ops::{self, additive, cross, dot, quaternion_product, turn};
-use super::{Graph, Kind, Typed};
+use super::ops::{self, additive, cross, dot};
+use super::{Graph, Kind, Typed, choices, rotations};
 use dsl::Span;
 
 /// A function of the language, for messages.
@@ -35,9 +36,16 @@ pub static FUNCTIONS: &[Function] = &[
     Function { name: "norm", form: "norm(vector)", arity: 1..=1 },
     Function { name: "dot", form: "dot(vector, vector)", arity: 2..=2 },
     Function { name: "cross", form: "cross(vector, vector)", arity: 2..=2 },
+    Function { name: "normalize", form: "normalize(vector)", arity: 1..=1 },
+    Function { name: "asin", form: "asin(number)", arity: 1..=1 },
+    Function { name: "acos", form: "acos(number)", arity: 1..=1 },
+    Function { name: "atan2", form: "atan2(y, x)", arity: 2..=2 },
+    Function { name: "if", form: "if(condition, value, other value)", arity: 3..=3 },
     Function { name: "rpy", form: "rpy(roll, pitch, yaw)", arity: 3..=3 },
     Function { name: "axis_angle", form: "axis_angle(vector, angle)", arity: 2..=2 },
     Function { name: "quaternion", form: "quaternion(w, x, y, z)", arity: 4..=4 },
+    Function { name: "inverse", form: "inverse(orientation)", arity: 1..=1 },
+    Function { name: "slerp", form: "slerp(from, to, share)", arity: 3..=3 },
 ];
 
 /// True where argument `index` of a function is an angle.
@@ -45,12 +53,13 @@ pub(super) fn is_angle(name: &str, index: usize) -> bool {
     matches!((name, index), ("sin" | "cos" | "tan" | "rpy", _) | ("axis_angle", 1))
 }
 
-/// The number of arguments of a function, from the first, that have one unit.
-pub(super) fn alike(name: &str, count: usize) -> usize {
+/// The arguments of a function that have one unit.
+pub(super) fn alike(name: &str, count: usize) -> std::ops::Range<usize> {
     match name {
-        "min" | "max" | "clamp" => count,
-        "lerp" => count.min(2),
-        _ => 0,
+        "min" | "max" | "clamp" | "atan2" => 0..count,
+        "lerp" => 0..count.min(2),
+        "if" => count.min(1)..count,
+        _ => 0..0,
     }
 }
 
@@ -180,44 +189,41 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
             let nodes = cross(g, &a.nodes, &b.nodes);
             Ok(Typed { kind: Kind::Vector, dimension, nodes, bare: false, span })
         }
-        "rpy" => {
-            // R = R_z(yaw) R_y(pitch) R_x(roll), as in URDF
-            let (roll, pitch, yaw) = (angle(g, args, 0)?, angle(g, args, 1)?, angle(g, args, 2)?);
-            let (x, y, z) = (turn(g, 0, roll), turn(g, 1, pitch), turn(g, 2, yaw));
-            let zy = quaternion_product(g, &z, &y);
-            let nodes = quaternion_product(g, &zy, &x);
-            Ok(Typed { kind: Kind::Rotation, dimension: NONE, nodes, bare: false, span })
-        }
-        "axis_angle" => {
-            let (axis, a) = (vector(args, 0)?, angle(g, args, 1)?);
-            let square = dot(g, &axis.nodes, &axis.nodes);
-            if g.constant(square).is_some_and(|x| x < 1e-24) {
-                return Err(CallError::Undefined("the axis has no direction: all its numbers are zero"));
+        "normalize" => {
+            // v / |v|, and zero for a vector without direction
+            let a = vector(args, 0)?;
+            let square = dot(g, &a.nodes, &a.nodes);
+            if g.constant(square) == Some(0.0) {
+                return Err(CallError::Undefined("a vector of zeros has no direction"));
             }
             let length = g.push(Op::Sqrt(square));
-            let half = g.number(0.5);
-            let half = g.push(Op::Mul(half, a));
-            let (c, s) = (g.push(Op::Cos(half)), g.push(Op::Sin(half)));
-            let s = g.push(Op::Div(s, length));
-            let nodes =
-                [c].into_iter().chain(axis.nodes.iter().map(|&n| g.push(Op::Mul(n, s))).collect::<Vec<_>>()).collect();
-            Ok(Typed { kind: Kind::Rotation, dimension: NONE, nodes, bare: false, span })
+            let part = |&n: &usize| {
+                let share = g.push(Op::Div(n, length));
+                g.zero_unless_positive(length, share)
+            };
+            let nodes = a.nodes.iter().map(part).collect();
+            Ok(Typed { kind: Kind::Vector, dimension: NONE, nodes, bare: false, span })
         }
-        _ => {
-            // quaternion(w, x, y, z), brought to unit length
-            let nodes: Vec<usize> = (0..4).map(|i| number(args, i)).collect::<Result<_, _>>()?;
-            let square = dot(g, &nodes, &nodes);
-            if g.constant(square).is_some_and(|x| x < 1e-24) {
-                return Err(CallError::Undefined("a quaternion of zeros is no orientation"));
+        "asin" | "acos" => {
+            let a = number(args, 0)?;
+            if g.constant(a).is_some_and(|x| x.abs() > 1.0 + ROUNDING) {
+                return Err(CallError::Undefined("no angle has a sine or cosine beyond -1 and 1"));
             }
-            let length = g.push(Op::Sqrt(square));
-            let nodes = nodes.iter().map(|&n| g.push(Op::Div(n, length))).collect();
-            Ok(Typed { kind: Kind::Rotation, dimension: NONE, nodes, bare: false, span })
+            let node = g.push(if name == "asin" { Op::Asin(a) } else { Op::Acos(a) });
+            Ok(scalar(node, ANGLE))
         }
+        "atan2" => {
+            let (y, x) = (one(args, 0)?, one(args, 1)?);
+            ops::joined(g, y, x).ok_or(CallError::Different { first: 0, second: 1 })?;
+            let node = g.push(Op::Atan2(y.nodes[0], x.nodes[0]));
+            Ok(scalar(node, ANGLE))
+        }
+        "if" => choices::choose(g, args, span),
+        _ => rotations::call(g, name, args, span),
     }
 }
 
-fn one(args: &[Typed], index: usize) -> Result<&Typed, CallError> {
+pub(super) fn one(args: &[Typed], index: usize) -> Result<&Typed, CallError> {
     if args[index].kind == Kind::Scalar {
         Ok(&args[index])
     } else {
@@ -225,7 +231,7 @@ fn one(args: &[Typed], index: usize) -> Result<&Typed, CallError> {
     }
 }
 
-fn vector(args: &[Typed], index: usize) -> Result<&Typed, CallError> {
+pub(super) fn vector(args: &[Typed], index: usize) -> Result<&Typed, CallError> {
     if args[index].kind == Kind::Vector {
         Ok(&args[index])
     } else {
@@ -234,7 +240,7 @@ fn vector(args: &[Typed], index: usize) -> Result<&Typed, CallError> {
 }
 
 /// A bare number.
-fn number(args: &[Typed], index: usize) -> Result<usize, CallError> {
+pub(super) fn number(args: &[Typed], index: usize) -> Result<usize, CallError> {
     let a = one(args, index)?;
     if a.dimension == NONE {
         Ok(a.nodes[0])
@@ -244,7 +250,7 @@ fn number(args: &[Typed], index: usize) -> Result<usize, CallError> {
 }
 
 /// An angle, or a bare number that stands for radians.
-fn angle(g: &Graph, args: &[Typed], index: usize) -> Result<usize, CallError> {
+pub(super) fn angle(g: &Graph, args: &[Typed], index: usize) -> Result<usize, CallError> {
     let a = one(args, index)?;
     if a.dimension.is_number() || ops::is_zero(g, a) {
         Ok(a.nodes[0])

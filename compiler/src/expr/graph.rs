@@ -8,6 +8,8 @@ use runtime::program::Op;
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
     ops: Vec<Op>,
+    /// For each operation, whether the robot's state stands in it.
+    state: Vec<bool>,
     known: BTreeMap<(u8, u64, usize, usize), usize>,
     rates: BTreeMap<usize, usize>,
 }
@@ -33,6 +35,12 @@ fn key(op: Op) -> (u8, u64, usize, usize) {
         Op::Min(a, b) => (16, 0, a, b),
         Op::Max(a, b) => (17, 0, a, b),
         Op::Select(a, b, c) => (18, a as u64, b, c),
+        Op::State(k) => (19, 0, k, 0),
+        Op::Asin(a) => (20, 0, a, 0),
+        Op::Acos(a) => (21, 0, a, 0),
+        Op::Atan2(a, b) => (22, 0, a, b),
+        Op::Less(a, b) => (23, 0, a, b),
+        Op::LessEqual(a, b) => (24, 0, a, b),
     }
 }
 
@@ -50,6 +58,11 @@ impl Graph {
         }
     }
 
+    /// True where the robot's present state stands in a node.
+    pub fn is_state(&self, node: usize) -> bool {
+        self.state[node]
+    }
+
     /// A number.
     pub fn number(&mut self, x: f64) -> usize {
         self.push(Op::Const(x))
@@ -65,6 +78,8 @@ impl Graph {
         if let Some(&node) = self.known.get(&k) {
             return node;
         }
+        let operands = op.operands();
+        self.state.push(matches!(op, Op::State(_)) || operands.iter().flatten().any(|&o| self.state[o]));
         self.ops.push(op);
         let node = self.ops.len() - 1;
         self.known.insert(k, node);
@@ -74,27 +89,14 @@ impl Graph {
     /// A simpler operation, or the node that is equal to it.
     fn simplify(&mut self, op: Op) -> Result<Op, usize> {
         let c = |node: usize| self.constant(node);
-        let folded = match op {
-            Op::Const(_) | Op::T | Op::Time | Op::Input(_) => None,
-            Op::Add(a, b) => c(a).zip(c(b)).map(|(a, b)| a + b),
-            Op::Sub(a, b) => c(a).zip(c(b)).map(|(a, b)| a - b),
-            Op::Mul(a, b) => c(a).zip(c(b)).map(|(a, b)| a * b),
-            Op::Div(a, b) => c(a).zip(c(b)).map(|(a, b)| a / b),
-            Op::Neg(a) => c(a).map(|a| -a),
-            Op::Sin(a) => c(a).map(f64::sin),
-            Op::Cos(a) => c(a).map(f64::cos),
-            Op::Exp(a) => c(a).map(f64::exp),
-            Op::Log(a) => c(a).map(f64::ln),
-            Op::Sqrt(a) => c(a).map(f64::sqrt),
-            Op::Abs(a) => c(a).map(f64::abs),
-            Op::Powi(a, n) => c(a).map(|a| a.powi(n)),
-            Op::Min(a, b) => c(a).zip(c(b)).map(|(a, b)| if b < a { b } else { a }),
-            Op::Max(a, b) => c(a).zip(c(b)).map(|(a, b)| if b > a { b } else { a }),
-            Op::Select(a, x, y) => match c(a) {
-                Some(a) => return Err(if a >= 0.0 { x } else { y }),
-                None => None,
-            },
-        };
+        if let Op::Select(a, x, y) = op
+            && let Some(a) = c(a).filter(|a| !a.is_nan())
+        {
+            return Err(if a >= 0.0 { x } else { y });
+        }
+        let operands = op.operands();
+        let constant = operands[0].is_some() && operands.iter().flatten().all(|&o| c(o).is_some());
+        let folded = constant.then(|| op.value(|a| c(a).unwrap_or(f64::NAN), |_| f64::NAN));
         if let Some(x) = folded {
             return Ok(Op::Const(x));
         }
@@ -132,7 +134,7 @@ impl Graph {
     fn rate_of(&mut self, node: usize) -> usize {
         let d = |g: &Self, n: usize| g.rates[&n];
         match self.ops[node] {
-            Op::Const(_) | Op::Input(_) => self.number(0.0),
+            Op::Const(_) | Op::Input(_) | Op::State(_) | Op::Less(..) | Op::LessEqual(..) => self.number(0.0),
             Op::T | Op::Time => self.number(1.0),
             Op::Add(a, b) => {
                 let (da, db) = (d(self, a), d(self, b));
@@ -175,10 +177,27 @@ impl Graph {
                 let da = d(self, a);
                 self.push(Op::Div(da, a))
             }
+            Op::Asin(a) => self.arc_rate(a),
+            Op::Acos(a) => {
+                let rate = self.arc_rate(a);
+                self.push(Op::Neg(rate))
+            }
+            Op::Atan2(y, x) => {
+                let (dy, dx) = (d(self, y), d(self, x));
+                let (left, right) = (self.push(Op::Mul(x, dy)), self.push(Op::Mul(y, dx)));
+                let top = self.push(Op::Sub(left, right));
+                let (xx, yy) = (self.push(Op::Mul(x, x)), self.push(Op::Mul(y, y)));
+                let square = self.push(Op::Add(xx, yy));
+                let rate = self.push(Op::Div(top, square));
+                self.zero_unless_positive(square, rate)
+            }
             Op::Sqrt(a) => {
+                // What stands still under the root has no rate, also where the root is zero.
                 let da = d(self, a);
                 let twice = self.push(Op::Add(node, node));
-                self.push(Op::Div(da, twice))
+                let rate = self.push(Op::Div(da, twice));
+                let speed = self.push(Op::Abs(da));
+                self.zero_unless_positive(speed, rate)
             }
             Op::Abs(a) => {
                 let da = d(self, a);
@@ -198,6 +217,22 @@ impl Graph {
                 self.push(Op::Select(a, db, dc))
             }
         }
+    }
+
+    /// `a' / sqrt(1 - a²)`, and zero where that is infinite.
+    fn arc_rate(&mut self, a: usize) -> usize {
+        let da = self.rates[&a];
+        let (one, square) = (self.number(1.0), self.push(Op::Mul(a, a)));
+        let rest = self.push(Op::Sub(one, square));
+        let root = self.push(Op::Sqrt(rest));
+        let rate = self.push(Op::Div(da, root));
+        self.zero_unless_positive(rest, rate)
+    }
+
+    /// `if test > 0 then node else 0`.
+    pub fn zero_unless_positive(&mut self, test: usize, node: usize) -> usize {
+        let (minus, zero) = (self.push(Op::Neg(test)), self.number(0.0));
+        self.push(Op::Select(minus, zero, node))
     }
 
     /// The rate of `a` where `over - under >= 0`, else that of `b`.
@@ -222,31 +257,9 @@ impl Graph {
         }
         let (mut ops, mut index) = (Vec::new(), BTreeMap::new());
         for (i, op) in self.ops.iter().enumerate().filter(|(i, _)| needed[*i]) {
-            ops.push(renumber(*op, &index));
+            ops.push(op.renumber(|a| index[&a]));
             index.insert(i, ops.len() - 1);
         }
         (ops, index)
-    }
-}
-
-fn renumber(op: Op, index: &BTreeMap<usize, usize>) -> Op {
-    let n = |a: usize| index[&a];
-    match op {
-        Op::Const(_) | Op::T | Op::Time | Op::Input(_) => op,
-        Op::Add(a, b) => Op::Add(n(a), n(b)),
-        Op::Sub(a, b) => Op::Sub(n(a), n(b)),
-        Op::Mul(a, b) => Op::Mul(n(a), n(b)),
-        Op::Div(a, b) => Op::Div(n(a), n(b)),
-        Op::Neg(a) => Op::Neg(n(a)),
-        Op::Sin(a) => Op::Sin(n(a)),
-        Op::Cos(a) => Op::Cos(n(a)),
-        Op::Exp(a) => Op::Exp(n(a)),
-        Op::Log(a) => Op::Log(n(a)),
-        Op::Sqrt(a) => Op::Sqrt(n(a)),
-        Op::Abs(a) => Op::Abs(n(a)),
-        Op::Powi(a, e) => Op::Powi(n(a), e),
-        Op::Min(a, b) => Op::Min(n(a), n(b)),
-        Op::Max(a, b) => Op::Max(n(a), n(b)),
-        Op::Select(a, b, c) => Op::Select(n(a), n(b), n(c)),
     }
 }

@@ -8,6 +8,7 @@ use stdlib_tasks::dimension::{ANGLE, Dimension, NONE, TIME};
 use super::functions::{self, CallError, FUNCTIONS};
 use super::helps::{bracketed, count, help_for_kinds, help_for_sum};
 use super::ops::{self, Mismatch};
+use super::present::{Now, PRESENT};
 use super::{Graph, Kind, Typed};
 use crate::codes;
 use crate::constants::{bare_angle, merge_bare};
@@ -45,6 +46,8 @@ pub trait Scope {
     /// # Errors
     /// Nothing of that name can be captured here.
     fn initial(&mut self, graph: &mut Graph, argument: &Value, span: Span) -> Result<Typed, Box<Diagnostic>>;
+    /// What the robot does now. `None` where it has no meaning here; the diagnostics say why.
+    fn now(&mut self, graph: &mut Graph, what: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed>;
 }
 
 /// A value cannot be typed; the diagnostics say why.
@@ -61,7 +64,7 @@ pub struct Lowering<'a> {
 }
 
 impl Lowering<'_> {
-    fn fail<T>(&mut self, diagnostic: Diagnostic) -> Result<T, Failed> {
+    pub(super) fn fail<T>(&mut self, diagnostic: Diagnostic) -> Result<T, Failed> {
         self.diagnostics.push(diagnostic);
         Err(Failed)
     }
@@ -96,11 +99,7 @@ impl Lowering<'_> {
             ),
             ValueKind::Name(name) => self.name(name, span),
             ValueKind::Call(function, args) => self.call(function, args, span),
-            ValueKind::Field(..) => self.fail(
-                Diagnostic::error("HQ0201", span, "a frame or the value of a task stands only inside `initial(..)`")
-                    .note("what the robot does now may not stand in an expression yet, only what it did at the start")
-                    .help("write `initial(..)` around it for its value at the moment the stack becomes active"),
-            ),
+            ValueKind::Field(inner, field) => self.field(inner, field, span),
             ValueKind::List(items) => self.list(items, span),
             ValueKind::Block(_) => self.fail(
                 Diagnostic::error("HQ0304", span, "these are named values in braces, and a number is needed here")
@@ -111,12 +110,17 @@ impl Lowering<'_> {
                 if a.kind == Kind::Rotation {
                     return self.fail(
                         Diagnostic::error("HQ0304", span, "an orientation has no negative")
-                            .help("to turn back, use the inverse turn, such as `rpy(0, 0, -yaw)`"),
+                            .help("for the turn back write `inverse(..)`"),
                     );
+                }
+                if a.kind == Kind::Truth {
+                    let d = Diagnostic::error("HQ0304", span, "a truth value has no negative");
+                    return self.fail(d.help("write `(not ..)` for its opposite"));
                 }
                 let nodes = a.nodes.iter().map(|&n| self.graph.push(Op::Neg(n))).collect();
                 Ok(Typed { nodes, span, ..a })
             }
+            ValueKind::Not(inner) => self.not(inner, span),
             ValueKind::Binary(op, left, right) => {
                 let (a, b) = (self.value(left), self.value(right));
                 let (a, b) = (a?, b?);
@@ -132,9 +136,9 @@ impl Lowering<'_> {
     }
 
     fn scaled(&mut self, inner: Typed, factor: f64, dimension: Dimension, span: Span) -> Result<Typed, Failed> {
-        if inner.kind == Kind::Rotation {
-            return self
-                .fail(Diagnostic::error("HQ0304", span, "an orientation has no unit").help("leave the unit out"));
+        if matches!(inner.kind, Kind::Rotation | Kind::Truth) {
+            let text = format!("{} has no unit", inner.kind.describe());
+            return self.fail(Diagnostic::error("HQ0304", span, text).help("leave the unit out"));
         }
         let Some(total) = inner.dimension.times(dimension) else {
             return self.fail(codes::unit_error(&units::UnitError::TooLarge, span));
@@ -156,6 +160,10 @@ impl Lowering<'_> {
             "pi" => return Ok(scalar(self.graph.number(std::f64::consts::PI), NONE)),
             "t" => return Ok(scalar(self.graph.push(Op::T), TIME)),
             "time" => return Ok(scalar(self.graph.push(Op::Time), TIME)),
+            "true" | "false" => {
+                let node = self.graph.number(if name == "true" { 1.0 } else { -1.0 });
+                return Ok(Typed { kind: Kind::Truth, ..scalar(node, NONE) });
+            }
             _ => {}
         }
         match self.scope.name(name) {
@@ -232,18 +240,14 @@ impl Lowering<'_> {
                 Err(d) => self.fail(*d),
             };
         }
+        if PRESENT.contains(&function.value.as_str()) {
+            return self.present(function, args, span);
+        }
         let Some(known) = FUNCTIONS.iter().find(|f| f.name == function.value) else {
-            let names = FUNCTIONS.iter().map(|f| f.name).chain(["initial"]);
+            let names = FUNCTIONS.iter().map(|f| f.name).chain(["initial"]).chain(PRESENT.iter().copied());
             let mut d =
                 Diagnostic::error("HQ0201", function.span, format!("there is no function `{}`", function.value));
-            if function.value == "frame" || function.value == "joint" {
-                d = d
-                    .note("what the robot does now may not stand in an expression yet, only what it did at the start")
-                    .help(format!(
-                        "write `initial({}(..))` for the value at the moment the stack becomes active",
-                        function.value
-                    ));
-            } else if let Some(near) = suggest(&function.value, names) {
+            if let Some(near) = suggest(&function.value, names) {
                 d = d.help(format!("did you mean `{near}`?"));
             }
             return self.fail(d);
@@ -267,12 +271,8 @@ impl Lowering<'_> {
             }
         }
         // What is joined with an angle is one.
-        let alike = || typed[..functions::alike(known.name, typed.len())].iter().filter(|a| a.kind == Kind::Scalar);
-        if let Some(angle) = alike().map(|a| a.dimension).find(|d| d.is_number() && *d != NONE) {
-            for a in alike().filter(|a| a.bare && !ops::is_zero(self.graph, a)) {
-                self.diagnostics.push(bare_angle(self.graph, a, angle));
-            }
-        }
+        let alike: Vec<&Typed> = typed[functions::alike(known.name, typed.len())].iter().collect();
+        self.angles_alike(&alike);
         merge_bare(self.diagnostics, before, span);
         let error = match functions::call(self.graph, known.name, &typed, span) {
             Ok(x) => return Ok(x),
@@ -309,13 +309,8 @@ impl Lowering<'_> {
     }
 
     fn binary(&mut self, op: &Spanned<BinaryOp>, a: &Typed, b: &Typed, span: Span) -> Result<Typed, Failed> {
-        if matches!(op.value, BinaryOp::Add | BinaryOp::Sub) {
-            for (x, other) in [(a, b), (b, a)] {
-                let angle = other.kind == Kind::Scalar && other.dimension.is_number() && other.dimension != NONE;
-                if x.kind == Kind::Scalar && x.bare && angle && !ops::is_zero(self.graph, x) {
-                    self.diagnostics.push(bare_angle(self.graph, x, other.dimension));
-                }
-            }
+        if !matches!(op.value, BinaryOp::Mul | BinaryOp::Div | BinaryOp::Pow) {
+            self.angles_alike(&[a, b]);
         }
         let result = match op.value {
             BinaryOp::Add => ops::additive(self.graph, a, b, Op::Add, span),
@@ -332,6 +327,7 @@ impl Lowering<'_> {
                 ops::divide(self.graph, a, b, span)
             }
             BinaryOp::Pow => return self.power(a, b, span),
+            _ => return self.truth(op, a, b, span),
         };
         let (verb, what) = match op.value {
             BinaryOp::Add => ("add", "to"),

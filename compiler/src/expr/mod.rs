@@ -1,15 +1,19 @@
 //! Expressions: typing with dimensions, lowering to operations on numbers, exact differentiation in time.
 
+mod choices;
 mod functions;
 mod graph;
 mod helps;
 mod lower;
 mod ops;
+mod present;
+mod rotations;
 
 pub use functions::{FUNCTIONS, Function};
 pub use graph::Graph;
 pub use helps::bracketed;
 pub use lower::{Lowering, Meaning, Scope, Symbol};
+pub use present::Now;
 
 use dsl::Span;
 use stdlib_tasks::dimension::Dimension;
@@ -23,6 +27,8 @@ pub enum Kind {
     Vector,
     /// A unit quaternion `w x y z`.
     Rotation,
+    /// One number: 1 for true, -1 for false.
+    Truth,
 }
 
 impl Kind {
@@ -32,6 +38,7 @@ impl Kind {
             Kind::Scalar => "a number",
             Kind::Vector => "a vector",
             Kind::Rotation => "an orientation",
+            Kind::Truth => "a truth value",
         }
     }
 }

@@ -22,7 +22,9 @@ fn zip(g: &mut Graph, a: &[usize], b: &[usize], op: fn(usize, usize) -> Op) -> V
 
 /// True for an expression that is exactly zero, which has any dimension.
 pub(super) fn is_zero(g: &Graph, x: &Typed) -> bool {
-    x.kind != Kind::Rotation && x.dimension == NONE && x.nodes.iter().all(|&n| g.constant(n) == Some(0.0))
+    !matches!(x.kind, Kind::Rotation | Kind::Truth)
+        && x.dimension == NONE
+        && x.nodes.iter().all(|&n| g.constant(n) == Some(0.0))
 }
 
 /// The dimension of a sum of both, if they may be added.
@@ -46,7 +48,7 @@ pub(super) fn additive(
     op: fn(usize, usize) -> Op,
     span: Span,
 ) -> Result<Typed, Mismatch> {
-    if a.kind != b.kind || a.kind == Kind::Rotation {
+    if a.kind != b.kind || matches!(a.kind, Kind::Rotation | Kind::Truth) {
         return Err(Mismatch::Kinds);
     }
     let dimension = joined(g, a, b).ok_or(Mismatch::Dimensions)?;
@@ -74,7 +76,7 @@ pub(super) fn multiply(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Resul
 
 /// `a / b` with a number below.
 pub(super) fn divide(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Result<Typed, Mismatch> {
-    if b.kind != Kind::Scalar || a.kind == Kind::Rotation {
+    if b.kind != Kind::Scalar || matches!(a.kind, Kind::Rotation | Kind::Truth) {
         return Err(Mismatch::Kinds);
     }
     let inverse = b.dimension.power(-1).ok_or(Mismatch::TooLarge)?;
@@ -105,14 +107,18 @@ pub(super) fn quaternion_product(g: &mut Graph, p: &[usize], q: &[usize]) -> Vec
         .collect()
 }
 
+/// The quaternion of the inverse rotation.
+pub(super) fn conjugate(g: &mut Graph, q: &[usize]) -> Vec<usize> {
+    q.iter().enumerate().map(|(i, &n)| if i == 0 { n } else { g.push(Op::Neg(n)) }).collect()
+}
+
 /// A vector turned by a unit quaternion.
-fn rotate(g: &mut Graph, q: &[usize], v: &[usize]) -> Vec<usize> {
+pub(super) fn rotate(g: &mut Graph, q: &[usize], v: &[usize]) -> Vec<usize> {
     let zero = g.number(0.0);
-    let conjugate: Vec<usize> =
-        [q[0]].into_iter().chain(q[1..].iter().map(|&n| g.push(Op::Neg(n))).collect::<Vec<_>>()).collect();
+    let inverse = conjugate(g, q);
     let pure = [zero, v[0], v[1], v[2]];
     let half = quaternion_product(g, q, &pure);
-    quaternion_product(g, &half, &conjugate)[1..].to_vec()
+    quaternion_product(g, &half, &inverse)[1..].to_vec()
 }
 
 /// The dot product of two vectors, as a node.

@@ -29,6 +29,7 @@ impl Lowerer<'_> {
             table: &mut self.table,
             sources: self.sources,
             numbers: Vec::new(),
+            forms: BTreeMap::new(),
             diagnostics: self.diagnostics,
         };
         definitions.iter().enumerate().map(|(i, (_, d))| binder.task(d, i)).collect()

@@ -1,7 +1,10 @@
 //! What the tests share: cases in text files, compiled against small robots, and their diagnostics as text.
 #![allow(dead_code)]
 
-use compiler::{Compiled, Input, compile};
+pub mod state;
+
+pub use compiler::Compiled;
+use compiler::{Input, compile};
 use dsl::{Severity, Spelling};
 use hierarq_compiler as compiler;
 use std::path::{Path, PathBuf};

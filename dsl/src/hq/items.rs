@@ -4,7 +4,9 @@ use super::Reader;
 use crate::explain::{self, After, clip};
 use crate::expr::{Place, missing};
 use crate::grammar::{Pair, Rule};
-use crate::tree::{Block, Comments, Item, ItemKind, Param, Robot, Run, Spec, Stack, Task, TaskDefinition};
+use crate::tree::{
+    Block, Comments, Entry, Item, ItemKind, Param, Robot, Run, Spec, Stack, Task, TaskDefinition, Value,
+};
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned, checks};
 
@@ -246,16 +248,55 @@ impl Reader<'_> {
     pub(super) fn definition(&mut self, pair: Pair<'_>, behind: &mut Option<String>) -> TaskDefinition {
         let span = self.of(&pair);
         let mut kind = Spanned::new(String::new(), span);
-        let mut args = Vec::new();
+        let (mut args, mut named) = (Vec::new(), Vec::new());
         let mut body = Block { span: self.span(span.range().end, span.range().end), ..Block::default() };
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::name => kind = self.place().spanned(&part),
-                Rule::args => args = part.into_inner().map(|arg| self.expr(arg)).collect(),
+                Rule::task_args => (args, named) = self.arguments(part),
                 _ => body = self.block(part, behind),
             }
         }
+        self.merge(named, &mut body);
         TaskDefinition { kind, args, body, span }
+    }
+
+    /// A node `task_args`: arguments without a name, and those with one, which are entries of the block.
+    pub(super) fn arguments(&mut self, pair: Pair<'_>) -> (Vec<Value>, Vec<Entry>) {
+        let (mut args, mut named) = (Vec::new(), Vec::new());
+        for arg in pair.into_inner() {
+            if arg.as_rule() != Rule::named {
+                let value = self.expr(arg);
+                if let Some(last) = named.last() {
+                    let last: &Entry = last;
+                    self.diags.push(
+                        Diagnostic::error(
+                            "HQ0113",
+                            value.span,
+                            "an argument without a name stands before those with one",
+                        )
+                        .label(last.key.span, "has a name")
+                        .help("give it its name too: `NAME: value`"),
+                    );
+                }
+                args.push(value);
+                continue;
+            }
+            let mut parts = arg.into_inner();
+            if let (Some(name), Some(value)) = (parts.next(), parts.next()) {
+                let key = self.place().spanned(&name);
+                named.push(Entry { key, value: self.expr(value), comments: Comments::default() });
+            }
+        }
+        (args, named)
+    }
+
+    /// Puts named arguments before the entries of a block.
+    pub(super) fn merge(&mut self, named: Vec<Entry>, body: &mut Block) {
+        if !named.is_empty() {
+            body.entries.splice(0..0, named);
+            checks::duplicates(&body.entries, &mut self.diags);
+        }
     }
 
     /// The block of a robot or a run.

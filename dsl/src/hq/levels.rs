@@ -211,7 +211,7 @@ impl Reader<'_> {
             let span = self.of(&part);
             match part.as_rule() {
                 Rule::name => name = Some(self.place().spanned(&part)),
-                Rule::args => args = Some(part.into_inner().map(|arg| self.expr(arg)).collect::<Vec<_>>()),
+                Rule::task_args => args = Some(self.arguments(part)),
                 Rule::block => body = Some(self.block(part, &mut comments.behind)),
                 Rule::weight => weight = Some(self.weight(part)),
                 _ => {
@@ -228,8 +228,10 @@ impl Reader<'_> {
         self.pool.before(end, &mut comments.before);
         self.pool.behind(end, &[',', ';'], &mut comments.behind);
         let task = if args.is_some() || body.is_some() {
-            let body = body.unwrap_or(Block { span: self.span(end, end), ..Block::default() });
-            MemberTask::Inline(crate::tree::TaskDefinition { kind: name, args: args.unwrap_or_default(), body, span })
+            let mut body = body.unwrap_or(Block { span: self.span(end, end), ..Block::default() });
+            let (args, named) = args.unwrap_or_default();
+            self.merge(named, &mut body);
+            MemberTask::Inline(crate::tree::TaskDefinition { kind: name, args, body, span })
         } else {
             MemberTask::Name(name)
         };

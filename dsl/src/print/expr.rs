@@ -4,11 +4,20 @@ use crate::tree::{BinaryOp, Unit, Value, ValueKind};
 use crate::vocabulary::UNITS;
 use crate::words::{is_atom, takes_unit, unit_text};
 
-/// An expression on one line.
+/// An expression on one line. `and`, `or` and `not` stand inside brackets.
 pub(super) fn text(value: &Value) -> String {
     let mut out = String::new();
-    write(value, &mut out);
+    grouped(value, worded(value), &mut out);
     out
+}
+
+/// True where a value, written without brackets, has `and`, `or` or `not` outside all brackets.
+fn worded(value: &Value) -> bool {
+    match &value.kind {
+        ValueKind::Not(_) => true,
+        ValueKind::Binary(op, ..) => op.value.is_word(),
+        _ => false,
+    }
 }
 
 /// A text literal.
@@ -35,9 +44,21 @@ pub(super) fn unprintable(c: char) -> bool {
     c.is_control() || matches!(c, '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}')
 }
 
-/// True where a unit written behind `value` would be taken for `key`: `a 5  m 3`.
+/// True where a unit written behind `value` would be taken for `key`, `a 5  m 3`, or its last unit for a key,
+/// `a (5) min  b 3`.
 pub(super) fn swallows(value: &Value, key: &str) -> bool {
-    takes_unit(value) && UNITS.contains(&key)
+    (takes_unit(value) || worded(value)) && UNITS.contains(&key) || (ends_with_minutes(value) && !worded(value))
+}
+
+/// True where the last thing written is the unit `min` behind a bracket.
+fn ends_with_minutes(value: &Value) -> bool {
+    match &value.kind {
+        ValueKind::Unit(of, unit) => {
+            !matches!(of.kind, ValueKind::Number(_)) && matches!(unit.factors.as_slice(), [(s, 1)] if s == "min")
+        }
+        ValueKind::Negate(of) | ValueKind::Not(of) | ValueKind::Binary(_, _, of) => ends_with_minutes(of),
+        _ => false,
+    }
 }
 
 fn write(value: &Value, out: &mut String) {
@@ -61,7 +82,12 @@ fn write(value: &Value, out: &mut String) {
         ValueKind::Block(_) => out.push_str("{}"),
         ValueKind::Negate(of) => {
             out.push('-');
-            grouped(of, matches!(&of.kind, ValueKind::Binary(op, ..) if op.value != BinaryOp::Pow), out);
+            let loose = matches!(&of.kind, ValueKind::Binary(op, ..) if op.value != BinaryOp::Pow);
+            grouped(of, loose || matches!(of.kind, ValueKind::Not(_)), out);
+        }
+        ValueKind::Not(of) => {
+            out.push_str("not ");
+            grouped(of, matches!(&of.kind, ValueKind::Binary(op, ..) if op.value.is_word()), out);
         }
         ValueKind::Binary(op, left, right) => binary(op.value, left, right, out),
         ValueKind::Missing => {}
@@ -98,17 +124,23 @@ fn with_unit(of: &Value, unit: &Unit, out: &mut String) {
 
 fn precedence(op: BinaryOp) -> u8 {
     match op {
-        BinaryOp::Add | BinaryOp::Sub => 1,
-        BinaryOp::Mul | BinaryOp::Div => 2,
-        BinaryOp::Pow => 3,
+        BinaryOp::Or => 1,
+        BinaryOp::And => 2,
+        BinaryOp::Less | BinaryOp::LessEqual | BinaryOp::Greater | BinaryOp::GreaterEqual => 3,
+        BinaryOp::Add | BinaryOp::Sub => 4,
+        BinaryOp::Mul | BinaryOp::Div => 5,
+        BinaryOp::Pow => 6,
     }
 }
 
 fn binary(op: BinaryOp, left: &Value, right: &Value, out: &mut String) {
     let own = precedence(op);
     let left_group = match &left.kind {
-        ValueKind::Binary(inner, ..) => precedence(inner.value) < own || op == BinaryOp::Pow,
+        ValueKind::Binary(inner, ..) => {
+            precedence(inner.value) < own || op == BinaryOp::Pow || (op.compares() && inner.value.compares())
+        }
         ValueKind::Negate(_) | ValueKind::Unit(..) => op == BinaryOp::Pow,
+        ValueKind::Not(_) => !op.is_word(),
         _ => false,
     };
     // `1/(4 s)` needs no parentheses, but reads wrong without; `[..] m` is clear.
@@ -121,7 +153,8 @@ fn binary(op: BinaryOp, left: &Value, right: &Value, out: &mut String) {
                 precedence(inner.value) <= own
             }
         }
-        _ => right_unit && own > 1 && (op != BinaryOp::Mul),
+        ValueKind::Not(_) => !op.is_word(),
+        _ => right_unit && matches!(op, BinaryOp::Div | BinaryOp::Pow),
     };
     let start = out.len();
     grouped(left, left_group, out);
@@ -133,14 +166,15 @@ fn binary(op: BinaryOp, left: &Value, right: &Value, out: &mut String) {
         .split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))
         .next()
         .is_some_and(|word| UNITS.contains(&word));
+    let loose = own < precedence(BinaryOp::Mul);
+    let spaced = format!(" {} ", op.text());
     let sign = match op {
-        BinaryOp::Add => " + ",
-        BinaryOp::Sub => " - ",
+        _ if loose => spaced.as_str(),
         BinaryOp::Mul if ends_with_unit || begins_like_unit => " * ",
         BinaryOp::Div if ends_with_unit || begins_like_unit => " / ",
         BinaryOp::Mul => "*",
         BinaryOp::Div => "/",
-        BinaryOp::Pow => "^",
+        _ => "^",
     };
     out.push_str(&left_text);
     out.push_str(sign);
@@ -154,6 +188,7 @@ fn ends_with_unit(value: &Value) -> bool {
         ValueKind::Negate(of) => {
             is_atom(of) && ends_with_unit(of) || matches!(of.kind, ValueKind::Binary(..) | ValueKind::Negate(_))
         }
+        ValueKind::Not(of) => ends_with_unit(of),
         ValueKind::Binary(_, _, right) => ends_with_unit(right),
         _ => false,
     }

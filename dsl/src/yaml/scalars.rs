@@ -90,7 +90,7 @@ impl Reader<'_> {
         };
         let (mut value, mut rest) = (None, None);
         for part in parsed.into_inner() {
-            if part.as_rule() == Rule::expr {
+            if part.as_rule() == Rule::within {
                 let mut diags = std::mem::take(&mut self.diags);
                 value = Some(expr::value(part, place, &mut diags, &mut |block, diags| {
                     let span = place.of(&block);
@@ -138,7 +138,7 @@ impl Reader<'_> {
         for part in parsed.into_inner() {
             match part.as_rule() {
                 Rule::name => kind = Some(place.spanned(&part)),
-                Rule::args => args = Some(part),
+                Rule::task_args => args = Some(part),
                 _ => rest = part.as_span().start(),
             }
         }
@@ -162,6 +162,13 @@ impl Reader<'_> {
     fn args(&mut self, args: Pair<'_>, place: Place) -> Vec<Value> {
         let mut values = Vec::new();
         for arg in args.into_inner() {
+            if arg.as_rule() == Rule::named {
+                self.diags.push(
+                    Diagnostic::error("HQ0113", place.of(&arg), "an argument with a name has no place in YAML")
+                        .help("write it as a key below the task: `KIND(..): { key: value }`"),
+                );
+                continue;
+            }
             let mut diags = std::mem::take(&mut self.diags);
             values.push(expr::value(arg, place, &mut diags, &mut |block, _| Value {
                 kind: ValueKind::Missing,

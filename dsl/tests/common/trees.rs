@@ -21,6 +21,7 @@ fn name() -> impl Strategy<Value = String> {
         "null", "true", "on", "no", "hierarq", "e3", "_", "w",
     ];
     prop_oneof![3 => "[a-zA-Z_][a-zA-Z0-9_]{0,8}", 1 => prop::sample::select(SPECIAL).prop_map(str::to_owned)]
+        .prop_filter("an operator", |n| !["and", "or", "not"].contains(&n.as_str()))
 }
 
 fn text() -> impl Strategy<Value = String> {
@@ -47,7 +48,8 @@ fn unit() -> impl Strategy<Value = Unit> {
 }
 
 fn op() -> impl Strategy<Value = Spanned<BinaryOp>> {
-    prop::sample::select(&[BinaryOp::Add, BinaryOp::Sub, BinaryOp::Mul, BinaryOp::Div, BinaryOp::Pow][..])
+    use BinaryOp::*;
+    prop::sample::select(&[Add, Sub, Mul, Div, Pow, Add, Sub, Mul, Less, LessEqual, Greater, GreaterEqual, And, Or][..])
         .prop_map(spanned)
 }
 
@@ -66,6 +68,7 @@ pub fn expr() -> impl Strategy<Value = Value> {
             1 => (boxed.clone(), name()).prop_map(|(v, n)| value(ValueKind::Field(v, spanned(n)))),
             2 => prop::collection::vec(inner, 0..5).prop_map(|items| value(ValueKind::List(items))),
             2 => boxed.clone().prop_map(|v| value(ValueKind::Negate(v))),
+            1 => boxed.clone().prop_map(|v| value(ValueKind::Not(v))),
             5 => (op(), boxed.clone(), boxed).prop_map(|(op, a, b)| value(ValueKind::Binary(op, a, b))),
         ]
     })

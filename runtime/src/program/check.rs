@@ -103,6 +103,7 @@ impl Program {
             if let Op::Input(k) = op {
                 ensure(*k < v.tape.inputs, &place, "reads a captured value that does not exist")?;
             }
+            ensure(!matches!(op, Op::State(_)), &place, "reads the robot's state, and only tasks do")?;
         }
         // Every captured value is somebody's: the number cannot ask for more memory than the file describes.
         let captured = v.captures.iter().fold(0_usize, |n, c| n.saturating_add(c.len));
@@ -151,6 +152,9 @@ impl Program {
             Bound::PerJoint(list) => list.iter().try_for_each(|(d, s)| dof(d).and_then(|()| slot(s))),
             Bound::PerArm(list) => list.iter().try_for_each(|(a, s)| arm(a).and_then(|()| slot(s))),
             Bound::Choice(_) => Ok(()),
+            Bound::Expression(e) => {
+                e.check(&self.robot.model, self.values.initial.len()).map_err(|text| error(place, text))
+            }
             Bound::Group(map) => map.values().try_for_each(|b| self.check_bound(b, place)),
         }
     }

@@ -11,8 +11,10 @@ pub mod joint_position;
 pub mod joint_position_limits;
 pub mod joint_velocity;
 pub mod joint_velocity_limits;
+pub mod keep;
 pub mod self_collision;
 pub mod swivel_angle;
+pub mod track;
 pub mod uncooperative_motion;
 pub mod virtual_wall;
 
@@ -24,6 +26,7 @@ pub static KINDS: &[&TaskKind] = &[
     &joint_velocity_limits::KIND,
     &virtual_wall::KIND,
     &self_collision::KIND,
+    &keep::KIND,
     &frame_pose::KIND,
     &frame_position::KIND,
     &frame_orientation::KIND,
@@ -33,6 +36,7 @@ pub static KINDS: &[&TaskKind] = &[
     &joint_position::KIND,
     &joint_velocity::KIND,
     &swivel_angle::KIND,
+    &track::KIND,
 ];
 
 /// The type of this name.

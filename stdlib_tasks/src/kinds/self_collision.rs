@@ -5,9 +5,9 @@
 //! n·(J_j - J_l) v >= d_min' - φ (h - δ)      [m/s]   n from p_l to p_j    thesis (3.23), (3.24)
 //! ```
 
-use nalgebra::{Point3, Vector3};
-use robot::{Model, Shape, geometry};
+use robot::Model;
 
+use crate::apart::{NoWay, Pair};
 use crate::bound::{BoundParams, Geometry, check};
 use crate::clearance;
 use crate::dimension::{LENGTH, RATE};
@@ -59,22 +59,6 @@ Source: thesis (3.21)-(3.24); printed there with `h` and `J` both negated, which
     build,
 };
 
-struct Pair {
-    a: Geometry,
-    b: Geometry,
-    last: Option<Apart>,
-}
-
-/// The last way apart that was found.
-#[derive(Clone, Copy)]
-struct Apart {
-    /// From b to a, in the world.
-    normal: Vector3<f64>,
-    /// The closest points, in the frames of the two links.
-    on_a: Point3<f64>,
-    on_b: Point3<f64>,
-}
-
 struct SelfCollision {
     pairs: Vec<Pair>,
     d_min: Input<1>,
@@ -96,7 +80,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         for b in &params.and {
             let seen = pairs.iter().any(|p| p.a == *b && p.b == *a);
             if ctx.model.moves_between(a.link, b.link) && !seen {
-                pairs.push(Pair { a: a.clone(), b: b.clone(), last: None });
+                pairs.push(Pair::new(a.clone(), b.clone()));
             }
         }
     }
@@ -124,15 +108,6 @@ fn bend(p: &Pair, model: &Model, speed: &[f64]) -> f64 {
     }
 }
 
-/// The distance of two parts whose cores meet, in m: less by the radius around each.
-fn overlap(a: &Shape, b: &Shape) -> f64 {
-    let radius = |s: &Shape| match *s {
-        Shape::Sphere { radius } | Shape::Capsule { radius, .. } => radius,
-        Shape::Box { .. } => 0.0,
-    };
-    -radius(a) - radius(b)
-}
-
 impl Task for SelfCollision {
     fn rows(&self) -> Vec<RowInfo> {
         let name = |p: &Pair| format!("{} to {}", p.a.name, p.b.name);
@@ -145,7 +120,7 @@ impl Task for SelfCollision {
 
     fn enter(&mut self, _state: &State) {
         for p in &mut self.pairs {
-            p.last = None;
+            p.forget();
         }
     }
 
@@ -153,36 +128,16 @@ impl Task for SelfCollision {
         let ([gain], [d_min]) = (self.gain.of(state.values), self.d_min.of(state.values));
         let [d_min_rate] = self.d_min.of(state.rates);
         for (i, p) in self.pairs.iter_mut().enumerate() {
-            let (link_a, link_b) = (state.data.pose(p.a.link), state.data.pose(p.b.link));
-            let (pose_a, pose_b) = (link_a * p.a.origin, link_b * p.b.origin);
-            let (distance, on_a, on_b, n) = match geometry::closest(&p.a.shape, &pose_a, &p.b.shape, &pose_b) {
-                Ok(c) => {
-                    let (on_a, on_b) = (Point3::from(c.on_a), Point3::from(c.on_b));
-                    p.last = Some(Apart {
-                        normal: c.normal,
-                        on_a: link_a.inverse_transform_point(&on_a),
-                        on_b: link_b.inverse_transform_point(&on_b),
-                    });
-                    (c.distance, c.on_a, c.on_b, c.normal)
-                }
-                Err(_) => {
-                    // A rotation that is no number leaves no translation finite.
-                    if !pose_a.translation.vector.iter().chain(&pose_b.translation.vector).all(|x| x.is_finite()) {
-                        return Err(TaskFault::NotFinite { row: i });
-                    }
-                    let last = p.last.ok_or(TaskFault::Overlap { row: i })?;
-                    let (on_a, on_b) = (link_a * last.on_a, link_b * last.on_b);
-                    (overlap(&p.a.shape, &p.b.shape), on_a.coords, on_b.coords, last.normal)
-                }
-            };
-            let h = distance - d_min;
+            let apart = p.find(state).map_err(|e| match e {
+                NoWay::NotFinite => TaskFault::NotFinite { row: i },
+                NoWay::Overlap => TaskFault::Overlap { row: i },
+            })?;
+            let h = apart.distance - d_min;
             rows.margins[i] = h;
             if rows.is_idle(i) {
                 continue;
             }
-            let row = rows.row(i);
-            state.data.add_point(state.model, p.a.link, &on_a, &n, row);
-            state.data.add_point(state.model, p.b.link, &on_b, &-n, row);
+            p.add_row(state, &apart, 1.0, rows.row(i));
             rows.lower[i] = d_min_rate - gain * h + self.reserve.rate(i, gain);
         }
         Ok(())

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use hierarq_stdlib_tasks::KINDS;
 use hierarq_stdlib_tasks::bound::{Arm, Bound, Geometry, Slot};
+use hierarq_stdlib_tasks::dimension::LENGTH;
+use hierarq_stdlib_tasks::expression::{Expression, Leaf, Op};
 use hierarq_stdlib_tasks::params::{Input, Presence};
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -81,8 +83,62 @@ pub fn valid(name: &'static str, model: &Model) -> Case {
             let angles = (case.slot(&[0.3], &[0.0]), case.slot(&[0.3], &[0.0]));
             case.with("angle", Bound::PerArm(vec![(left, angles.0), (right, angles.1)])).number("gain", &[2.0])
         }
+        "keep" => {
+            let state = Bound::Expression(apart(&left, &right));
+            case.with("value", state)
+                .number("min", &[0.1])
+                .number("max", &[9.0])
+                .number("gain", &[5.0])
+                .number("sampled_margin", &[0.0])
+        }
+        "track" => {
+            case.with("value", Bound::Expression(apart(&left, &right))).number("target", &[0.5]).number("gain", &[2.0])
+        }
         other => panic!("`{other}` is new: say here what good parameters of it are"),
     }
+}
+
+/// The distance of two tips.
+fn apart(left: &Arm, right: &Arm) -> Expression {
+    let leaf = |link: LinkId| Leaf::Point { link, offset: Vector3::zeros() };
+    let mut ops: Vec<Op> = (0..6).map(Op::State).collect();
+    ops.extend([Op::Sub(0, 3), Op::Sub(1, 4), Op::Sub(2, 5), Op::Powi(6, 2), Op::Powi(7, 2), Op::Powi(8, 2)]);
+    ops.extend([Op::Add(9, 10), Op::Add(12, 11), Op::Sqrt(13)]);
+    Expression {
+        ops,
+        inputs: vec![],
+        leaves: vec![leaf(left.tip), leaf(right.tip)],
+        outputs: vec![14],
+        dimension: LENGTH,
+    }
+}
+
+/// Operations that read anything, also what does not exist.
+fn operations() -> impl Strategy<Value = Vec<Op>> {
+    let index = prop_oneof![8 => 0usize..6, 1 => Just(usize::MAX)];
+    let op = (index.clone(), index.clone(), index, -9.0..9.0f64, 0..18u8).prop_map(|(a, b, c, x, kind)| match kind {
+        0 => Op::Const(x),
+        1 => Op::Input(a),
+        2..=4 => Op::State(a),
+        5 => Op::Mul(a, b),
+        6 => Op::Div(a, b),
+        7 => Op::Sqrt(a),
+        8 => Op::Acos(a),
+        9 => Op::Atan2(a, b),
+        10 => Op::Powi(a, i32::MIN),
+        11 => Op::Select(a, b, c),
+        12 => Op::Less(a, b),
+        13 => Op::Time,
+        14 => Op::Log(a),
+        15 => Op::Max(a, b),
+        16 => Op::Sub(a, b),
+        _ => Op::Neg(a),
+    });
+    // Mostly in an order that can be executed.
+    prop::collection::vec(op, 0..8).prop_map(|ops| {
+        let sorted = |(i, op): (usize, Op)| op.renumber(|a| if a == usize::MAX || i == 0 { a } else { a % i });
+        ops.into_iter().enumerate().map(sorted).collect()
+    })
 }
 
 /// A bound parameter of any form; every index may point nowhere.
@@ -107,6 +163,16 @@ fn anything(model: &Model) -> impl Strategy<Value = Bound> + use<> {
         origin: Isometry3::translation(x, 0.0, 0.0),
         shape: Shape::Sphere { radius },
     });
+    let state = prop_oneof![
+        3 => link.clone().prop_map(|link| Leaf::Point { link, offset: Vector3::new(0.1, 0.2, 0.3) }),
+        1 => link.clone().prop_map(Leaf::Orientation),
+        1 => index.clone().prop_map(Leaf::Joint),
+        1 => (geometry.clone(), geometry.clone()).prop_map(|pair| Leaf::Distance(Box::new(pair))),
+    ];
+    let outputs = prop_oneof![prop::collection::vec(0usize..8, 1), prop::collection::vec(0usize..8, 0..5)];
+    let expression =
+        (operations(), prop::collection::vec(index.clone(), 0..3), prop::collection::vec(state, 0..3), outputs)
+            .prop_map(|(ops, inputs, leaves, outputs)| Expression { ops, inputs, leaves, outputs, dimension: LENGTH });
     let word = prop_oneof![Just("auto"), Just("left"), Just("world"), Just("")].prop_map(String::from);
     let few = 0..3usize;
     let leaf = prop_oneof![
@@ -119,6 +185,7 @@ fn anything(model: &Model) -> impl Strategy<Value = Bound> + use<> {
         prop::collection::vec((index, slot.clone()), few.clone()).prop_map(Bound::PerJoint),
         prop::collection::vec((arm, slot.clone()), few).prop_map(Bound::PerArm),
         word.prop_map(Bound::Choice),
+        expression.prop_map(Bound::Expression),
     ];
     let group = (slot.clone(), slot).prop_map(|(p, o)| {
         Bound::Group([("position", p), ("orientation", o)].map(|(n, s)| (n.to_string(), Bound::Value(s))).into())

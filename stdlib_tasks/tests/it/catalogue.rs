@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use hierarq_stdlib_tasks::params::{ParamInfo, ParamType, Presence};
+use hierarq_stdlib_tasks::params::{Form, ParamInfo, ParamType, Presence};
 use hierarq_stdlib_tasks::task::{Nature, TaskKind};
 use hierarq_stdlib_tasks::{KINDS, find};
 use robot::Base;
@@ -78,13 +78,14 @@ fn defaults_fit_their_types() {
             let mut words = text.split(' ');
             let (first, unit) = (words.next().unwrap(), words.next().unwrap_or("1"));
             match p.ty {
-                ParamType::Scalar(q) | ParamType::AutoScalar(q) => {
+                ParamType::Scalar(q) | ParamType::AutoScalar(q) | ParamType::Expression(Form::Number(q)) => {
                     assert!(q.contains(first.parse().expect(&what)), "{what}");
                     // `/s` of the language is `1/s` of a dimension.
                     let written =
                         if let Some(rest) = unit.strip_prefix('/') { format!("1/{rest}") } else { unit.to_string() };
                     assert_eq!(q.dimension.to_string(), written, "{what}");
                 }
+                ParamType::Expression(Form::Size(_)) => assert_eq!(text, "0", "{what}"),
                 ParamType::Gains(names) => {
                     assert!(!names.is_empty() && first.parse::<f64>().expect(&what) > 0.0 && unit == "/s", "{what}");
                 }

@@ -1,0 +1,129 @@
+//! Parameters that are expressions of the robot's state: what depends on time alone goes to the table of values, the rest
+//! becomes a list of operations of its own.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use dsl::Diagnostic;
+use dsl::tree::Value;
+use runtime::program::Op;
+use stdlib_tasks::bound::Bound;
+use stdlib_tasks::dimension::NONE;
+use stdlib_tasks::expression::{Expression, Leaf};
+use stdlib_tasks::params::{Form, ParamInfo, Quantity};
+
+use super::{Binder, Number, Owner};
+use crate::expr::{Kind, Typed};
+
+impl Binder<'_> {
+    pub(super) fn expression(
+        &mut self,
+        owner: Owner,
+        value: &Value,
+        form: Form,
+        info: &'static ParamInfo,
+    ) -> Option<Bound> {
+        let what = format!("`{}`", info.name);
+        if let Form::Size(other) = form {
+            let dimension = self.forms.get(other)?.1;
+            let size = Quantity::at_least(dimension, 0.0).constant();
+            return self.value(owner, value, (Kind::Scalar, dimension), Some(size), &what).map(Bound::Value);
+        }
+        let typed = self.typed(owner, value, true, true)?;
+        let state = typed.nodes.iter().any(|&n| self.graph.is_state(n));
+        let (wanted, quantity) = match form {
+            Form::Value { orientation } => {
+                self.good_value(&typed, value, orientation, state, info)?;
+                self.forms.insert(info.name, (typed.kind, typed.dimension));
+                ((typed.kind, typed.dimension), None)
+            }
+            Form::Like(other) | Form::Size(other) => (*self.forms.get(other)?, None),
+            Form::Number(q) => ((Kind::Scalar, q.dimension), Some(q)),
+        };
+        if !state {
+            return self.placed(owner, value, &typed, (wanted, quantity), &what).map(Bound::Value);
+        }
+        self.suited(&typed, value, wanted, &what)?;
+        Some(Bound::Expression(self.of_state(&typed, value)))
+    }
+
+    /// Whether something can be kept or tracked.
+    fn good_value(
+        &mut self,
+        typed: &Typed,
+        value: &Value,
+        orientation: bool,
+        state: bool,
+        info: &ParamInfo,
+    ) -> Option<()> {
+        let good = matches!(typed.kind, Kind::Scalar | Kind::Vector) || (orientation && typed.kind == Kind::Rotation);
+        if !good {
+            let is = typed.kind.describe();
+            let wanted = if orientation { "a number, a vector or an orientation" } else { "a number or a vector" };
+            let d = Diagnostic::error("HQ0304", value.span, format!("`{}` is {wanted}, and this is {is}", info.name));
+            self.diagnostics.push(d.here(is).help(match typed.kind {
+                Kind::Rotation => {
+                    "keep a number that is made of it, such as `dot(frame(F).orientation*[0, 0, 1], [0, 0, 1])`"
+                }
+                _ => "name the number that the comparison is about, and its limit with `min` or `max`",
+            }));
+            return None;
+        }
+        if !state {
+            let text = format!("`{}` does not depend on what the robot does, so no motion changes it", info.name);
+            self.diagnostics.push(
+                Diagnostic::error("HQ0313", value.span, text)
+                    .note("`initial(..)` and params are constants, `t` is the time, and a link that does not move is a constant too")
+                    .help("use `frame(F).position`, `frame(F).orientation`, `point(F, [..] m)`, `joint(J)` or `distance(a, b)` in it"),
+            );
+            return None;
+        }
+        Some(())
+    }
+
+    /// Cuts an expression at what depends on time alone, which goes to the table of values.
+    fn of_state(&mut self, typed: &Typed, value: &Value) -> Expression {
+        // Operands come before users: the last of the open nodes is never needed again.
+        let mut open: BTreeSet<usize> = typed.nodes.iter().copied().collect();
+        let mut needed = BTreeSet::new();
+        while let Some(i) = open.pop_last() {
+            needed.insert(i);
+            if self.graph.is_state(i) {
+                open.extend(self.graph.ops()[i].operands().into_iter().flatten());
+            }
+        }
+        let dimension = if typed.kind == Kind::Rotation { NONE } else { typed.dimension };
+        let mut e = Expression { ops: vec![], inputs: vec![], leaves: vec![], outputs: vec![], dimension };
+        let mut index: BTreeMap<usize, usize> = BTreeMap::new();
+        let mut states: BTreeMap<usize, usize> = BTreeMap::new();
+        for i in needed {
+            let op = match self.graph.ops()[i] {
+                Op::Const(x) => Op::Const(x),
+                Op::State(k) => Op::State(self.state_number(k, &mut states, &mut e.leaves)),
+                op if self.graph.is_state(i) => op.renumber(|a| index[&a]),
+                _ => {
+                    let slot = self.table.place(&[i]);
+                    self.numbers.push(Number { slot, dimension: NONE, span: value.span });
+                    self.table.ranges.push((slot.at, f64::NEG_INFINITY, f64::INFINITY));
+                    e.inputs.push(slot.at);
+                    Op::Input(e.inputs.len() - 1)
+                }
+            };
+            e.ops.push(op);
+            index.insert(i, e.ops.len() - 1);
+        }
+        e.outputs = typed.nodes.iter().map(|n| index[n]).collect();
+        e
+    }
+
+    /// The number that number `k` of the robot's state has within one expression.
+    fn state_number(&self, k: usize, states: &mut BTreeMap<usize, usize>, leaves: &mut Vec<Leaf>) -> usize {
+        if !states.contains_key(&k)
+            && let Some((at, leaf)) = self.table.leaf_of(k)
+        {
+            let first = leaves.iter().map(Leaf::width).sum::<usize>();
+            states.extend((0..leaf.width()).map(|i| (at + i, first + i)));
+            leaves.push(leaf.clone());
+        }
+        states.get(&k).copied().unwrap_or(0)
+    }
+}

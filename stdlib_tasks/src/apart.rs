@@ -1,0 +1,113 @@
+//! The way from one part of the robot to another: closest points and the direction between them, with memory for where
+//! there is none.
+//!
+//! ```text
+//! d = |p_a - p_b|       d' = n·(J_a - J_b) v,   n from p_b to p_a        thesis (3.21) to (3.24)
+//! ```
+
+use nalgebra::{Point3, Vector3};
+use robot::{Shape, geometry};
+
+use crate::bound::Geometry;
+use crate::task::State;
+
+/// Two parts, and the last way apart that was found.
+#[derive(Clone, Debug)]
+pub struct Pair {
+    /// One part.
+    pub a: Geometry,
+    /// The other.
+    pub b: Geometry,
+    last: Option<Last>,
+}
+
+/// The last way apart that was found.
+#[derive(Clone, Copy, Debug)]
+struct Last {
+    /// From b to a, in the world.
+    normal: Vector3<f64>,
+    /// The closest points, in the frames of the two links.
+    on_a: Point3<f64>,
+    on_b: Point3<f64>,
+}
+
+/// The distance of two parts, and where it is.
+#[derive(Clone, Copy, Debug)]
+pub struct Apart {
+    /// Distance of the surfaces in m; negative where they overlap.
+    pub distance: f64,
+    /// The closest points in the world, in m.
+    pub on_a: Vector3<f64>,
+    /// See `on_a`.
+    pub on_b: Vector3<f64>,
+    /// Unit vector from b to a.
+    pub normal: Vector3<f64>,
+}
+
+/// Why there is no way apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoWay {
+    /// A pose is not finite.
+    NotFinite,
+    /// The cores of the parts meet, and they did from the beginning.
+    Overlap,
+}
+
+/// The distance of two parts whose cores meet, in m: less by the radius around each.
+fn overlap(a: &Shape, b: &Shape) -> f64 {
+    let radius = |s: &Shape| match *s {
+        Shape::Sphere { radius } | Shape::Capsule { radius, .. } => radius,
+        Shape::Box { .. } => 0.0,
+    };
+    -radius(a) - radius(b)
+}
+
+impl Pair {
+    /// Two parts that were never looked at.
+    pub fn new(a: Geometry, b: Geometry) -> Self {
+        Pair { a, b, last: None }
+    }
+
+    /// Forgets the last way apart.
+    pub fn forget(&mut self) {
+        self.last = None;
+    }
+
+    /// The closest points. Where the cores meet, the last direction and points that were valid stand in. Allocates
+    /// nothing.
+    ///
+    /// # Errors
+    /// A pose is not finite, or the cores meet and never did not.
+    pub fn find(&mut self, state: &State) -> Result<Apart, NoWay> {
+        let (link_a, link_b) = (state.data.pose(self.a.link), state.data.pose(self.b.link));
+        let (pose_a, pose_b) = (link_a * self.a.origin, link_b * self.b.origin);
+        match geometry::closest(&self.a.shape, &pose_a, &self.b.shape, &pose_b) {
+            Ok(c) => {
+                let (on_a, on_b) = (Point3::from(c.on_a), Point3::from(c.on_b));
+                self.last = Some(Last {
+                    normal: c.normal,
+                    on_a: link_a.inverse_transform_point(&on_a),
+                    on_b: link_b.inverse_transform_point(&on_b),
+                });
+                Ok(Apart { distance: c.distance, on_a: c.on_a, on_b: c.on_b, normal: c.normal })
+            }
+            Err(_) => {
+                // A rotation that is no number leaves no translation finite.
+                if !pose_a.translation.vector.iter().chain(&pose_b.translation.vector).all(|x| x.is_finite()) {
+                    return Err(NoWay::NotFinite);
+                }
+                let last = self.last.ok_or(NoWay::Overlap)?;
+                let (on_a, on_b) = (link_a * last.on_a, link_b * last.on_b);
+                let distance = overlap(&self.a.shape, &self.b.shape);
+                Ok(Apart { distance, on_a: on_a.coords, on_b: on_b.coords, normal: last.normal })
+            }
+        }
+    }
+
+    /// Adds `scale` times the row of the distance.
+    pub fn add_row(&self, state: &State, apart: &Apart, scale: f64, row: &mut [f64]) {
+        let n = apart.normal * scale;
+        state.data.add_point(state.model, self.a.link, &apart.on_a, &n, row);
+        state.data.add_point(state.model, self.b.link, &apart.on_b, &-n, row);
+    }
+}

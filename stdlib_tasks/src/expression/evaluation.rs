@@ -1,0 +1,177 @@
+//! An expression made ready: all memory that its sweeps need.
+//!
+//! ```text
+//! y = f(x(q), u(t))        y' = (df/dx) (dx/dq) v + (df/du) u'
+//! ```
+//!
+//! One reverse sweep over the operations gives `df/dx` and `df/du` of one number. A leaf then writes its part of the row:
+//! for a point p with adjoint a, `a·p' = a·(J_p v)`; for an orientation q with adjoint `a = (a_w, a_v)`,
+//!
+//! ```text
+//! q' = (0, ω) q / 2        a·q' = ω · (-a_w v + w a_v + v × a_v) / 2,    q = (w, v)
+//! ```
+//!
+//! for a distance its row along the line between the closest points. Source: Griewank, Walther, Evaluating Derivatives
+//! (2008), ch. 3; the leaves are ours.
+
+use nalgebra::{Point3, Vector3};
+use robot::Model;
+
+use super::{Expression, Leaf, Op};
+use crate::apart::{Apart, NoWay, Pair};
+use crate::task::State;
+use crate::tracking::{write_rotation, write_vector};
+
+/// A leaf, and where it was found at this tick.
+#[derive(Clone, Debug)]
+enum Found {
+    Point { link: robot::LinkId, offset: Point3<f64> },
+    Orientation(robot::LinkId),
+    Joint { dof: usize, q: usize },
+    Distance { pair: Box<Pair>, apart: Option<Apart> },
+}
+
+/// An expression made ready. Nothing here allocates after [`Evaluation::new`].
+#[derive(Clone, Debug)]
+pub struct Evaluation {
+    ops: Vec<Op>,
+    inputs: Vec<usize>,
+    outputs: Vec<usize>,
+    /// Each leaf with its first number.
+    leaves: Vec<(usize, Found)>,
+    /// The numbers of the leaves, and the adjoint of each.
+    state: Vec<f64>,
+    state_adjoints: Vec<f64>,
+    registers: Vec<f64>,
+    adjoints: Vec<f64>,
+}
+
+impl Evaluation {
+    /// Makes an expression ready that has passed [`Expression::check`] for this robot.
+    pub fn new(expression: &Expression, model: &Model) -> Self {
+        let mut at = 0;
+        let mut leaves = Vec::new();
+        for leaf in &expression.leaves {
+            let found = match leaf {
+                Leaf::Point { link, offset } => Found::Point { link: *link, offset: Point3::from(*offset) },
+                Leaf::Orientation(link) => Found::Orientation(*link),
+                Leaf::Joint(dof) => {
+                    let q = model.dofs.get(*dof).and_then(|d| d.q_index).unwrap_or(0);
+                    Found::Joint { dof: *dof, q }
+                }
+                Leaf::Distance(pair) => {
+                    Found::Distance { pair: Box::new(Pair::new(pair.0.clone(), pair.1.clone())), apart: None }
+                }
+            };
+            leaves.push((at, found));
+            at += leaf.width();
+        }
+        Evaluation {
+            ops: expression.ops.clone(),
+            inputs: expression.inputs.clone(),
+            outputs: expression.outputs.clone(),
+            leaves,
+            state: vec![0.0; at],
+            state_adjoints: vec![0.0; at],
+            registers: vec![0.0; expression.ops.len()],
+            adjoints: vec![0.0; expression.ops.len()],
+        }
+    }
+
+    /// Forgets the past: the directions between parts that were last valid.
+    pub fn forget(&mut self) {
+        for (_, found) in &mut self.leaves {
+            if let Found::Distance { pair, apart } = found {
+                pair.forget();
+                *apart = None;
+            }
+        }
+    }
+
+    /// How many numbers the value has.
+    pub fn len(&self) -> usize {
+        self.outputs.len()
+    }
+
+    /// True for a value without a number, which no checked expression has.
+    pub fn is_empty(&self) -> bool {
+        self.outputs.is_empty()
+    }
+
+    /// The sweep forward: the value at this tick.
+    ///
+    /// # Errors
+    /// Two parts, whose distance is asked for, overlap from the beginning; or a pose is not finite.
+    pub fn forward(&mut self, state: &State) -> Result<(), NoWay> {
+        for (at, found) in &mut self.leaves {
+            let numbers = &mut self.state[*at..];
+            match found {
+                Found::Point { link, offset } => write_vector(&(state.data.pose(*link) * *offset).coords, numbers),
+                Found::Orientation(link) => write_rotation(&state.data.pose(*link).rotation, numbers),
+                Found::Joint { q, .. } => numbers[0] = state.q[*q],
+                Found::Distance { pair, apart } => {
+                    let now = pair.find(state)?;
+                    numbers[0] = now.distance;
+                    *apart = Some(now);
+                }
+            }
+        }
+        for (i, op) in self.ops.iter().enumerate() {
+            let (before, rest) = self.registers.split_at_mut(i);
+            let leaf = |op: Op| match op {
+                Op::Input(k) => state.values[self.inputs[k]],
+                Op::State(k) => self.state[k],
+                _ => f64::NAN,
+            };
+            rest[0] = op.value(|a| before[a], leaf);
+        }
+        Ok(())
+    }
+
+    /// Number `i` of the value, after [`Evaluation::forward`].
+    pub fn value(&self, i: usize) -> f64 {
+        self.registers[self.outputs[i]]
+    }
+
+    /// The sweep back, after [`Evaluation::forward`] of the same tick: adds to `row` the coefficients of `v` in the rate of
+    /// `sum_i seeds[i] value(i)`, and gives the part of that rate that is there while the robot stands still.
+    pub fn add_row(&mut self, state: &State, seeds: &[f64], row: &mut [f64]) -> f64 {
+        for (&output, &seed) in self.outputs.iter().zip(seeds) {
+            self.adjoints[output] += seed;
+        }
+        self.state_adjoints.fill(0.0);
+        let mut still = 0.0;
+        for (i, op) in self.ops.iter().enumerate().rev() {
+            let g = std::mem::take(&mut self.adjoints[i]);
+            if g == 0.0 {
+                continue;
+            }
+            match *op {
+                Op::Input(k) => still += g * state.rates[self.inputs[k]],
+                Op::State(k) => self.state_adjoints[k] += g,
+                _ => op.pull(g, self.registers[i], &self.registers[..i], &mut self.adjoints[..i]),
+            }
+        }
+        for (at, found) in &self.leaves {
+            let (a, x) = (&self.state_adjoints[*at..], &self.state[*at..]);
+            match found {
+                Found::Point { link, .. } => {
+                    let (n, p) = (Vector3::new(a[0], a[1], a[2]), Vector3::new(x[0], x[1], x[2]));
+                    state.data.add_point(state.model, *link, &p, &n, row);
+                }
+                Found::Orientation(link) => {
+                    let (a_v, v) = (Vector3::new(a[1], a[2], a[3]), Vector3::new(x[1], x[2], x[3]));
+                    let axis = (a_v * x[0] - v * a[0] + v.cross(&a_v)) * 0.5;
+                    state.data.add_angular(state.model, *link, &axis, row);
+                }
+                Found::Joint { dof, .. } => row[*dof] += a[0],
+                Found::Distance { pair, apart } => {
+                    if let Some(apart) = apart {
+                        pair.add_row(state, apart, a[0], row);
+                    }
+                }
+            }
+        }
+        still
+    }
+}

@@ -1,0 +1,112 @@
+//! Expressions of the robot's present state: a list of operations over values that depend on time alone and over what
+//! the robot does now, with the exact derivative in its velocity and in time.
+//!
+//! The compiler folds everything that depends on time alone into places of the table of values, whose rates it knows;
+//! what remains stands here. [`Evaluation`] is an expression made ready: one sweep forward for the value, one back for
+//! each row.
+
+mod evaluation;
+mod op;
+mod term;
+
+use nalgebra::Vector3;
+use robot::{LinkId, Model};
+use serde::{Deserialize, Serialize};
+
+use crate::bound::{Geometry, Slot};
+use crate::dimension::Dimension;
+
+pub use evaluation::Evaluation;
+pub use op::{Op, ROUNDING};
+pub use term::{Term, turn_seeds};
+
+/// Something that the robot does now, of which expressions are made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Leaf {
+    /// The position in the world of a point fixed in a link, in m: three numbers.
+    Point {
+        /// The link.
+        link: LinkId,
+        /// The point in the link's frame, in m.
+        offset: Vector3<f64>,
+    },
+    /// The orientation of a link in the world: four numbers `w x y z`.
+    Orientation(LinkId),
+    /// The position of a degree of freedom that has one, in rad or m: one number.
+    Joint(usize),
+    /// The distance between two parts of the robot in m, negative where they overlap: one number.
+    Distance(Box<(Geometry, Geometry)>),
+}
+
+impl Leaf {
+    /// How many numbers it is.
+    pub fn width(&self) -> usize {
+        match self {
+            Leaf::Point { .. } => 3,
+            Leaf::Orientation(_) => 4,
+            Leaf::Joint(_) | Leaf::Distance(_) => 1,
+        }
+    }
+
+    fn check(&self, model: &Model) -> Result<(), &'static str> {
+        let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };
+        let link = |l: &LinkId| ensure(l.index() < model.links.len(), "a frame does not exist");
+        match self {
+            Leaf::Point { link: l, offset } => {
+                link(l)?;
+                ensure(offset.iter().all(|x| x.is_finite()), "a point is not finite")
+            }
+            Leaf::Orientation(l) => link(l),
+            Leaf::Joint(dof) => {
+                ensure(model.dofs.get(*dof).is_some_and(|d| d.q_index.is_some()), "a joint has no position")
+            }
+            Leaf::Distance(pair) => [&pair.0, &pair.1].into_iter().try_for_each(|g| g.check(model)),
+        }
+    }
+}
+
+/// An expression of the present state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Expression {
+    /// Operations, operands before users. [`Op::Input`] reads `inputs`, [`Op::State`] the numbers of `leaves`, counted
+    /// through; [`Op::T`] and [`Op::Time`] do not occur.
+    pub ops: Vec<Op>,
+    /// Places in the table of values.
+    pub inputs: Vec<usize>,
+    /// What the robot does now.
+    pub leaves: Vec<Leaf>,
+    /// The operations that hold the value: 1 for a number, 3 for a vector, 4 for an orientation `w x y z`.
+    pub outputs: Vec<usize>,
+    /// The dimension of the value; none for an orientation.
+    pub dimension: Dimension,
+}
+
+impl Expression {
+    /// Makes sure that every index points somewhere and every number is usable.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check(&self, model: &Model, slots: usize) -> Result<(), &'static str> {
+        let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };
+        self.leaves.iter().try_for_each(|l| l.check(model))?;
+        let width: usize = self.leaves.iter().map(Leaf::width).sum();
+        for (i, op) in self.ops.iter().enumerate() {
+            ensure(op.operands().iter().flatten().all(|&o| o < i), "an operation reads one that comes later")?;
+            match *op {
+                Op::Input(k) => ensure(k < self.inputs.len(), "an operation reads a value that does not exist")?,
+                Op::State(k) => ensure(k < width, "an operation reads a state that does not exist")?,
+                Op::T | Op::Time => return Err("an expression of the state reads the time by itself"),
+                _ => {}
+            }
+        }
+        ensure(self.inputs.iter().all(|&at| at < slots), "a value has no place in the table of values")?;
+        ensure(matches!(self.outputs.len(), 1 | 3 | 4), "an expression is no number, vector or orientation")?;
+        ensure(self.outputs.iter().all(|&o| o < self.ops.len()), "a result points nowhere")
+    }
+
+    /// The places of the table of values that it reads.
+    pub fn slots(&self) -> impl Iterator<Item = Slot> {
+        self.inputs.iter().map(|&at| Slot { at, len: 1 })
+    }
+}

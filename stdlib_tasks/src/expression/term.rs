@@ -1,0 +1,102 @@
+//! A number, vector or orientation that a task reads: from the table of values, or from an expression of the state.
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use robot::Model;
+
+use super::Evaluation;
+use crate::apart::NoWay;
+use crate::params::Operand;
+use crate::task::State;
+
+/// An [`Operand`] made ready.
+#[derive(Clone, Debug)]
+pub enum Term {
+    /// Depends on time alone: its place in the table of values, and how many numbers.
+    Slot(usize, usize),
+    /// Depends on the robot's state.
+    State(Evaluation),
+}
+
+impl Term {
+    /// Makes an operand ready. Allocates everything.
+    pub fn new(operand: &Operand, model: &Model) -> Self {
+        match operand {
+            Operand::Slot(slot) => Term::Slot(slot.at, slot.len),
+            Operand::Expression(e) => Term::State(Evaluation::new(e, model)),
+        }
+    }
+
+    /// How many numbers it has: 1, 3 or 4.
+    pub fn len(&self) -> usize {
+        match self {
+            Term::Slot(_, len) => *len,
+            Term::State(e) => e.len(),
+        }
+    }
+
+    /// True for none, which no checked operand has.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// True where it depends on the robot's state.
+    pub fn is_state(&self) -> bool {
+        matches!(self, Term::State(_))
+    }
+
+    /// Forgets the past.
+    pub fn forget(&mut self) {
+        if let Term::State(e) = self {
+            e.forget();
+        }
+    }
+
+    /// Takes its value of this tick; must come before the other methods.
+    ///
+    /// # Errors
+    /// See [`Evaluation::forward`].
+    pub fn forward(&mut self, state: &State) -> Result<(), NoWay> {
+        match self {
+            Term::Slot(..) => Ok(()),
+            Term::State(e) => e.forward(state),
+        }
+    }
+
+    /// Number `i` of its value.
+    pub fn value(&self, state: &State, i: usize) -> f64 {
+        match self {
+            Term::Slot(at, _) => state.values[at + i],
+            Term::State(e) => e.value(i),
+        }
+    }
+
+    /// Its value as a vector.
+    pub fn vector(&self, state: &State) -> Vector3<f64> {
+        Vector3::from_fn(|i, _| self.value(state, i))
+    }
+
+    /// Its value as a quaternion, of any length.
+    pub fn quaternion(&self, state: &State) -> Quaternion<f64> {
+        let x = |i: usize| self.value(state, i);
+        Quaternion::new(x(0), x(1), x(2), x(3))
+    }
+
+    /// Adds to `row` the coefficients of `v` in the rate of `sum_i seeds[i] value(i)`, and gives what that rate is while
+    /// the robot stands still.
+    pub fn add_row(&mut self, state: &State, seeds: &[f64], row: &mut [f64]) -> f64 {
+        match self {
+            Term::Slot(at, len) => state.rates[*at..*at + *len].iter().zip(seeds).map(|(r, s)| r * s).sum(),
+            Term::State(e) => e.add_row(state, seeds, row),
+        }
+    }
+}
+
+/// The seeds that make the angular velocity about the world's axis `axis` (0 x, 1 y, 2 z) of the rate of a quaternion `q`:
+/// `ω = 2 vec(q' conj(q)) / |q|²`.
+pub fn turn_seeds(q: &UnitQuaternion<f64>, axis: usize) -> [f64; 4] {
+    let e = Vector3::ith(axis, 1.0);
+    let v = q.imag();
+    // e·(w v' - w' v + v × v') = w e·v' - (e·v) w' + (e × v)·v'
+    let part = e * q.w + e.cross(&v);
+    [-2.0 * e.dot(&v), 2.0 * part.x, 2.0 * part.y, 2.0 * part.z]
+}

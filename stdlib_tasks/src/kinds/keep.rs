@@ -1,0 +1,190 @@
+//! Keeps a value that the spec writes as an expression within limits.
+//!
+//! ```text
+//! h = y - min                      safe where h >= 0;  likewise max - y
+//! (J_y - J_min) v >= -φ (h - δ) + d/dt min - d/dt y    thesis (3.19) for any h; δ: the sampled-time reserve
+//! ```
+//!
+//! where `J` is the derivative in the robot's configuration and `d/dt` that in time while the robot stands still.
+
+use std::cell::RefCell;
+
+use crate::bound::{BoundParams, check};
+use crate::dimension::{Dimension, NONE, RATE};
+use crate::expression::Term;
+use crate::params::{Form, Input, Operand, ParamType, Presence, Quantity};
+use crate::task::{Actual, ActualType, BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::written::{Gain, actual, dimension, fault, row_names};
+
+crate::params! {
+    /// Parameters of `keep`.
+    pub struct Params {
+        /// y: what is kept, a number or a vector. Of a vector, each of the three numbers is kept.
+        value: Operand = ParamType::Expression(Form::Value { orientation: false }), Presence::Required;
+        /// The smallest that the value may be; it may move. One of `min` and `max` must be given.
+        min: Option<Operand> = ParamType::Expression(Form::Like("value")), Presence::Optional;
+        /// The largest that the value may be; it may move.
+        max: Option<Operand> = ParamType::Expression(Form::Like("value")), Presence::Optional;
+        /// φ: how fast the margin may be used up.
+        gain: Operand = ParamType::Expression(Form::Number(Quantity::above(RATE, 0.0))), Presence::Default("5 /s");
+        /// δ: held in reserve for what sampling in time can lose.
+        sampled_margin: Input<1> = ParamType::Expression(Form::Size("value")), Presence::Default("0");
+    }
+}
+
+/// The catalogue entry.
+pub static KIND: TaskKind = TaskKind {
+    name: "keep",
+    summary: "keeps a value, written as an expression, within limits",
+    docs: "One inequality row for a number, three (x, y, z) for a vector:\n\n\
+```text\n\
+h = y - min                                                safe where h >= 0\n\
+(J_y - J_min) v  >=  -φ (h - δ) + d/dt min - d/dt y        likewise max - y\n\
+```\n\n\
+`value` is any expression in which the robot's present state stands: `frame(F).position`, `frame(F).orientation`, \
+`point(F, [x, y, z] m)`, `joint(J)`, `distance(a, b)`. `J` is its exact derivative in the robot's configuration, `d/dt` \
+that in time. The state may stand in `min`, `max` and `gain` too; a value with both limits, one of which depends on the \
+state, has a row for each.\n\n\
+Where the value has no derivative (`norm` of zero, the corner of a `min`) the row is that of the branch that the value \
+takes, or zero; the page on expressions lists these points. A row that is zero cannot be met by moving.\n\n\
+A row is held over a period, and a curved value can fall below its limit by a little in that time: by `A T / (2 φ)`, where \
+A is how fast it can bend. `sampled_margin` holds so much in reserve. How much a written value can bend is not worked out: \
+there is no `auto` as for `self_collision` and `virtual_wall`.\n\n\
+Source: thesis (3.19) for any h; the derivative by reverse accumulation is ours.",
+    example: "task gap = keep(norm(frame(left_tool).position - frame(right_tool).position)) { min 0.3 m  gain 5 /s }",
+    nature: Nature::Limit,
+    params: Params::INFO,
+    positional: &["value"],
+    actuals: &[Actual { name: "value", ty: ActualType::Of("value") }],
+    build,
+};
+
+struct Keep {
+    value: RefCell<Term>,
+    min: Option<Term>,
+    max: Option<Term>,
+    gain: Gain,
+    dimension: Dimension,
+    reserve: f64,
+    /// One row holds both sides.
+    joint: bool,
+}
+
+fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    check(bound, ctx)?;
+    let params = Params::from_bound(bound)?;
+    if params.min.is_none() && params.max.is_none() {
+        return Err(BuildError::new("", "`keep` has neither `min` nor `max`, and nothing is kept")
+            .help("write the smallest value with `min`, the largest with `max`, or both"));
+    }
+    if params.value.len() == 4 {
+        return Err(BuildError::new("value", "an orientation has no smallest or largest")
+            .help("keep a number that is made of it, such as `dot(frame(F).orientation*[0, 0, 1], [0, 0, 1])`"));
+    }
+    for (name, side) in [("min", &params.min), ("max", &params.max)] {
+        if side.as_ref().is_some_and(|s| s.len() != params.value.len()) {
+            return Err(BuildError::new(name, format!("`{name}` has another form than `value`")));
+        }
+    }
+    let ready = |o: &Operand| Term::new(o, ctx.model);
+    let (min, max) = (params.min.as_ref().map(ready), params.max.as_ref().map(ready));
+    let moves = |t: &Option<Term>| t.as_ref().is_some_and(Term::is_state);
+    let joint = min.is_none() || max.is_none() || !(moves(&min) || moves(&max));
+    let gain = Gain::new(&params.gain, ctx)?;
+    let [reserve] = params.sampled_margin.of(ctx.values);
+    let dimension = dimension(&params.value).unwrap_or(NONE);
+    Ok(Box::new(Keep { value: RefCell::new(ready(&params.value)), min, max, gain, dimension, reserve, joint }))
+}
+
+impl Keep {
+    /// One row for number `c`: the lower side, the upper side, or both.
+    fn row(
+        &mut self,
+        state: &State,
+        rows: &mut Rows,
+        i: usize,
+        c: usize,
+        sides: (bool, bool),
+    ) -> Result<(), TaskFault> {
+        let gain = self.gain.of(state);
+        let (mut plus, mut minus) = ([0.0; 3], [0.0; 3]);
+        (plus[c], minus[c]) = (1.0, -1.0);
+        let value = self.value.get_mut();
+        let y = value.value(state, c);
+        let still = value.add_row(state, &plus, rows.row(i));
+        // A side that depends on the state stands in a row of its own, and its coefficients belong there.
+        let mut margin = f64::INFINITY;
+        if let Some(min) = self.min.as_mut().filter(|_| sides.0) {
+            let h = y - min.value(state, c);
+            let own = min.add_row(state, &minus, rows.row(i));
+            rows.lower[i] = -gain * (h - self.reserve) - own - still;
+            margin = h;
+        }
+        if let Some(max) = self.max.as_mut().filter(|_| sides.1) {
+            let h = max.value(state, c) - y;
+            let own = max.add_row(state, &minus, rows.row(i));
+            rows.upper[i] = gain * (h - self.reserve) - own - still;
+            margin = margin.min(h);
+        }
+        // Comparisons with NaN are false: what is not a number passes neither test.
+        let side = |x: f64, given: bool| !given || x.is_finite();
+        let good = y.is_finite() && margin.is_finite();
+        if !good
+            || !side(rows.lower[i], sides.0 && self.min.is_some())
+            || !side(rows.upper[i], sides.1 && self.max.is_some())
+        {
+            return Err(TaskFault::NotFinite { row: i });
+        }
+        if rows.lower[i] > rows.upper[i] {
+            return Err(TaskFault::Crossed { row: i });
+        }
+        rows.margins[i] = margin;
+        Ok(())
+    }
+}
+
+impl Task for Keep {
+    fn rows(&self) -> Vec<RowInfo> {
+        let names = row_names(self.value.borrow().len());
+        let sides: &[&str] = if self.joint { &[""] } else { &[" min", " max"] };
+        let row = |name: &&str, side: &str| RowInfo { name: format!("{name}{side}"), dimension: self.dimension };
+        sides.iter().flat_map(|side| names.iter().map(|n| row(n, side))).collect()
+    }
+
+    fn gains(&self, values: &[f64]) -> Vec<f64> {
+        self.gain.constant(values)
+    }
+
+    fn enter(&mut self, _state: &State) {
+        self.value.get_mut().forget();
+        [&mut self.min, &mut self.max].into_iter().flatten().for_each(Term::forget);
+        self.gain.forget();
+    }
+
+    fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
+        let value = self.value.get_mut();
+        let n = value.len();
+        value.forward(state).map_err(fault)?;
+        for side in [&mut self.min, &mut self.max].into_iter().flatten() {
+            side.forward(state).map_err(fault)?;
+        }
+        self.gain.forward(state)?;
+        for c in 0..n {
+            if self.joint {
+                self.row(state, rows, c, c, (true, true))?;
+            } else {
+                self.row(state, rows, c, c, (true, false))?;
+                self.row(state, rows, n + c, c, (false, true))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn reserve(&self) -> Vec<f64> {
+        vec![self.reserve; if self.reserve > 0.0 { self.rows().len() } else { 0 }]
+    }
+
+    fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
+        name == "value" && actual(&self.value, state, out)
+    }
+}

@@ -1,0 +1,153 @@
+//! Pulls a value that the spec writes as an expression to a target.
+//!
+//! ```text
+//! (J_y - J_d) v = d/dt y_d - d/dt y + K (y_d - y)          thesis (2.5) for any y
+//! ```
+//!
+//! where `J` is the derivative in the robot's configuration and `d/dt` that in time while the robot stands still. Of an
+//! orientation, the derivatives are angular velocities and the error is the rotation vector of `R_d R^T`.
+
+use std::cell::RefCell;
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::bound::{BoundParams, check};
+use crate::dimension::{ANGLE, Dimension, RATE};
+use crate::expression::{Term, turn_seeds};
+use crate::params::{Form, Operand, ParamType, Presence, Quantity};
+use crate::so3;
+use crate::task::{
+    Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+};
+use crate::written::{Gain, actual, dimension, fault, row_names};
+
+crate::params! {
+    /// Parameters of `track`.
+    pub struct Params {
+        /// y: what is pulled, a number, a vector or an orientation.
+        value: Operand = ParamType::Expression(Form::Value { orientation: true }), Presence::Required;
+        /// y_d: what the value is pulled to; it may move.
+        target: Operand = ParamType::Expression(Form::Like("value")), Presence::Required;
+        /// K: how fast the error decays.
+        gain: Operand = ParamType::Expression(Form::Number(Quantity::at_least(RATE, 0.0))), Presence::Default("2 /s");
+    }
+}
+
+/// The catalogue entry.
+pub static KIND: TaskKind = TaskKind {
+    name: "track",
+    summary: "pulls a value, written as an expression, to a target",
+    docs: "One equality row for a number, three for a vector (x, y, z) or an orientation (rx, ry, rz, in the world's axes):\n\n\
+```text\n\
+(J_y - J_d) v = d/dt y_d - d/dt y + K (y_d - y)      numbers and vectors\n\
+(J_y - J_d) v = ω_d - ω_y + K log(R_d R^T)           orientations\n\
+```\n\n\
+`value` is any expression in which the robot's present state stands: `frame(F).position`, `frame(F).orientation`, \
+`point(F, [x, y, z] m)`, `joint(J)`, `distance(a, b)`. `J` is its exact derivative in the robot's configuration, `d/dt` \
+(for orientations ω) that in time. The state may stand in `target` and `gain` too.\n\n\
+Where the value has no derivative (`norm` of zero, the corner of a `min`) the row is that of the branch that the value \
+takes, or zero; the page on expressions lists these points. A row that is zero asks for nothing. `log` is the \
+rotation vector with an angle of at most pi.\n\n\
+A direction (a vector of length 1) has three numbers and two freedoms. Where the target is a direction that moves with the \
+robot too, the three rows come the closer to depending on each other the smaller the error: track two numbers instead, \
+such as `dot` with two axes, or a place in the robot's own frame, \
+`inverse(frame(F).orientation)*(p - frame(F).position)`.\n\n\
+Source: thesis (2.5) for any y; the derivative by reverse accumulation is ours.",
+    example: "task pointing = track(frame(tool).orientation*[0, 0, 1]) { target [0, 0, -1]  gain 2 /s }",
+    nature: Nature::Target,
+    params: Params::INFO,
+    positional: &["value"],
+    actuals: &[Actual { name: "value", ty: ActualType::Of("value") }],
+    build,
+};
+
+struct Track {
+    value: RefCell<Term>,
+    target: Term,
+    gain: Gain,
+    dimension: Dimension,
+}
+
+fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    check(bound, ctx)?;
+    let params = Params::from_bound(bound)?;
+    if params.target.len() != params.value.len() {
+        return Err(BuildError::new("target", "`target` has another form than `value`"));
+    }
+    let gain = Gain::new(&params.gain, ctx)?;
+    let dimension = dimension(&params.value).unwrap_or(ANGLE);
+    let (value, target) = (Term::new(&params.value, ctx.model), Term::new(&params.target, ctx.model));
+    Ok(Box::new(Track { value: RefCell::new(value), target, gain, dimension }))
+}
+
+impl Track {
+    /// Rows of a number or a vector; gives the norm of the error.
+    fn linear(&mut self, state: &State, rows: &mut Rows, n: usize, gain: f64) -> f64 {
+        let value = self.value.get_mut();
+        let mut squares = 0.0;
+        for i in 0..n {
+            let (mut plus, mut minus) = ([0.0; 3], [0.0; 3]);
+            (plus[i], minus[i]) = (1.0, -1.0);
+            let error = self.target.value(state, i) - value.value(state, i);
+            let still = value.add_row(state, &plus, rows.row(i)) + self.target.add_row(state, &minus, rows.row(i));
+            rows.equal(i, gain * error - still);
+            squares += error * error;
+        }
+        squares.sqrt()
+    }
+
+    /// Rows of an orientation; gives the angle of the error.
+    fn angular(&mut self, state: &State, rows: &mut Rows, gain: f64) -> f64 {
+        let value = self.value.get_mut();
+        let (q, d) = (value.quaternion(state), self.target.quaternion(state));
+        let (length, target_length) = (q.norm(), d.norm());
+        let (q, d) = (UnitQuaternion::new_unchecked(q / length), UnitQuaternion::new_unchecked(d / target_length));
+        let error: Vector3<f64> = so3::log(&(d * q.inverse()));
+        for i in 0..3 {
+            let plus = turn_seeds(&q, i).map(|s| s / length);
+            let minus = turn_seeds(&d, i).map(|s| -s / target_length);
+            let still = value.add_row(state, &plus, rows.row(i)) + self.target.add_row(state, &minus, rows.row(i));
+            rows.equal(i, gain * error[i] - still);
+        }
+        error.norm()
+    }
+}
+
+impl Task for Track {
+    fn rows(&self) -> Vec<RowInfo> {
+        let row = |name: &&str| RowInfo { name: (*name).to_string(), dimension: self.dimension };
+        row_names(self.value.borrow().len()).iter().map(row).collect()
+    }
+
+    fn measures(&self) -> Vec<Measure> {
+        vec![Measure { name: String::new(), dimension: self.dimension }]
+    }
+
+    fn gains(&self, values: &[f64]) -> Vec<f64> {
+        self.gain.constant(values)
+    }
+
+    fn enter(&mut self, _state: &State) {
+        self.value.get_mut().forget();
+        self.target.forget();
+        self.gain.forget();
+    }
+
+    fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
+        let value = self.value.get_mut();
+        let n = value.len();
+        value.forward(state).map_err(fault)?;
+        self.target.forward(state).map_err(fault)?;
+        self.gain.forward(state)?;
+        let gain = self.gain.of(state);
+        rows.measures[0] = if n == 4 { self.angular(state, rows, gain) } else { self.linear(state, rows, n, gain) };
+        match (0..n.min(3)).find(|&i| !rows.lower[i].is_finite()) {
+            Some(row) => Err(TaskFault::NotFinite { row }),
+            None => Ok(()),
+        }
+    }
+
+    fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
+        name == "value" && actual(&self.value, state, out)
+    }
+}
