@@ -186,6 +186,18 @@ task gap = keep(norm(initial(frame(tool).position))) { min 0.3 m }   // error: l
 ```"#,
     ),
     (
+        "HQ0314",
+        "other axes",
+        r#"The numbers of a vector count along the axes of some frame, and these two count along different ones: the tool's and the world's, for example. Added all the same, they would send the robot somewhere else as soon as the tool turns.
+
+A written vector has no axes of its own and takes those of what it meets. `v in F` says along which axes it counts, or brings a value from its axes to others. A point moves with the origin of the frame, a direction only turns.
+
+```hq
+track(frame(tool).position + ([0, 0, 0.1] m in tool)) { .. }              // error: a vector of the tool beside one of the world
+track(frame(tool).position + (([0, 0, 0.1] m in tool) in world)) { .. }   // a point 10 cm before the tool
+```"#,
+    ),
+    (
         "HQ0401",
         "file not found",
         "A file that the spec names cannot be read. Paths are relative to the file that names them, not to the folder that the command was started in.",

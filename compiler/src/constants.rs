@@ -7,7 +7,7 @@ use dsl::{Diagnostic, Span, Spanned};
 use robot::{DofUnit, Model};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, RATE, TIME};
 
-use crate::expr::{FUNCTIONS, Graph, Kind, Lowering, Meaning, Now, Scope, Symbol, Typed, bracketed};
+use crate::expr::{FUNCTIONS, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Symbol, Typed, bracketed};
 use crate::units;
 
 /// What is known of the declared parameters.
@@ -68,6 +68,15 @@ impl Scope for ParamsOnly<'_> {
                 .note("it captures a value when a stack becomes active, and this value is needed before")
                 .help("write a constant here, or `initial(..)` in the parameter of a task"),
         ))
+    }
+
+    fn frame(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame> {
+        diagnostics.push(
+            Diagnostic::error("HQ0314", name.span, "axes of the robot have no meaning here")
+                .note("a param and the description of a robot stand before any task; the numbers of a point count along its own link")
+                .help(format!("leave `in {0}` out here, and write it where the value is used", name.value)),
+        );
+        None
     }
 
     fn now(&mut self, _: &mut Graph, _: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {

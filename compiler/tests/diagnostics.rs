@@ -14,6 +14,7 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("values", include_str!("cases/values.txt"), Spelling::Hq),
     ("robot", include_str!("cases/robot.txt"), Spelling::Hq),
     ("state", include_str!("cases/state.txt"), Spelling::Hq),
+    ("frames", include_str!("cases/frames.txt"), Spelling::Hq),
     ("checks", include_str!("cases/checks.txt"), Spelling::Hq),
     ("urdf", include_str!("cases/urdf.txt"), Spelling::Hq),
     ("yaml", include_str!("cases/yaml.txt"), Spelling::Yaml),
@@ -82,6 +83,11 @@ fn values() {
 #[test]
 fn state() {
     check("state");
+}
+
+#[test]
+fn frames() {
+    check("frames");
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use dsl::tree::{ItemKind, Value};
-use dsl::{Diagnostic, Span, Spelling};
-use hierarq_compiler::expr::{FUNCTIONS, Graph, Kind, Lowering, Meaning, Now, Scope, Typed};
+use dsl::{Diagnostic, Span, Spanned, Spelling};
+use hierarq_compiler::expr::{Axes, FUNCTIONS, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Typed};
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use runtime::program::{Output, Tape, Times};
@@ -26,7 +26,11 @@ impl Scope for Initial {
         let (kind, inputs) = if turn { (Kind::Rotation, 3..7) } else { (Kind::Vector, 0..3) };
         let dimension = stdlib_tasks::dimension::Dimension { m: i8::from(!turn), ..stdlib_tasks::dimension::NONE };
         let nodes = inputs.map(|k| graph.push(runtime::program::Op::Input(k))).collect();
-        Ok(Typed { kind, dimension, nodes, bare: false, span })
+        Ok(Typed { kind, dimension, nodes, bare: false, axes: Axes::default(), span })
+    }
+
+    fn frame(&mut self, _: &Spanned<String>, _: &mut Vec<Diagnostic>) -> Option<Frame> {
+        None
     }
 
     fn now(&mut self, _: &mut Graph, _: &Now, _: Span, _: &mut Vec<Diagnostic>) -> Option<Typed> {

@@ -21,7 +21,7 @@ const VALUES: &[(usize, &str)] = &[
     (1, "distance(lower, upper)"),
     (3, "frame(@A).position - frame(@B).position"),
     (3, "frame(@A).orientation*[1, 2, 3] m + frame(@B).position*2"),
-    (4, "frame(@A).orientation*inverse(frame(@B).orientation)"),
+    (4, "inverse(frame(@B).orientation)*frame(@A).orientation"),
     (4, "frame(@A).orientation*rpy(0.1 rad, joint(@J), 0.5 rad/s * t)"),
     (4, "axis_angle(frame(@A).position, joint(@K))"),
     (4, "axis_angle(frame(@A).position + [0, 0, 5] m, 0.7 rad)"),

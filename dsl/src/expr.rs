@@ -70,9 +70,11 @@ fn stray_block(value: &Value, free: bool) -> Option<Span> {
         ValueKind::Block(_) => (!free).then_some(value.span),
         ValueKind::List(items) => items.iter().find_map(|item| stray_block(item, free)),
         ValueKind::Call(_, args) => args.iter().find_map(|arg| stray_block(arg, false)),
-        ValueKind::Unit(of, _) | ValueKind::Field(of, _) | ValueKind::Negate(of) | ValueKind::Not(of) => {
-            stray_block(of, false)
-        }
+        ValueKind::Unit(of, _)
+        | ValueKind::Field(of, _)
+        | ValueKind::In(of, _)
+        | ValueKind::Negate(of)
+        | ValueKind::Not(of) => stray_block(of, false),
         ValueKind::Binary(_, left, right) => stray_block(left, false).or_else(|| stray_block(right, false)),
         _ => None,
     }
@@ -117,6 +119,15 @@ fn expr(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Block
             Rule::unit => {
                 let unit = unit(part, place, diags);
                 wrap(&mut tokens, |of| with_unit(of, unit));
+            }
+            Rule::in_frame => {
+                operators += 1;
+                if let Some(frame) = part.into_inner().next().filter(|_| operators <= MAX_OPERATORS) {
+                    wrap(&mut tokens, |of| {
+                        let span = of.span.to(place.of(&frame));
+                        Value { kind: ValueKind::In(Box::new(of), place.spanned(&frame)), span }
+                    });
+                }
             }
             _ => {
                 let (value, height) = operand(part, place, diags, blocks);

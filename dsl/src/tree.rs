@@ -261,6 +261,8 @@ pub enum ValueKind {
     List(Vec<Value>),
     /// `{ key value }`
     Block(Block),
+    /// `v in left_tool`: expressed in the axes of a frame.
+    In(Box<Value>, Spanned<String>),
     /// `-x`
     Negate(Box<Value>),
     /// `not x`

@@ -288,6 +288,12 @@ impl Walker<'_> {
                 self.typed(inner, actuals);
             }
             ValueKind::List(list) => list.iter().for_each(|v| self.typed(v, actuals)),
+            ValueKind::In(inner, frame) => {
+                self.typed(inner, actuals);
+                if frame.value != "world" {
+                    self.frame(&Value { kind: ValueKind::Name(frame.value.clone()), span: frame.span });
+                }
+            }
             ValueKind::Negate(inner) | ValueKind::Not(inner) => self.typed(inner, actuals),
             ValueKind::Binary(_, left, right) => {
                 self.typed(left, actuals);

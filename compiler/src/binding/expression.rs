@@ -34,9 +34,15 @@ impl Binder<'_> {
             Form::Value { orientation } => {
                 self.good_value(&typed, value, orientation, state, info)?;
                 self.forms.insert(info.name, (typed.kind, typed.dimension));
+                self.axes.insert(info.name, typed.axes.to.clone());
                 ((typed.kind, typed.dimension), None)
             }
-            Form::Like(other) | Form::Size(other) => (*self.forms.get(other)?, None),
+            Form::Like(other) | Form::Size(other) => {
+                if let Some(axes) = self.axes.get(other).cloned() {
+                    self.expressed(&typed, &axes, true, &what)?;
+                }
+                (*self.forms.get(other)?, None)
+            }
             Form::Number(q) => ((Kind::Scalar, q.dimension), Some(q)),
         };
         if !state {

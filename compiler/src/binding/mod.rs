@@ -19,11 +19,12 @@ use stdlib_tasks::params::{ParamInfo, ParamType, Presence};
 use stdlib_tasks::task::TaskKind;
 
 use crate::constants::Params;
-use crate::expr::{Graph, Kind};
+use crate::expr::{Frame, Graph, Kind};
 use crate::forms::{block_of, items_of, text_of, unknown_key};
 use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints};
 
+use present::axes_of;
 pub use table::Table;
 
 /// What binding needs to know.
@@ -42,6 +43,10 @@ pub struct Binder<'a> {
     pub numbers: Vec<Number>,
     /// Kind and dimension of those of its parameters that others are like.
     pub forms: BTreeMap<&'static str, (Kind, Dimension)>,
+    /// The axes that these are expressed in.
+    pub axes: BTreeMap<&'static str, Frame>,
+    /// The axes of the link that carries the task's plane: its parameter `on`; else the world's.
+    pub plane: Frame,
     /// Where mistakes go.
     pub diagnostics: &'a mut Vec<Diagnostic>,
 }
@@ -93,6 +98,8 @@ impl Binder<'_> {
         };
         self.numbers.clear();
         self.forms.clear();
+        self.axes.clear();
+        self.plane = self.carrier(kind, &definition.body);
         let mut body = definition.body.clone();
         self.positional(kind, definition, &mut body);
         let mut spans = BTreeMap::new();
@@ -109,6 +116,17 @@ impl Binder<'_> {
         )?;
         let numbers = std::mem::take(&mut self.numbers);
         Some(BoundTask { kind, params, spans, numbers, span: definition.kind.span })
+    }
+
+    /// The axes in which the constant vectors of a task count: those of its parameter `on`, or the world's.
+    fn carrier(&self, kind: &'static TaskKind, body: &Block) -> Frame {
+        let on = kind.params.iter().any(|p| p.name == "on" && p.ty == ParamType::Frame);
+        let link = body.get("on").filter(|_| on).and_then(|e| text_of(&e.value));
+        let arm = |name: &str| self.robot.arms.iter().find(|a| a.name == name).map(|a| a.tip);
+        match link.and_then(|name| self.robot.model.link(name).or_else(|| arm(name))) {
+            Some(link) => axes_of(&self.robot.model, link),
+            None => Frame::World,
+        }
     }
 
     /// Turns arguments in parentheses into entries.

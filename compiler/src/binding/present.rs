@@ -1,8 +1,8 @@
 //! What the robot does now, bound to its links, joints and parts: the leaves of expressions of the state.
 
-use dsl::tree::Value;
-use dsl::{Diagnostic, Span};
-use robot::{Data, LinkId};
+use dsl::tree::{Value, ValueKind};
+use dsl::{Diagnostic, Span, Spanned};
+use robot::{Data, LinkId, Model};
 use runtime::program::Op;
 use stdlib_tasks::bound::Geometry;
 use stdlib_tasks::dimension::{LENGTH, NONE};
@@ -11,12 +11,21 @@ use stdlib_tasks::expression::Leaf;
 use super::parts;
 use super::scope::TaskScope;
 use crate::constants::joint_dimension;
-use crate::expr::{Graph, Kind, Now, Typed};
+use crate::expr::{Axes, Frame, Graph, Kind, Now, Typed};
 use crate::forms::text_of;
 use crate::robot_binding::{unknown_joint, unknown_link};
 
 /// Most pairs of parts whose smallest distance `distance(a, b)` gives.
 const MAX_PAIRS: usize = 64;
+
+/// The axes of a link: the world's where the two are the same for good.
+pub(super) fn axes_of(model: &Model, link: LinkId) -> Frame {
+    let still = model.support(link).is_empty();
+    if still && *Data::new(model).pose(link) == nalgebra::Isometry3::identity() {
+        return Frame::World;
+    }
+    Frame::Link(model.link_ref(link).name.clone())
+}
 
 impl TaskScope<'_> {
     /// A leaf as a typed expression.
@@ -42,7 +51,7 @@ impl TaskScope<'_> {
             Now::Joint(joint) => self.dof(joint).map_err(Some).map(|dof| {
                 let node = self.leaf(graph, Leaf::Joint(dof));
                 let dimension = joint_dimension(&self.robot.model, dof);
-                Some(Typed { kind: Kind::Scalar, dimension, nodes: node, bare: false, span })
+                Some(Typed { kind: Kind::Scalar, dimension, nodes: node, bare: false, axes: Axes::default(), span })
             }),
             Now::Distance(a, b) => {
                 let (a, b) =
@@ -84,6 +93,24 @@ impl TaskScope<'_> {
         })
     }
 
+    /// The axes of a link.
+    pub(super) fn axes_of(&self, link: LinkId) -> Frame {
+        axes_of(&self.robot.model, link)
+    }
+
+    /// The axes that a name behind `in` means.
+    pub(super) fn axes_named(&self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame> {
+        let value = Value { kind: ValueKind::Name(name.value.clone()), span: name.span };
+        match self.link(&value) {
+            _ if name.value == "world" => Some(Frame::World),
+            Ok(link) => Some(self.axes_of(link)),
+            Err(d) => {
+                diagnostics.extend(d.map(|d| *d));
+                None
+            }
+        }
+    }
+
     fn dof(&self, value: &Value) -> Result<usize, Box<Diagnostic>> {
         let Some(name) = text_of(value) else {
             let d = Diagnostic::error("HQ0304", value.span, "the name of a joint is needed here");
@@ -120,7 +147,11 @@ impl TaskScope<'_> {
         } else {
             self.leaf(graph, leaf)
         };
-        Some(Typed { kind, dimension, nodes, bare: false, span })
+        let axes = match kind {
+            Kind::Rotation => Axes::orientation(self.axes_of(link), Frame::World),
+            _ => Axes::point(Frame::World),
+        };
+        Some(Typed { kind, dimension, nodes, bare: false, axes, span })
     }
 
     /// The smallest distance between the parts of two sides.
@@ -149,6 +180,6 @@ impl TaskScope<'_> {
         let nodes: Vec<usize> = pairs.into_iter().flat_map(|p| self.leaf(graph, Leaf::Distance(Box::new(p)))).collect();
         let smallest = nodes.into_iter().reduce(|x, y| graph.push(Op::Min(x, y)));
         let nodes = smallest.into_iter().collect();
-        Ok(Typed { kind: Kind::Scalar, dimension: LENGTH, nodes, bare: false, span })
+        Ok(Typed { kind: Kind::Scalar, dimension: LENGTH, nodes, bare: false, axes: Axes::default(), span })
     }
 }

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use dsl::tree::{Value, ValueKind};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::{CaptureSource, Op};
 use stdlib_tasks::dimension::{Dimension, LENGTH, NONE};
 use stdlib_tasks::task::ActualType;
 
 use super::{Owner, Table};
 use crate::constants::{Params, joint_dimension};
-use crate::expr::{Graph, Kind, Meaning, Now, Scope, Typed};
+use crate::expr::{Axes, Frame, Graph, Kind, Meaning, Now, Scope, Typed};
 use crate::forms::{path_of, text_of};
 use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, unknown_joint, unknown_link};
@@ -38,7 +38,7 @@ impl Scope for TaskScope<'_> {
     }
 
     fn initial(&mut self, graph: &mut Graph, argument: &Value, span: Span) -> Result<Typed, Box<Diagnostic>> {
-        let (source, ty) = self.source(argument)?;
+        let (source, ty, axes) = self.source(argument)?;
         if !self.moving {
             return Err(Box::new(
                 Diagnostic::error("HQ0307", span, "this parameter is needed before anything is captured")
@@ -54,7 +54,11 @@ impl Scope for TaskScope<'_> {
             ActualType::Vector(d) => (Kind::Vector, d),
             ActualType::Rotation | ActualType::Of(_) => (Kind::Rotation, NONE),
         };
-        Ok(Typed { kind, dimension, nodes, bare: false, span })
+        Ok(Typed { kind, dimension, nodes, bare: false, axes, span })
+    }
+
+    fn frame(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame> {
+        self.axes_named(name, diagnostics)
     }
 
     fn now(&mut self, graph: &mut Graph, what: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
@@ -76,7 +80,7 @@ impl TaskScope<'_> {
         }
     }
 
-    fn source(&self, argument: &Value) -> Result<(CaptureSource, ActualType), Box<Diagnostic>> {
+    fn source(&self, argument: &Value) -> Result<(CaptureSource, ActualType, Axes), Box<Diagnostic>> {
         let model = &self.robot.model;
         if let ValueKind::Field(inner, field) = &argument.kind
             && let ValueKind::Call(function, args) = &inner.kind
@@ -94,8 +98,13 @@ impl TaskScope<'_> {
                 return Err(Box::new(unknown_link(model, name, at, &self.robot.arms)));
             };
             return match field.value.as_str() {
-                "position" => Ok((CaptureSource::FramePosition(link), ActualType::Vector(LENGTH))),
-                "orientation" => Ok((CaptureSource::FrameOrientation(link), ActualType::Rotation)),
+                "position" => {
+                    Ok((CaptureSource::FramePosition(link), ActualType::Vector(LENGTH), Axes::point(Frame::World)))
+                }
+                "orientation" => {
+                    let axes = Axes::orientation(self.axes_of(link), Frame::World);
+                    Ok((CaptureSource::FrameOrientation(link), ActualType::Rotation, axes))
+                }
                 other => Err(Box::new(
                     Diagnostic::error("HQ0201", field.span, format!("a frame has no `{other}`"))
                         .help("it has `position` and `orientation`"),
@@ -112,7 +121,7 @@ impl TaskScope<'_> {
                 return Err(Box::new(unknown_joint(model, name, one.span, &[], &self.robot.joint_groups.locked)));
             };
             let q = model.dofs[dof].q_index.unwrap_or(0);
-            return Ok((CaptureSource::Joint(q), ActualType::Scalar(joint_dimension(model, dof))));
+            return Ok((CaptureSource::Joint(q), ActualType::Scalar(joint_dimension(model, dof)), Axes::default()));
         }
         let own: Vec<&str> = self.owner.kind.actuals.iter().map(|a| a.name).collect();
         let Some(path) = path_of(argument) else {
@@ -131,7 +140,7 @@ impl TaskScope<'_> {
                     ActualType::Of(name) => self.type_of(name, argument.span)?,
                     ty => ty,
                 };
-                return Ok((CaptureSource::Task(self.owner.task, candidate), ty));
+                return Ok((CaptureSource::Task(self.owner.task, candidate), ty, Axes::default()));
             }
         }
         let mut d = Diagnostic::error(

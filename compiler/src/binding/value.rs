@@ -10,7 +10,7 @@ use super::scope::TaskScope;
 use super::{Binder, Number, Owner};
 use crate::codes;
 use crate::constants::{fits, one_unit, unit_of_divisor, with_units};
-use crate::expr::{Kind, Lowering, Typed};
+use crate::expr::{Frame, Kind, Lowering, Typed, frames};
 use crate::forms::unknown_key;
 use crate::names::list;
 use crate::units;
@@ -32,9 +32,35 @@ impl Binder<'_> {
         quantity: Option<Quantity>,
         what: &str,
     ) -> Option<Slot> {
+        self.value_in(owner, value, (wanted, quantity), &Frame::World, what)
+    }
+
+    /// The same for a value that is wanted in given axes.
+    fn value_in(
+        &mut self,
+        owner: Owner,
+        value: &Value,
+        (wanted, quantity): ((Kind, Dimension), Option<Quantity>),
+        axes: &Frame,
+        what: &str,
+    ) -> Option<Slot> {
         let constant = quantity.is_some_and(|q| q.constant);
         let typed = self.typed(owner, value, !constant, false)?;
+        self.expressed(&typed, axes, false, what)?;
         self.placed(owner, value, &typed, (wanted, quantity), what)
+    }
+
+    /// Whether a value is expressed in the axes that are wanted. `state` where the robot's present state may stand in it.
+    pub(super) fn expressed(&mut self, typed: &Typed, axes: &Frame, state: bool, what: &str) -> Option<()> {
+        let model = &self.robot.model;
+        let still = |f: &Frame| match f {
+            Frame::Link(name) => model.link(name).is_some_and(|l| model.support(l).is_empty()),
+            _ => true,
+        };
+        let d = frames::wanted(typed, axes, what, state || (still(&typed.axes.to) && still(axes)));
+        let good = d.is_none();
+        self.diagnostics.extend(d);
+        good.then_some(())
     }
 
     /// Whether a typed value is of a kind and dimension.
@@ -149,7 +175,8 @@ impl Binder<'_> {
         let what = format!("each vector of `{}`", info.name);
         for item in &items {
             let before = self.diagnostics.len();
-            let slot = self.value(owner, item, (Kind::Vector, d), Some(quantity), &what);
+            let plane = self.plane.clone();
+            let slot = self.value_in(owner, item, ((Kind::Vector, d), Some(quantity)), &plane, &what);
             one_unit(self.diagnostics, before, value, 1);
             at.get_or_insert(slot?.at);
         }

@@ -11,7 +11,7 @@ use stdlib_tasks::dimension::NONE;
 use super::functions::CallError;
 use super::helps::help_for_sum;
 use super::lower::Failed;
-use super::{Graph, Kind, Lowering, Typed, ops};
+use super::{Axes, Graph, Kind, Lowering, Typed, ops};
 use crate::codes;
 use crate::constants::bare_angle;
 
@@ -72,7 +72,14 @@ impl Lowering<'_> {
                 }
             }
         };
-        Ok(Typed { kind: Kind::Truth, dimension: NONE, nodes: vec![self.graph.push(op)], bare: false, span })
+        Ok(Typed {
+            kind: Kind::Truth,
+            dimension: NONE,
+            nodes: vec![self.graph.push(op)],
+            bare: false,
+            axes: Axes::default(),
+            span,
+        })
     }
 }
 
@@ -89,6 +96,7 @@ pub(super) fn choose(g: &mut Graph, args: &[Typed], span: Span) -> Result<Typed,
         Kind::Rotation | Kind::Truth => NONE,
         _ => ops::joined(g, a, b).ok_or(CallError::Different { first: 1, second: 2 })?,
     };
+    let axes = a.axes.joined(&b.axes).ok_or(CallError::Axes { first: 1, second: 2 })?;
     let nodes = a.nodes.iter().zip(&b.nodes).map(|(&x, &y)| g.push(Op::Select(condition.nodes[0], x, y))).collect();
-    Ok(Typed { kind: a.kind, dimension, nodes, bare: a.bare && b.bare, span })
+    Ok(Typed { kind: a.kind, dimension, nodes, bare: a.bare && b.bare, axes, span })
 }

@@ -5,7 +5,7 @@ use stdlib_tasks::dimension::{ANGLE, Dimension, NONE};
 use stdlib_tasks::expression::ROUNDING;
 
 use super::ops::{self, additive, cross, dot};
-use super::{Graph, Kind, Typed, choices, rotations};
+use super::{Axes, Graph, Kind, Typed, choices, rotations};
 use dsl::Span;
 
 /// A function of the language, for messages.
@@ -69,6 +69,8 @@ pub(super) enum CallError {
     Argument { index: usize, wanted: String },
     /// Two arguments should have one dimension.
     Different { first: usize, second: usize },
+    /// Two arguments should be expressed in the same axes.
+    Axes { first: usize, second: usize },
     /// A value that is not defined, whatever time it is.
     Undefined(&'static str),
 }
@@ -80,6 +82,7 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
         dimension,
         nodes: vec![nodes],
         bare: false,
+        axes: Axes::default(),
         span,
     };
     match name {
@@ -149,6 +152,7 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
         }
         "lerp" => {
             let s = number(args, 2)?;
+            let axes = args[0].axes.joined(&args[1].axes).ok_or(CallError::Axes { first: 0, second: 1 })?;
             let step = additive(g, &args[1], &args[0], Op::Sub, span)
                 .map_err(|_| CallError::Different { first: 0, second: 1 })?;
             let nodes: Vec<usize> = (args[0].nodes.iter().zip(&step.nodes))
@@ -157,7 +161,7 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
                     g.push(Op::Add(from, part))
                 })
                 .collect();
-            Ok(Typed { nodes, bare: false, ..step })
+            Ok(Typed { nodes, bare: false, axes, ..step })
         }
         "smoothstep" => {
             // x^2 (3 - 2 x) for x held within 0 and 1
@@ -182,12 +186,13 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
             let Some(dimension) = a.dimension.times(b.dimension) else {
                 return Err(CallError::Undefined("the unit of this product has exponents beyond anything meant"));
             };
+            let axes = a.axes.joined(&b.axes).ok_or(CallError::Axes { first: 0, second: 1 })?;
             if name == "dot" {
                 let node = dot(g, &a.nodes, &b.nodes);
                 return Ok(scalar(node, dimension));
             }
             let nodes = cross(g, &a.nodes, &b.nodes);
-            Ok(Typed { kind: Kind::Vector, dimension, nodes, bare: false, span })
+            Ok(Typed { kind: Kind::Vector, dimension, nodes, bare: false, axes: axes.derived(), span })
         }
         "normalize" => {
             // v / |v|, and zero for a vector without direction
@@ -202,7 +207,7 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
                 g.zero_unless_positive(length, share)
             };
             let nodes = a.nodes.iter().map(part).collect();
-            Ok(Typed { kind: Kind::Vector, dimension: NONE, nodes, bare: false, span })
+            Ok(Typed { kind: Kind::Vector, dimension: NONE, nodes, bare: false, axes: a.axes.derived(), span })
         }
         "asin" | "acos" => {
             let a = number(args, 0)?;

@@ -9,7 +9,7 @@ use super::functions::{self, CallError, FUNCTIONS};
 use super::helps::{bracketed, count, help_for_kinds, help_for_sum};
 use super::ops::{self, Mismatch};
 use super::present::{Now, PRESENT};
-use super::{Graph, Kind, Typed};
+use super::{Axes, Frame, Graph, Kind, Typed, frames};
 use crate::codes;
 use crate::constants::{bare_angle, merge_bare};
 use crate::names::suggest;
@@ -46,6 +46,8 @@ pub trait Scope {
     /// # Errors
     /// Nothing of that name can be captured here.
     fn initial(&mut self, graph: &mut Graph, argument: &Value, span: Span) -> Result<Typed, Box<Diagnostic>>;
+    /// The axes that a name behind `in` means. `None` where it means none here; the diagnostics say why.
+    fn frame(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame>;
     /// What the robot does now. `None` where it has no meaning here; the diagnostics say why.
     fn now(&mut self, graph: &mut Graph, what: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed>;
 }
@@ -80,6 +82,7 @@ impl Lowering<'_> {
             dimension,
             nodes: vec![node],
             bare,
+            axes: Axes::default(),
             span,
         };
         match &value.kind {
@@ -118,8 +121,10 @@ impl Lowering<'_> {
                     return self.fail(d.help("write `(not ..)` for its opposite"));
                 }
                 let nodes = a.nodes.iter().map(|&n| self.graph.push(Op::Neg(n))).collect();
-                Ok(Typed { nodes, span, ..a })
+                let axes = a.axes.scaled(Some(-1.0));
+                Ok(Typed { nodes, axes, span, ..a })
             }
+            ValueKind::In(inner, frame) => self.in_frame(inner, frame, span),
             ValueKind::Not(inner) => self.not(inner, span),
             ValueKind::Binary(op, left, right) => {
                 let (a, b) = (self.value(left), self.value(right));
@@ -145,7 +150,7 @@ impl Lowering<'_> {
         };
         let f = self.graph.number(factor);
         let nodes = inner.nodes.iter().map(|&n| self.graph.push(Op::Mul(n, f))).collect();
-        Ok(Typed { kind: inner.kind, dimension: total, nodes, bare: false, span })
+        Ok(Typed { dimension: total, nodes, bare: false, span, ..inner })
     }
 
     fn name(&mut self, name: &str, span: Span) -> Result<Typed, Failed> {
@@ -154,6 +159,7 @@ impl Lowering<'_> {
             dimension,
             nodes: vec![node],
             bare: false,
+            axes: Axes::default(),
             span,
         };
         match name {
@@ -224,7 +230,14 @@ impl Lowering<'_> {
             }
         }
         let nodes = typed.iter().map(|x| x.nodes[0]).collect();
-        Ok(Typed { kind: Kind::Vector, dimension: sum.dimension, nodes, bare: typed.iter().all(|x| x.bare), span })
+        Ok(Typed {
+            kind: Kind::Vector,
+            dimension: sum.dimension,
+            nodes,
+            bare: typed.iter().all(|x| x.bare),
+            axes: Axes::default(),
+            span,
+        })
     }
 
     fn call(&mut self, function: &Spanned<String>, args: &[Value], span: Span) -> Result<Typed, Failed> {
@@ -301,6 +314,7 @@ impl Lowering<'_> {
                 span,
             )
             .help("bring them to one unit"),
+            CallError::Axes { first, second } => frames::different(&typed[first], &typed[second], span),
             CallError::Undefined(text) => {
                 Diagnostic::error("HQ0309", span, text).help(format!("`{}`: change what it is given", known.form))
             }
@@ -351,6 +365,8 @@ impl Lowering<'_> {
                 .label(b.span, b.kind.describe())
                 .help(help_for_kinds(op.value, a.kind, b.kind)),
             ),
+            Err(Mismatch::Axes) if op.value == BinaryOp::Mul => self.fail(frames::turned(a, b, span)),
+            Err(Mismatch::Axes) => self.fail(frames::different(a, b, span)),
             Err(Mismatch::TooLarge) => self.fail(codes::unit_error(&units::UnitError::TooLarge, span)),
         }
     }
@@ -383,6 +399,6 @@ impl Lowering<'_> {
             return self.fail(codes::unit_error(&units::UnitError::TooLarge, span));
         };
         let node = self.graph.push(Op::Powi(a.nodes[0], n));
-        Ok(Typed { kind: Kind::Scalar, dimension, nodes: vec![node], bare: a.bare, span })
+        Ok(Typed { kind: Kind::Scalar, dimension, nodes: vec![node], bare: a.bare, axes: Axes::default(), span })
     }
 }

@@ -1,6 +1,7 @@
 //! Expressions: typing with dimensions, lowering to operations on numbers, exact differentiation in time.
 
 mod choices;
+pub mod frames;
 mod functions;
 mod graph;
 mod helps;
@@ -9,6 +10,7 @@ mod ops;
 mod present;
 mod rotations;
 
+pub use frames::{Axes, Frame};
 pub use functions::{FUNCTIONS, Function};
 pub use graph::Graph;
 pub use helps::bracketed;
@@ -54,6 +56,8 @@ pub struct Typed {
     pub nodes: Vec<usize>,
     /// A bare number was written where nothing says what it counts: no unit, no `pi`, no name.
     pub bare: bool,
+    /// Of a vector or orientation: the axes that its numbers count along.
+    pub axes: Axes,
     /// Where.
     pub span: Span,
 }

@@ -14,6 +14,8 @@ pub(super) enum Mismatch {
     Dimensions,
     /// Exponents beyond anything meant.
     TooLarge,
+    /// Axes that do not go together.
+    Axes,
 }
 
 fn zip(g: &mut Graph, a: &[usize], b: &[usize], op: fn(usize, usize) -> Op) -> Vec<usize> {
@@ -52,26 +54,33 @@ pub(super) fn additive(
         return Err(Mismatch::Kinds);
     }
     let dimension = joined(g, a, b).ok_or(Mismatch::Dimensions)?;
+    let sign = if matches!(op(0, 0), Op::Sub(..)) { -1.0 } else { 1.0 };
+    let axes = a.axes.sum(&b.axes, sign).ok_or(Mismatch::Axes)?;
     let nodes = zip(g, &a.nodes, &b.nodes, op);
-    Ok(Typed { kind: a.kind, dimension, nodes, bare: a.bare && b.bare, span })
+    Ok(Typed { kind: a.kind, dimension, nodes, bare: a.bare && b.bare, axes, span })
 }
 
 /// `a * b`: numbers, a number and a vector, two orientations, an orientation and a vector that it turns.
 pub(super) fn multiply(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Result<Typed, Mismatch> {
     let dimension = a.dimension.times(b.dimension).ok_or(Mismatch::TooLarge)?;
     let bare = a.bare && b.bare;
-    let (kind, nodes) = match (a.kind, b.kind) {
+    let (kind, axes, nodes) = match (a.kind, b.kind) {
         (Kind::Scalar, Kind::Scalar | Kind::Vector) => {
-            (b.kind, b.nodes.iter().map(|&n| g.push(Op::Mul(a.nodes[0], n))).collect())
+            let axes = b.axes.scaled(g.constant(a.nodes[0]));
+            (b.kind, axes, b.nodes.iter().map(|&n| g.push(Op::Mul(a.nodes[0], n))).collect())
         }
         (Kind::Vector, Kind::Scalar) => {
-            (Kind::Vector, a.nodes.iter().map(|&n| g.push(Op::Mul(n, b.nodes[0]))).collect())
+            let axes = a.axes.scaled(g.constant(b.nodes[0]));
+            (Kind::Vector, axes, a.nodes.iter().map(|&n| g.push(Op::Mul(n, b.nodes[0]))).collect())
         }
-        (Kind::Rotation, Kind::Rotation) => (Kind::Rotation, quaternion_product(g, &a.nodes, &b.nodes)),
-        (Kind::Rotation, Kind::Vector) => (Kind::Vector, rotate(g, &a.nodes, &b.nodes)),
+        (Kind::Rotation, Kind::Rotation | Kind::Vector) => {
+            let axes = a.axes.product(&b.axes).ok_or(Mismatch::Axes)?;
+            let turned = if b.kind == Kind::Vector { rotate } else { quaternion_product };
+            (b.kind, axes, turned(g, &a.nodes, &b.nodes))
+        }
         _ => return Err(Mismatch::Kinds),
     };
-    Ok(Typed { kind, dimension, nodes, bare, span })
+    Ok(Typed { kind, dimension, nodes, bare, axes, span })
 }
 
 /// `a / b` with a number below.
@@ -81,8 +90,9 @@ pub(super) fn divide(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Result<
     }
     let inverse = b.dimension.power(-1).ok_or(Mismatch::TooLarge)?;
     let dimension = a.dimension.times(inverse).ok_or(Mismatch::TooLarge)?;
+    let axes = a.axes.scaled(g.constant(b.nodes[0]).map(f64::recip));
     let nodes = a.nodes.iter().map(|&n| g.push(Op::Div(n, b.nodes[0]))).collect();
-    Ok(Typed { kind: a.kind, dimension, nodes, bare: a.bare && b.bare, span })
+    Ok(Typed { kind: a.kind, dimension, nodes, bare: a.bare && b.bare, axes, span })
 }
 
 /// The Hamilton product of two quaternions `w x y z`.

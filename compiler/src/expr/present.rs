@@ -5,7 +5,7 @@ use dsl::{Diagnostic, Span, Spanned};
 use stdlib_tasks::dimension::LENGTH;
 
 use super::lower::Failed;
-use super::{Kind, Lowering, Typed};
+use super::{Frame, Kind, Lowering, Typed, frames};
 use crate::constants::fits;
 
 /// The functions that give what the robot does now.
@@ -59,7 +59,8 @@ impl Lowering<'_> {
             ("joint", [joint]) => return self.now(&Now::Joint(joint), span),
             ("distance", [a, b]) => return self.now(&Now::Distance(a, b), span),
             ("point", [frame, offset]) => {
-                let offset = self.offset(offset)?;
+                let name = Spanned::new(crate::forms::text_of(frame).unwrap_or_default().to_string(), frame.span);
+                let offset = self.offset(offset, &name)?;
                 return self.now(&Now::Point(frame, offset), span);
             }
             ("joint", _) => "joint(NAME)",
@@ -72,8 +73,14 @@ impl Lowering<'_> {
     }
 
     /// The constant offset of a point in its frame.
-    fn offset(&mut self, value: &Value) -> Result<[f64; 3], Failed> {
+    fn offset(&mut self, value: &Value, frame: &Spanned<String>) -> Result<[f64; 3], Failed> {
         let typed = self.value(value)?;
+        if typed.axes.to != Frame::Any {
+            let axes = self.scope.frame(frame, self.diagnostics).ok_or(Failed)?;
+            if let Some(d) = frames::wanted(&typed, &axes, "the place of a point in its frame", true) {
+                return self.fail(d);
+            }
+        }
         if typed.kind != Kind::Vector {
             let is = typed.kind.describe();
             let text = format!("the place of a point in its frame is a vector, and this is {is}");

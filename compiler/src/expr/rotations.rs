@@ -6,13 +6,14 @@ use stdlib_tasks::dimension::NONE;
 
 use super::functions::{CallError, angle, number, vector};
 use super::ops::{conjugate, dot, quaternion_product, turn};
-use super::{Graph, Kind, Typed};
+use super::{Axes, Graph, Kind, Typed};
 
 /// Below this half of a sine, a turn is small: the share of it is taken along a straight line.
 const SMALL: f64 = 1e-9;
 
 /// Applies a function to as many arguments as its arity asks for.
 pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Result<Typed, CallError> {
+    let mut axes = Axes::default();
     let nodes = match name {
         "rpy" => {
             // R = R_z(yaw) R_y(pitch) R_x(roll), as in URDF
@@ -27,6 +28,7 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
             if g.constant(square).is_some_and(|x| x < 1e-24) {
                 return Err(CallError::Undefined("the axis has no direction: all its numbers are zero"));
             }
+            axes = Axes::orientation(axis.axes.to.clone(), axis.axes.to.clone());
             let length = g.push(Op::Sqrt(square));
             let half = g.number(0.5);
             let half = g.push(Op::Mul(half, a));
@@ -36,10 +38,12 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
         }
         "inverse" => {
             let q = rotation(args, 0)?;
+            axes = Axes::orientation(args[0].axes.to.clone(), args[0].axes.from.clone());
             conjugate(g, q)
         }
         "slerp" => {
             let (from, to, share) = (rotation(args, 0)?, rotation(args, 1)?, number(args, 2)?);
+            axes = args[0].axes.joined(&args[1].axes).ok_or(CallError::Axes { first: 0, second: 1 })?;
             slerp(g, from, to, share)
         }
         _ => {
@@ -53,7 +57,7 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
             nodes.iter().map(|&n| g.push(Op::Div(n, length))).collect()
         }
     };
-    Ok(Typed { kind: Kind::Rotation, dimension: NONE, nodes, bare: false, span })
+    Ok(Typed { kind: Kind::Rotation, dimension: NONE, nodes, bare: false, axes, span })
 }
 
 /// `from exp(share log(from⁻¹ to))`, the shorter way. With `from⁻¹ to = ±(c, v)`, `c >= 0`, half the angle is

@@ -29,6 +29,8 @@ impl Lowerer<'_> {
             table: &mut self.table,
             sources: self.sources,
             numbers: Vec::new(),
+            axes: std::collections::BTreeMap::new(),
+            plane: crate::expr::Frame::World,
             forms: BTreeMap::new(),
             diagnostics: self.diagnostics,
         };

@@ -45,9 +45,10 @@ pub(super) fn unprintable(c: char) -> bool {
 }
 
 /// True where a unit written behind `value` would be taken for `key`, `a 5  m 3`, or its last unit for a key,
-/// `a (5) min  b 3`.
+/// `a (5) min  b 3`; or `in`, for the word behind a value.
 pub(super) fn swallows(value: &Value, key: &str) -> bool {
-    (takes_unit(value) || worded(value)) && UNITS.contains(&key) || (ends_with_minutes(value) && !worded(value))
+    let word = key == "in" && !matches!(value.kind, ValueKind::Block(_));
+    (takes_unit(value) || worded(value)) && UNITS.contains(&key) || (ends_with_minutes(value) && !worded(value)) || word
 }
 
 /// True where the last thing written is the unit `min` behind a bracket.
@@ -77,6 +78,11 @@ fn write(value: &Value, out: &mut String) {
             grouped(of, !bare, out);
             out.push('.');
             out.push_str(name);
+        }
+        ValueKind::In(of, frame) => {
+            grouped(of, !is_atom(of), out);
+            out.push_str(" in ");
+            out.push_str(frame);
         }
         ValueKind::List(items) => separated(items, '[', ']', out),
         ValueKind::Block(_) => out.push_str("{}"),

@@ -66,6 +66,7 @@ pub fn expr() -> impl Strategy<Value = Value> {
             2 => (name(), prop::collection::vec(inner.clone(), 0..4))
                 .prop_map(|(n, args)| value(ValueKind::Call(spanned(n), args))),
             1 => (boxed.clone(), name()).prop_map(|(v, n)| value(ValueKind::Field(v, spanned(n)))),
+            1 => (boxed.clone(), name()).prop_map(|(v, n)| value(ValueKind::In(v, spanned(n)))),
             2 => prop::collection::vec(inner, 0..5).prop_map(|items| value(ValueKind::List(items))),
             2 => boxed.clone().prop_map(|v| value(ValueKind::Negate(v))),
             1 => boxed.clone().prop_map(|v| value(ValueKind::Not(v))),

@@ -1,0 +1,284 @@
+//! In which axes the numbers of a vector or orientation are expressed, and `v in F`, which says or changes it.
+//!
+//! A written vector has no axes of its own and takes those of what it meets. Positions count origins: a point has one, a
+//! difference of two points none, their mean one again. So `p in F` can tell a point, which moves with the origin of F,
+//! from a direction, which only turns.
+
+use dsl::tree::{Value, ValueKind};
+use dsl::{Diagnostic, Span, Spanned};
+use runtime::program::Op;
+
+use super::lower::Failed;
+use super::ops::{conjugate, quaternion_product, rotate};
+use super::present::Now;
+use super::{Kind, Lowering, Typed};
+
+/// A set of axes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Frame {
+    /// Those of whatever it meets.
+    #[default]
+    Any,
+    /// The world's.
+    World,
+    /// A link's, by its name.
+    Link(String),
+}
+
+impl Frame {
+    /// What a person calls it.
+    pub fn describe(&self) -> String {
+        match self {
+            Frame::Any => "no axes of its own".to_string(),
+            Frame::World => "the axes of the world".to_string(),
+            Frame::Link(name) => format!("the axes of `{name}`"),
+        }
+    }
+
+    /// How it is written behind `in`.
+    pub fn written(&self) -> &str {
+        match self {
+            Frame::Any | Frame::World => "world",
+            Frame::Link(name) => name,
+        }
+    }
+
+    /// The axes that two values share, if they do.
+    pub fn joined(&self, other: &Frame) -> Option<Frame> {
+        match (self, other) {
+            (Frame::Any, f) | (f, Frame::Any) => Some(f.clone()),
+            (a, b) => (a == b).then(|| a.clone()),
+        }
+    }
+}
+
+/// The axes of a typed value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axes {
+    /// Those that the numbers are expressed in. An orientation turns vectors into them.
+    pub to: Frame,
+    /// Of an orientation: the axes of the vectors that it turns.
+    pub from: Frame,
+    /// Of a vector: how many origins are in it, 1 for a point and 0 for a direction. `None` where that is no constant.
+    pub origins: Option<f64>,
+}
+
+impl Default for Axes {
+    fn default() -> Self {
+        Axes { to: Frame::Any, from: Frame::Any, origins: Some(0.0) }
+    }
+}
+
+impl Axes {
+    /// A point, expressed in some axes.
+    pub fn point(to: Frame) -> Self {
+        Axes { to, origins: Some(1.0), ..Axes::default() }
+    }
+
+    /// A direction, expressed in some axes.
+    pub fn direction(to: Frame) -> Self {
+        Axes { to, ..Axes::default() }
+    }
+
+    /// The orientation of some axes in others.
+    pub fn orientation(from: Frame, to: Frame) -> Self {
+        Axes { to, from, ..Axes::default() }
+    }
+
+    /// Of a value that takes one of two, or lies between them: they must be expressed in the same axes. Orientations of
+    /// two frames give that of neither.
+    pub fn joined(&self, other: &Axes) -> Option<Axes> {
+        let origins = self.origins.filter(|o| other.origins == Some(*o));
+        let from = self.from.joined(&other.from).unwrap_or_default();
+        Some(Axes { to: self.to.joined(&other.to)?, from, origins })
+    }
+
+    /// Of a sum, or of a difference with `sign` -1.
+    pub fn sum(&self, other: &Axes, sign: f64) -> Option<Axes> {
+        let origins = self.origins.zip(other.origins).map(|(a, b)| a + sign * b);
+        Some(Axes { origins, ..self.joined(other)? })
+    }
+
+    /// Of a vector times a number; `None` for one that moves.
+    pub fn scaled(&self, factor: Option<f64>) -> Axes {
+        let origins = match self.origins {
+            Some(0.0) => Some(0.0),
+            some => some.zip(factor).map(|(o, f)| o * f),
+        };
+        Axes { origins, ..self.clone() }
+    }
+
+    /// Of something made of a vector that is a direction only if the vector is.
+    pub fn derived(&self) -> Axes {
+        self.scaled(None)
+    }
+
+    /// Of an orientation times a vector or orientation. One without axes of its own turns within those of the other.
+    pub fn product(&self, other: &Axes) -> Option<Axes> {
+        let within = |a: &Axes| a.to == Frame::Any && a.from == Frame::Any;
+        let origins = other.derived().origins;
+        if within(self) {
+            return Some(Axes { origins, ..other.clone() });
+        }
+        if within(other) && other.from == Frame::Any && other.to == Frame::Any {
+            return Some(Axes { to: self.to.clone(), from: self.from.clone(), origins });
+        }
+        self.from.joined(&other.to)?;
+        Some(Axes { to: self.to.clone(), from: other.from.clone(), origins })
+    }
+}
+
+/// What a person says of the axes of a value.
+fn said(typed: &Typed) -> String {
+    match typed.kind {
+        Kind::Rotation => format!("turns {} into {}", typed.axes.from.describe(), typed.axes.to.describe()),
+        _ => format!("in {}", typed.axes.to.describe()),
+    }
+}
+
+/// Two values that should be expressed in the same axes, and are not.
+pub fn different(a: &Typed, b: &Typed, span: Span) -> Diagnostic {
+    let help = match (&a.axes.to, &b.axes.to) {
+        _ if a.kind == Kind::Rotation => {
+            "write `inverse(..)` for the turn back, or bring one with `in` to the axes of the other".to_string()
+        }
+        (first, Frame::World) => format!(
+            "bring the first to the axes of the second with `(..) in world`, or the second with `(..) in {}`",
+            first.written()
+        ),
+        (first, _) => format!("bring the second to the axes of the first: `(..) in {}`", first.written()),
+    };
+    mismatch("these are expressed in different axes", a, b, span).help(help)
+}
+
+/// An orientation that turns the vectors of other axes than those that its factor is expressed in.
+pub fn turned(a: &Typed, b: &Typed, span: Span) -> Diagnostic {
+    let wanted = a.axes.from.written();
+    mismatch("this orientation turns what is expressed in other axes", a, b, span)
+        .help(format!("bring the second to the axes that are turned: `(..) in {wanted}`; or leave the orientation out"))
+}
+
+fn mismatch(text: &str, a: &Typed, b: &Typed, span: Span) -> Diagnostic {
+    Diagnostic::error("HQ0314", span, text)
+        .label(a.span, said(a))
+        .label(b.span, said(b))
+        .note("numbers that count along different axes do not go together, however alike their units are")
+}
+
+/// A value that is not expressed in the axes that are wanted, and the fix. `follows` where no other axes than those of
+/// the world can be brought there, because the parameter cannot follow a link.
+pub fn wanted(typed: &Typed, frame: &Frame, what: &str, follows: bool) -> Option<Diagnostic> {
+    if typed.axes.to.joined(frame).is_some() || matches!(typed.kind, Kind::Scalar | Kind::Truth) {
+        return None;
+    }
+    let is = typed.axes.to.describe();
+    let text = format!("{what} is wanted in {}, and this is in {is}", frame.describe());
+    Some(Diagnostic::error("HQ0314", typed.span, text).help(if follows {
+        format!("bring it there: `(..) in {}`", frame.written())
+    } else if *frame != Frame::World {
+        format!("write its numbers along {}", frame.describe())
+    } else {
+        format!(
+            "a target that moves with a link is an expression: `track(frame(F).position in {}) {{ target .. }}`",
+            typed.axes.to.written()
+        )
+    }))
+}
+
+impl Lowering<'_> {
+    /// `v in F`: says in which axes written numbers count, or expresses a value in other axes.
+    pub(super) fn in_frame(&mut self, inner: &Value, name: &Spanned<String>, span: Span) -> Result<Typed, Failed> {
+        let typed = self.value(inner);
+        let frame = self.scope.frame(name, self.diagnostics).ok_or(Failed);
+        let (typed, frame) = (typed?, frame?);
+        if matches!(typed.kind, Kind::Scalar | Kind::Truth) {
+            let text = format!("{} has no axes", typed.kind.describe());
+            return self
+                .fail(Diagnostic::error("HQ0304", span, text).help("`in` stands behind vectors and orientations, and belongs to the value just before it: bracket what it is meant for"));
+        }
+        if typed.axes.to == Frame::Any {
+            let axes = Axes { to: frame, ..typed.axes };
+            return Ok(Typed { axes, span, ..typed });
+        }
+        if typed.axes.to == frame {
+            return Ok(Typed { span, ..typed });
+        }
+        let world = self.seen_from_world(typed, name, span)?;
+        self.seen_from_frame(world, frame, name, span)
+    }
+
+    /// Where a link is, or how it stands: nodes of `frame(F).position` or `.orientation`.
+    fn pose_of(&mut self, frame: &Frame, field: &str, at: Span) -> Result<Vec<usize>, Failed> {
+        let link = Value { kind: ValueKind::Name(frame.written().to_string()), span: at };
+        let field = Spanned::new(field.to_string(), at);
+        let what = Now::Frame(&link, &field);
+        Ok(self.scope.now(self.graph, &what, at, self.diagnostics).ok_or(Failed)?.nodes)
+    }
+
+    /// How many origins a vector holds; that must be known to move it from one frame to another.
+    fn origins(&mut self, typed: &Typed) -> Result<f64, Failed> {
+        match typed.axes.origins {
+            Some(o) => Ok(o),
+            None => self.fail(
+                Diagnostic::error("HQ0314", typed.span, "this is neither a point nor a direction")
+                    .note("a point moves with the origin of the axes that it is expressed in, a direction does not; what was multiplied with a number that moves, or turned, is neither")
+                    .help("bring the points to these axes first, one by one"),
+            ),
+        }
+    }
+
+    fn seen_from_world(&mut self, typed: Typed, name: &Spanned<String>, span: Span) -> Result<Typed, Failed> {
+        if typed.axes.to == Frame::World {
+            return Ok(typed);
+        }
+        let q = self.pose_of(&typed.axes.to, "orientation", name.span)?;
+        let axes = Axes { to: Frame::World, ..typed.axes.clone() };
+        if typed.kind == Kind::Rotation {
+            let nodes = quaternion_product(self.graph, &q, &typed.nodes);
+            return Ok(Typed { nodes, axes, span, ..typed });
+        }
+        let origins = self.origins(&typed)?;
+        let mut nodes = rotate(self.graph, &q, &typed.nodes);
+        if origins != 0.0 {
+            let p = self.pose_of(&typed.axes.to, "position", name.span)?;
+            self.add(&mut nodes, &p, origins);
+        }
+        Ok(Typed { nodes, axes, span, ..typed })
+    }
+
+    fn seen_from_frame(
+        &mut self,
+        typed: Typed,
+        frame: Frame,
+        name: &Spanned<String>,
+        span: Span,
+    ) -> Result<Typed, Failed> {
+        if frame == Frame::World {
+            return Ok(Typed { span, ..typed });
+        }
+        let q = self.pose_of(&frame, "orientation", name.span)?;
+        let back = conjugate(self.graph, &q);
+        let axes = Axes { to: frame.clone(), ..typed.axes.clone() };
+        if typed.kind == Kind::Rotation {
+            let nodes = quaternion_product(self.graph, &back, &typed.nodes);
+            return Ok(Typed { nodes, axes, span, ..typed });
+        }
+        let origins = self.origins(&typed)?;
+        let mut nodes = typed.nodes.clone();
+        if origins != 0.0 {
+            let p = self.pose_of(&frame, "position", name.span)?;
+            self.add(&mut nodes, &p, -origins);
+        }
+        let nodes = rotate(self.graph, &back, &nodes);
+        Ok(Typed { nodes, axes, span, ..typed })
+    }
+
+    /// `nodes += factor p`.
+    fn add(&mut self, nodes: &mut [usize], p: &[usize], factor: f64) {
+        let factor = self.graph.number(factor);
+        for (x, &p) in nodes.iter_mut().zip(p) {
+            let part = self.graph.push(Op::Mul(factor, p));
+            *x = self.graph.push(Op::Add(*x, part));
+        }
+    }
+}
