@@ -8,6 +8,7 @@ mod checks;
 pub mod codes;
 mod constants;
 pub mod expr;
+mod follow_ons;
 mod forms;
 mod lowering;
 pub mod names;

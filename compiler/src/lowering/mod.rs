@@ -15,6 +15,7 @@ use crate::binding::{BoundTask, Table};
 use crate::checks;
 use crate::constants::{Constants, Params};
 use crate::expr::Graph;
+use crate::follow_ons;
 use crate::report::Report;
 use crate::robot_binding::{self, BoundRobot, Files};
 use crate::spelling::in_yaml;
@@ -65,7 +66,9 @@ pub fn compile(input: &Input) -> Compiled {
     let mut report = Report::default();
     let source = report.sources.add(input.name, input.text);
     let (spec, mut diagnostics) = dsl::parse(source, input.text, input.spelling);
+    let form = diagnostics.len();
     let program = Lowerer::new(input, source, &mut report.sources, &mut diagnostics).spec(&spec);
+    follow_ons::remove(&mut diagnostics, form, &spec, &report.sources);
     if input.spelling == Spelling::Yaml {
         for d in &mut diagnostics {
             d.help = d.help.as_deref().map(in_yaml);

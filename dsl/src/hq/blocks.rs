@@ -77,6 +77,7 @@ impl Reader<'_> {
         }
         let Some(key) = key else {
             if let Some(junk) = junk {
+                self.unread.push(junk);
                 let place = Place::Exact(self.source, 0);
                 let diagnostic =
                     explain::junk(self.text, junk.range().start, junk.range().end, place, After::Start("a key"), false);

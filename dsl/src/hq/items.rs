@@ -148,6 +148,7 @@ impl Reader<'_> {
     fn explain(&mut self, junk: Span, after: After<'_>, unit_only: bool) -> &'static str {
         let range = junk.range();
         let place = Place::Exact(self.source, 0);
+        self.unread.push(junk);
         let diagnostic = explain::junk(self.text, range.start, range.end, place, after, unit_only);
         let code = diagnostic.code;
         self.diags.push(diagnostic);
@@ -222,6 +223,7 @@ impl Reader<'_> {
         self.equals(&parts, "task");
         let junk = parts.junk;
         let definition = parts.body.map(|body| self.definition(body, &mut comments.behind));
+        let at = junk.or(name.as_ref().map(|n| n.span)).unwrap_or(keyword);
         match (&definition, junk) {
             (Some(_), Some(junk)) => {
                 self.explain(junk, After::Start("a new line"), false);
@@ -239,7 +241,7 @@ impl Reader<'_> {
             }
             (Some(_), None) => {}
         }
-        Some(Task { name: name?, definition: definition? })
+        Some(Task { name: name?, definition: definition.unwrap_or_else(|| TaskDefinition::unread(at)) })
     }
 
     /// A node `definition`: `kind(args) { .. }`.
@@ -314,6 +316,7 @@ impl Reader<'_> {
         let keyword = self.span(start, start + length);
         let diagnostic = Diagnostic::error("HQ0103", keyword, format!("`{}` begins no declaration", clip(word)));
         let Some(meant) = nearest(word, KEYWORDS) else {
+            self.unread.push(span);
             self.diags.push(if word == "level" {
                 diagnostic.note("a level stands inside the braces of a stack").help("write `stack NAME { level .. }`")
             } else if word == "import" {

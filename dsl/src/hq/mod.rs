@@ -24,8 +24,9 @@ pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
         return (Spec::default(), vec![refusal]);
     }
     let pool = Pool::new(text, scan.comments);
-    let mut reader = Reader { source, text, base: begin, pool, diags: scan.diagnostics };
-    let spec = reader.spec(begin);
+    let mut reader = Reader { source, text, base: begin, pool, diags: scan.diagnostics, unread: Vec::new() };
+    let mut spec = reader.spec(begin);
+    spec.unread = reader.unread;
     (spec, crate::checks::finish(reader.diags))
 }
 
@@ -37,6 +38,8 @@ struct Reader<'t> {
     base: usize,
     pool: Pool<'t>,
     diags: Vec<Diagnostic>,
+    /// Text that nothing could be made of.
+    unread: Vec<Span>,
 }
 
 impl<'t> Reader<'t> {

@@ -146,9 +146,11 @@ impl Reader<'_> {
                     let body = self.mapping(value, &name, "robot");
                     Some(ItemKind::Robot(Robot { name: name.clone(), body }))
                 }
-                "tasks" => self
-                    .definition(value, &name, &mut comments.behind)
-                    .map(|(definition, _)| ItemKind::Task(Task { name: name.clone(), definition })),
+                "tasks" => {
+                    let read = self.definition(value, &name, &mut comments.behind).map(|(definition, _)| definition);
+                    let definition = read.unwrap_or_else(|| TaskDefinition::unread(name.span.to(later)));
+                    Some(ItemKind::Task(Task { name: name.clone(), definition }))
+                }
                 _ => Some(ItemKind::Stack(self.stack(value, &name))),
             };
             self.pool.behind(later.range().end, &[','], &mut comments.behind);

@@ -24,8 +24,9 @@ pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
     let (mut document, diags) = events::read(source, text);
     let pool = Pool::new(text, std::mem::take(&mut document.comments));
     let mut reader = Reader { source, text, document, pool, diags, visited: 0, depth: 0 };
-    let spec = reader.spec();
+    let mut spec = reader.spec();
     let left_out = std::mem::take(&mut reader.document.left_out);
+    spec.unread = left_out.iter().map(|gone| Span::new(source, gone.start, gone.end)).collect();
     reader.diags.retain(|d| !follows_from(d, text, &left_out));
     (spec, checks::finish(reader.diags))
 }

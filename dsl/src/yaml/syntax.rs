@@ -128,6 +128,15 @@ fn previous_line(text: &str, start: usize) -> Option<Range<usize>> {
     (end > 0).then(|| line_of(text, end))
 }
 
+/// The line above the one that begins at `start`, empty ones and comments left out.
+fn content_above(text: &str, start: usize) -> Option<Range<usize>> {
+    let mut line = previous_line(text, start)?;
+    while text[line.clone()].trim_start().starts_with('#') {
+        line = previous_line(text, line.start)?;
+    }
+    Some(line)
+}
+
 /// The innermost `[` or `{` of flow style that is open at byte `at`.
 fn open_bracket(text: &str, at: usize) -> Option<(usize, char)> {
     let bytes = text.as_bytes();
@@ -196,9 +205,9 @@ fn closed_later(text: &str, from: usize, at: usize) -> bool {
 fn odd_indentation(text: &str, line: &Range<usize>) -> Option<(usize, usize)> {
     let indent = |line: Range<usize>| text[line.clone()].len() - text[line].trim_start_matches(' ').len();
     let own = indent(line.clone());
-    let above = indent(previous_line(text, line.start)?);
+    let above = indent(content_above(text, line.start)?);
     let mut start = line.start;
-    while let Some(previous) = previous_line(text, start) {
+    while let Some(previous) = content_above(text, start) {
         match indent(previous.clone()) {
             n if n == own => return None,
             n if n < own => break,
