@@ -2,7 +2,7 @@
 
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, Times};
-use runtime::{Controller, Evaluator, Fault, Observation, build_tasks};
+use runtime::{Controller, Evaluator, Fault, Member, Observation, build_tasks};
 use solver::{Active, Status};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::RATE;
@@ -11,6 +11,7 @@ use stdlib_tasks::task::{BuildError, Nature};
 use crate::binding::Number;
 use crate::codes;
 use crate::lowering::Places;
+use crate::pointless;
 
 /// Checks a program that has no errors so far.
 pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
@@ -52,6 +53,9 @@ pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<
         if complete && diagnostics[before..].iter().all(|d| d.severity == dsl::Severity::Warning) {
             start(program, i, places, diagnostics);
         }
+    }
+    if diagnostics[before..].iter().all(|d| d.severity == dsl::Severity::Warning) {
+        pointless::program(program, places, diagnostics);
     }
 }
 
@@ -223,7 +227,19 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
             _ => None,
         };
         let d = Diagnostic::error("HQ0502", at.unwrap_or(places.home), format!("at home, {text}"));
+        let joined = match fault {
+            Fault::Overlap { member, row } => {
+                evaluator.members().get(member).and_then(|m| neighbours(program, m, std::iter::once(row)))
+            }
+            _ => None,
+        };
         diagnostics.push(match (at, fault) {
+            (Some(_), Fault::Overlap { .. }) if joined.is_some() => d.help(joined.unwrap_or_default()),
+            (_, Fault::Value { at }) if evaluator.rate(at).is_none_or(|r| !r.is_finite()) => d
+                .note("a target that jumps or starts infinitely fast asks for an infinite velocity in the first tick")
+                .help(
+                    "let the argument of a root, a logarithm or a power start above zero, as in `sqrt(t/(1 s) + 0.01)`",
+                ),
             (_, Fault::Value { .. }) => d.help("keep the value inside its range from the start"),
             (Some(_), _) => d.label(places.home, "the robot starts here").help("move the home configuration"),
             (None, _) => d.help("move the home configuration"),
@@ -251,7 +267,11 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
                 if rest > 0 { format!(", .. ({rest} more)") } else { String::new() }
             ));
         }
-        diagnostics.push(if m.kind == "virtual_wall" {
+        let rows = m.row_info.iter().zip(&evaluator.margins()[m.margins.clone()]).enumerate();
+        let violated = rows.filter(|(_, (_, h))| **h < 0.0).map(|(row, _)| row);
+        diagnostics.push(if let Some(help) = neighbours(program, m, violated) {
+            d.help(help)
+        } else if m.kind == "virtual_wall" {
             d.help("move the home configuration or the wall; to keep the other side, swap two of the three points")
         } else {
             d.help("move the home configuration or the limit")
@@ -261,6 +281,35 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
         reserves(&evaluator, program, places, diagnostics);
         first_tick(&at_stack, stack, places, diagnostics);
     }
+}
+
+/// The help for a collision limit between links that one joint connects: they touch wherever the robot stands.
+fn neighbours(program: &Program, member: &Member, rows: impl Iterator<Item = usize>) -> Option<String> {
+    if member.kind != "self_collision" {
+        return None;
+    }
+    let model = &program.robot.model;
+    let params = &program.tasks[member.program_index].params;
+    let link_of = |name: &str| {
+        ["between", "and"].iter().find_map(|side| match params.get(*side) {
+            Some(Bound::Geometries(all)) => all.iter().find(|g| g.name == name).map(|g| g.link),
+            _ => None,
+        })
+    };
+    for row in rows {
+        let Some((a, b)) = member.row_info.get(row).and_then(|r| r.name.split_once(" to ")) else { continue };
+        let Some((i, k)) = link_of(a).zip(link_of(b)) else { continue };
+        let (on_a, on_b) = (model.support(i), model.support(k));
+        let between = on_a.iter().filter(|j| !on_b.contains(j)).chain(on_b.iter().filter(|j| !on_a.contains(j)));
+        if between.count() == 1 {
+            let [a, b] = [a, b].map(|name| name.split('[').next().unwrap_or(name));
+            return Some(format!(
+                "`{a}` and `{b}` are neighbours: one joint connects them, and they touch wherever the robot stands. Name \
+                 links that are further apart"
+            ));
+        }
+    }
+    None
 }
 
 fn first_tick(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) {

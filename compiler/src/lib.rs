@@ -12,6 +12,8 @@ mod follow_ons;
 mod forms;
 mod lowering;
 pub mod names;
+mod overridden;
+mod pointless;
 pub mod report;
 mod robot_binding;
 mod spelling;

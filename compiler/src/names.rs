@@ -32,6 +32,16 @@ pub fn list<'a>(names: impl IntoIterator<Item = &'a str>, most: usize) -> String
     }
 }
 
+/// How to write several names at once: a pattern that fits them all, or a list.
+pub fn pattern(names: &[&str]) -> String {
+    let first = names.first().copied().unwrap_or("");
+    let same = |n: &usize| first.is_char_boundary(*n) && names.iter().all(|name| name.starts_with(&first[..*n]));
+    match (1..=first.len()).rev().find(same) {
+        Some(n) if n >= 3 && names.len() > 1 => format!("`\"{}*\"`", &first[..n]),
+        _ => list(names.iter().copied(), 4),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -44,6 +54,13 @@ mod tests {
         assert_eq!(suggest("elbow", joints), None);
         assert_eq!(suggest("x", ["t", "pi"]), None);
         assert_eq!(suggest("T", ["t", "pi"]), Some("t"));
+    }
+
+    #[test]
+    fn patterns() {
+        assert_eq!(pattern(&["joint_1", "joint_2"]), "`\"joint_*\"`");
+        assert_eq!(pattern(&["elbow", "wrist"]), "`elbow` and `wrist`");
+        assert_eq!(pattern(&["joint_1"]), "`joint_1`");
     }
 
     #[test]

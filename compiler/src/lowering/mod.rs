@@ -15,10 +15,10 @@ use crate::binding::{BoundTask, Table};
 use crate::checks;
 use crate::constants::{Constants, Params};
 use crate::expr::Graph;
-use crate::follow_ons;
 use crate::report::Report;
 use crate::robot_binding::{self, BoundRobot, Files};
 use crate::spelling::in_yaml;
+use crate::{follow_ons, overridden, pointless};
 use declared::Declared;
 use run::{RunSettings, run_settings};
 use stack::definitions;
@@ -68,7 +68,11 @@ pub fn compile(input: &Input) -> Compiled {
     let (spec, mut diagnostics) = dsl::parse(source, input.text, input.spelling);
     let form = diagnostics.len();
     let program = Lowerer::new(input, source, &mut report.sources, &mut diagnostics).spec(&spec);
+    if let Some(program) = &program {
+        pointless::spec(&spec, program, &mut diagnostics);
+    }
     follow_ons::remove(&mut diagnostics, form, &spec, &report.sources);
+    overridden::blame(input, &mut diagnostics, &report.sources);
     if input.spelling == Spelling::Yaml {
         for d in &mut diagnostics {
             d.help = d.help.as_deref().map(in_yaml);

@@ -50,6 +50,11 @@ pub(super) struct Urdf {
 
 /// Finds the URDF that a robot names and reads its text.
 pub(super) fn open((path_text, span): (&str, Span), base: Base, robot: &Robot, files: &mut Files) -> Option<Urdf> {
+    if path_text.trim().is_empty() {
+        let d = Diagnostic::error("HQ0401", span, "this names no file").here("nothing between the quotes");
+        files.diagnostics.push(d.help("write the path of the robot's URDF, such as `urdf \"robots/arm7.urdf\"`"));
+        return None;
+    }
     let path = files.folder.join(path_text);
     let bytes = match std::fs::read(&path) {
         Ok(b) => b,
