@@ -9,6 +9,7 @@ use stdlib_tasks::dimension::RATE;
 use stdlib_tasks::task::{BuildError, Nature};
 
 use crate::binding::Number;
+use crate::bounds;
 use crate::codes;
 use crate::lowering::Places;
 use crate::pointless;
@@ -20,9 +21,18 @@ pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<
     wider(program, places, diagnostics);
     let mut reported: Vec<(usize, String)> = Vec::new();
     for (i, stack) in program.stacks.iter().enumerate() {
+        if let Some(refusal) = bounds::pairs(program, stack, places) {
+            diagnostics.push(refusal);
+            continue;
+        }
         let model = &program.robot.model;
         let built = build_tasks(model, program.robot.period, &program.values.initial, &program.tasks, stack);
         let members = stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, m)));
+        let rows = built.iter().flatten().map(|t| t.rows().len()).sum();
+        if let Some(refusal) = bounds::rows(rows, i, places) {
+            diagnostics.push(refusal);
+            continue;
+        }
         let mut complete = true;
         for (task, (level, m)) in built.iter().zip(members) {
             match task {

@@ -4,6 +4,7 @@
 //! lowers it to a [`runtime::Program`]. It knows nothing of how a hierarchy is solved.
 
 mod binding;
+mod bounds;
 mod checks;
 pub mod codes;
 mod constants;
@@ -18,6 +19,7 @@ pub mod report;
 mod robot_binding;
 mod spelling;
 pub mod units;
+mod window;
 
 pub use lowering::{Compiled, Input, compile};
 pub use report::{Report, Style};

@@ -1,11 +1,17 @@
 //! "Did you mean": the nearest of the names that could have been written.
 
+/// So many candidates of about the right length are compared.
+const MOST: usize = 200;
+
 /// The candidate nearest to `word`, if near enough to be a slip of the finger. Of several that are equally near, the
 /// one whose letters differ least: `joint_9` gives `joint_7` where there are seven.
 pub fn suggest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = word.to_lowercase();
+    let length = word.chars().count();
     candidates
         .into_iter()
+        .filter(|c| c.chars().count().abs_diff(length) <= 1 + length / 4)
+        .take(MOST)
         .map(|c| (strsim::damerau_levenshtein(&lower, &c.to_lowercase()), letters_apart(&lower, c), c))
         .filter(|(distance, _, c)| {
             let length = c.chars().count().min(word.chars().count());

@@ -18,7 +18,7 @@ use crate::expr::Graph;
 use crate::report::Report;
 use crate::robot_binding::{self, BoundRobot, Files};
 use crate::spelling::in_yaml;
-use crate::{follow_ons, overridden, pointless};
+use crate::{bounds, follow_ons, overridden, pointless};
 use declared::Declared;
 use run::{RunSettings, run_settings};
 use stack::definitions;
@@ -66,6 +66,12 @@ pub fn compile(input: &Input) -> Compiled {
     let mut report = Report::default();
     let source = report.sources.add(input.name, input.text);
     let (spec, mut diagnostics) = dsl::parse(source, input.text, input.spelling);
+    if let Some(refusal) = bounds::spec(&spec) {
+        diagnostics.push(refusal);
+        report.diagnostics = diagnostics;
+        report.finish();
+        return Compiled { program: None, report };
+    }
     let form = diagnostics.len();
     let program = Lowerer::new(input, source, &mut report.sources, &mut diagnostics).spec(&spec);
     if let Some(program) = &program {

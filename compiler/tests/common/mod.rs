@@ -1,6 +1,8 @@
 //! What the tests share: cases in text files, compiled against small robots, and their diagnostics as text.
 #![allow(dead_code)]
 
+pub mod invariants;
+
 use compiler::{Compiled, Input, codes, compile};
 use dsl::{Severity, Spelling};
 use hierarq_compiler as compiler;
