@@ -119,12 +119,20 @@ impl Graph {
         if let Some(&r) = self.rates.get(&node) {
             return r;
         }
-        // Operands come first, so filling in ascending order never recurses deeply.
-        for i in 0..=node {
+        // What the node needs, operands first; a list of what is left to do never recurses deeply.
+        let mut left = vec![node];
+        while let Some(&i) = left.last() {
+            let before = left.len();
             if !self.rates.contains_key(&i) {
+                let operands = self.ops[i].operands().into_iter().flatten();
+                left.extend(operands.filter(|o| !self.rates.contains_key(o)));
+                if left.len() > before {
+                    continue;
+                }
                 let r = self.rate_of(i);
                 self.rates.insert(i, r);
             }
+            left.pop();
         }
         self.rates[&node]
     }
