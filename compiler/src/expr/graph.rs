@@ -1,6 +1,6 @@
 //! A graph of operations on numbers: equal ones shared, constants folded, derivatives in time taken exactly.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use runtime::program::Op;
 
@@ -119,20 +119,16 @@ impl Graph {
         if let Some(&r) = self.rates.get(&node) {
             return r;
         }
-        // What the node needs, operands first; a list of what is left to do never recurses deeply.
-        let mut left = vec![node];
-        while let Some(&i) = left.last() {
-            let before = left.len();
-            if !self.rates.contains_key(&i) {
-                let operands = self.ops[i].operands().into_iter().flatten();
-                left.extend(operands.filter(|o| !self.rates.contains_key(o)));
-                if left.len() > before {
-                    continue;
-                }
-                let r = self.rate_of(i);
-                self.rates.insert(i, r);
+        // What the node needs. Operands come first, so filling in ascending order never recurses deeply.
+        let (mut left, mut needed) = (vec![node], BTreeSet::new());
+        while let Some(i) = left.pop() {
+            if !self.rates.contains_key(&i) && needed.insert(i) {
+                left.extend(self.ops[i].operands().into_iter().flatten());
             }
-            left.pop();
+        }
+        for i in needed {
+            let r = self.rate_of(i);
+            self.rates.insert(i, r);
         }
         self.rates[&node]
     }
