@@ -46,6 +46,15 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
+/// What is said of some nuisances.
+const CODES: &[(&str, &str)] = &[
+    ("many tasks", "HQ0190"),
+    ("many stacks", "HQ0190"),
+    ("rows just above the bound", "HQ0623"),
+    ("pairs above the bound", "HQ0623"),
+    ("many mistakes of form", "HQ0192"),
+];
+
 /// Most bytes that may be held at once.
 const MEMORY: usize = 256 << 20;
 /// Most allocations. Half a million of them take some 20 ms; what is done between two of them is bounded work.
@@ -74,6 +83,9 @@ fn no_text_takes_long_or_much_memory() {
         PEAK.store(held, SeqCst);
         let begun = std::time::Instant::now();
         let report = check(&text, spelling);
+        if let Some((_, code)) = CODES.iter().find(|c| c.0 == name) {
+            assert!(report.diagnostics.iter().any(|d| d.code == *code), "{name}: {:?}", report.diagnostics);
+        }
         let shown = report.render(compiler::Style::Plain, 100).len();
         let (count, peak) = (COUNT.load(SeqCst) - count, PEAK.load(SeqCst) - held);
         println!("{name}: {count} allocations, {} MiB, {} bytes shown, {:?}", peak >> 20, shown, begun.elapsed());

@@ -127,15 +127,21 @@ pub fn nuisances() -> Vec<(&'static str, Spelling, String)> {
             hq(format!("stack s {{ level l {{\n{names}}} }}\n"))
         }),
         ("pairs above the bound", Spelling::Hq, {
-            let names = vec!["link_4"; 1000].join(", ");
-            hq(format!(
-                "task a = self_collision {{ between [{names}]  and [{names}]  d_min 0.1 m }}\nstack s {{ level l {{ a }} }}\n"
-            ))
+            let points = |side: &str, link: &str| (0..50).map(|i| format!("{side}{i} {link}\n")).collect::<String>();
+            let names = |side: &str| (0..50).map(|i| format!("{side}{i}")).collect::<Vec<_>>().join(", ");
+            format!(
+                "hierarq 1\nrobot arm {{ urdf \"robots/arm7.urdf\"  rate 100 Hz  home {{ joint_4 1 rad }}\npoints {{ {}{} }} }}\n\
+                 task a = self_collision {{ between [{}]  and [{}]  d_min 0 m }}\nstack s {{ level l {{ a }} }}\n",
+                points("a", "link_6"),
+                points("b", "base_link"),
+                names("a"),
+                names("b")
+            )
         }),
         ("many stacks", Spelling::Hq, {
             hq(lines(|i| format!("stack s{i} {{ level l {{ joint_velocity_limits }} }}\n")))
         }),
-        ("many mistakes of form", Spelling::Hq, hq(repeated("task $ = % }\n"))),
+        ("many mistakes of form", Spelling::Hq, hq(repeated("task $ = hold(tool) }\n"))),
         (
             "many mistakes of units",
             Spelling::Hq,
