@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use compiler::codes::Part;
 use serde_json::{Value as Json, json};
 use stdlib_tasks::dimension::{ANGLE, LENGTH};
 use stdlib_tasks::params::{Form, ParamInfo, ParamType, Presence, Quantity};
@@ -178,10 +179,66 @@ pub fn markdown() -> String {
 
 /// The page of the docs that lists all diagnostic codes.
 pub fn codes_markdown() -> String {
-    let mut out =
-        String::from("# Diagnostic codes\n\nGenerated; do not edit. `hierarq explain CODE` prints the same.\n");
-    for (code, title, text) in compiler::codes::all() {
-        let _ = write!(out, "\n## {code}: {title}\n\n{text}\n");
+    let mut out = format!(
+        "# Diagnostic codes\n\nGenerated; do not edit. `hierarq explain CODE` prints the same.\n\nEvery example is compiled \
+         by a test: what stands under *wrong* gives this code and no other, what stands under *right* nothing at all. \
+         An example is completed by what it does not show: the line `hierarq 1`, a stack of all its tasks, and this \
+         robot, whose path is relative to `examples/`. An example in XML is the robot's URDF.\n\n```hq\n{}```\n",
+        compiler::codes::EXAMPLE_ROBOT
+    );
+    for page in compiler::codes::all() {
+        let _ = write!(out, "\n## {}: {}\n", page.code, page.title);
+        for part in page.parts() {
+            let _ = match part {
+                Part::Text(text) => write!(out, "\n{text}\n"),
+                Part::Example { language, bad, text, .. } => {
+                    let word = if bad { "Wrong" } else { "Right" };
+                    write!(out, "\n*{word}*\n\n```{language}\n{text}```\n")
+                }
+            };
+        }
     }
     out
+}
+
+/// A page of a code for the terminal: paragraphs as wide as `width`, examples indented under a word that says
+/// whether they are wrong or right.
+pub fn code_page(page: &compiler::codes::Page, width: usize) -> String {
+    let mut out = format!("{}: {}\n", page.code, page.title);
+    for part in page.parts() {
+        match part {
+            Part::Text(text) => {
+                for paragraph in text.split("\n\n") {
+                    out.push('\n');
+                    wrap(paragraph, width, &mut out);
+                }
+            }
+            Part::Example { bad, text, .. } => {
+                let _ = writeln!(out, "\n{}:\n", if bad { "Wrong" } else { "Right" });
+                for line in text.lines() {
+                    out.push_str(if line.is_empty() { "" } else { "    " });
+                    let _ = writeln!(out, "{line}");
+                }
+            }
+        }
+    }
+    out
+}
+
+/// Appends a paragraph, broken at blanks into lines of at most `width` characters.
+fn wrap(paragraph: &str, width: usize, out: &mut String) {
+    let mut used = 0;
+    for word in paragraph.split_whitespace() {
+        let length = word.chars().count();
+        if used > 0 && used + 1 + length > width {
+            out.push('\n');
+            used = 0;
+        } else if used > 0 {
+            out.push(' ');
+            used += 1;
+        }
+        out.push_str(word);
+        used += length;
+    }
+    out.push('\n');
 }

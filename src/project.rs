@@ -1,5 +1,6 @@
 //! Files of a user: reading a spec or a compiled program, and where results go.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use compiler::{Compiled, Input, Report};
@@ -38,8 +39,11 @@ pub fn read(path: &Path) -> Result<(Spelling, String), Box<Report>> {
             "rename the file, or give a spec",
         )));
     };
-    let bytes = match std::fs::read(path) {
-        Ok(b) => b,
+    // One byte more than the language allows: enough to be refused as too large, however long the file is.
+    let most = dsl::limits::MAX_BYTES as u64 + 1;
+    let mut bytes = Vec::new();
+    let bytes = match std::fs::File::open(path).and_then(|f| f.take(most).read_to_end(&mut bytes)) {
+        Ok(_) => bytes,
         Err(e) => {
             let help = similar(path).map_or_else(|| "check the path".to_string(), |n| format!("did you mean `{n}`?"));
             return Err(Box::new(about(&name, "", "HQ0401", format!("cannot read `{name}`: {e}"), &help)));

@@ -176,7 +176,7 @@ fn tasks_and_explain() {
     assert_eq!(hierarq(&["tasks", "virtual_wal"]).status.code(), Some(2));
     assert!(text(&hierarq(&["tasks", "virtual_wal"]).stderr).contains("`virtual_wall`"));
     for code in compiler::codes::all() {
-        assert_eq!(hierarq(&["explain", code.0]).status.code(), Some(0));
+        assert_eq!(hierarq(&["explain", code.code]).status.code(), Some(0));
     }
     assert_eq!(hierarq(&["explain", "HQ9999"]).status.code(), Some(2));
 }

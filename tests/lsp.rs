@@ -3,6 +3,8 @@
 mod common;
 #[path = "lsp/editor.rs"]
 mod editor;
+#[path = "lsp/fixes.rs"]
+mod fixes;
 #[path = "lsp/words.rs"]
 mod words;
 
@@ -19,7 +21,17 @@ fn says_hello_and_goodbye() {
     let hello = e.result("initialize", json!({ "capabilities": {} }));
     assert_eq!(hello["serverInfo"]["name"], "hierarq");
     let able = &hello["capabilities"];
-    for what in ["hover", "definition", "references", "rename", "completion", "documentSymbol", "documentFormatting"] {
+    for what in [
+        "hover",
+        "definition",
+        "references",
+        "rename",
+        "completion",
+        "documentSymbol",
+        "documentFormatting",
+        "codeAction",
+        "inlayHint",
+    ] {
         assert!(!able[format!("{what}Provider")].is_null(), "{what}");
     }
     e.notify("initialized", json!({}));
@@ -195,6 +207,11 @@ fn half_written_texts() {
             let document = json!({ "uri": doc });
             e.result("textDocument/documentSymbol", json!({ "textDocument": document }));
             e.result("textDocument/semanticTokens/full", json!({ "textDocument": document }));
+            let all = json!({ "start": { "line": 0, "character": 0 }, "end": { "line": 999, "character": 0 } });
+            e.result("textDocument/inlayHint", json!({ "textDocument": document, "range": all }));
+            let here = json!({ "start": at, "end": at });
+            let params = json!({ "textDocument": document, "range": here, "context": { "diagnostics": [] } });
+            e.result("textDocument/codeAction", params);
             let new = json!({ "textDocument": document, "position": at, "newName": "other" });
             let answer = e.ask("textDocument/rename", new);
             assert_ne!(answer["error"]["code"], -32603, "a fault in the server:\n{text}");

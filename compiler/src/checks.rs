@@ -2,15 +2,17 @@
 
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, Times};
-use runtime::{Controller, Evaluator, Fault, Observation, build_tasks};
+use runtime::{Controller, Evaluator, Fault, Member, Observation, build_tasks};
 use solver::{Active, Status};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::{Dimension, LENGTH, NONE, RATE};
 use stdlib_tasks::task::{BuildError, Nature, RowInfo};
 
 use crate::binding::Number;
+use crate::bounds;
 use crate::codes;
 use crate::lowering::Places;
+use crate::pointless;
 
 /// Checks a program that has no errors so far.
 pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
@@ -19,9 +21,18 @@ pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<
     wider(program, places, diagnostics);
     let mut reported: Vec<(usize, String)> = Vec::new();
     for (i, stack) in program.stacks.iter().enumerate() {
+        if let Some(refusal) = bounds::pairs(program, stack, places) {
+            diagnostics.push(refusal);
+            continue;
+        }
         let model = &program.robot.model;
         let built = build_tasks(model, program.robot.period, &program.values.initial, &program.tasks, stack);
         let members = stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, m)));
+        let rows = built.iter().flat_map(|b| &b.task).map(|t| t.rows().len()).sum();
+        if let Some(refusal) = bounds::rows(rows, i, places) {
+            diagnostics.push(refusal);
+            continue;
+        }
         let mut complete = true;
         for (task, (level, m)) in built.iter().zip(members) {
             match &task.task {
@@ -52,6 +63,9 @@ pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<
         if complete && diagnostics[before..].iter().all(|d| d.severity == dsl::Severity::Warning) {
             start(program, i, places, diagnostics);
         }
+    }
+    if diagnostics[before..].iter().all(|d| d.severity == dsl::Severity::Warning) {
+        pointless::program(program, places, diagnostics);
     }
 }
 
@@ -231,7 +245,19 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
             _ => None,
         };
         let d = Diagnostic::error("HQ0502", at.unwrap_or(places.home), format!("at home, {text}"));
+        let joined = match fault {
+            Fault::Overlap { member, row } => {
+                evaluator.members().get(member).and_then(|m| neighbours(program, m, std::iter::once(row)))
+            }
+            _ => None,
+        };
         diagnostics.push(match (at, fault) {
+            (Some(_), Fault::Overlap { .. }) if joined.is_some() => d.help(joined.unwrap_or_default()),
+            (_, Fault::Value { at }) if evaluator.rate(at).is_none_or(|r| !r.is_finite()) => d
+                .note("a target that jumps or starts infinitely fast asks for an infinite velocity in the first tick")
+                .help(
+                    "let the argument of a root, a logarithm or a power start above zero, as in `sqrt(t/(1 s) + 0.01)`",
+                ),
             (_, Fault::Value { .. } | Fault::Gain { .. }) => d.help("keep the value inside its range from the start"),
             (_, Fault::Crossed { .. }) => d.help("move the two limits apart"),
             (Some(_), _) => d.label(places.home, "the robot starts here").help("move the home configuration"),
@@ -262,7 +288,11 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
                 if rest > 0 { format!(", .. ({rest} more)") } else { String::new() }
             ));
         }
-        diagnostics.push(if m.kind == "virtual_wall" {
+        let rows = m.row_info.iter().zip(&evaluator.margins()[m.margins.clone()]).enumerate();
+        let violated = rows.filter(|(_, (_, h))| **h < 0.0).map(|(row, _)| row);
+        diagnostics.push(if let Some(help) = neighbours(program, m, violated) {
+            d.help(help)
+        } else if m.kind == "virtual_wall" {
             d.help("move the home configuration or the wall; to keep the other side, swap two of the three points")
         } else {
             d.help("move the home configuration or the limit")
@@ -277,6 +307,35 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
 /// A number with its unit, to four decimals.
 fn measured(x: f64, dimension: Dimension) -> String {
     if dimension == NONE { format!("{x:.4}") } else { format!("{x:.4} {dimension}") }
+}
+
+/// The help for a collision limit between links that one joint connects: they touch wherever the robot stands.
+fn neighbours(program: &Program, member: &Member, rows: impl Iterator<Item = usize>) -> Option<String> {
+    if member.kind != "self_collision" {
+        return None;
+    }
+    let model = &program.robot.model;
+    let params = &program.tasks[member.program_index].params;
+    let link_of = |name: &str| {
+        ["between", "and"].iter().find_map(|side| match params.get(*side) {
+            Some(Bound::Geometries(all)) => all.iter().find(|g| g.name == name).map(|g| g.link),
+            _ => None,
+        })
+    };
+    for row in rows {
+        let Some((a, b)) = member.row_info.get(row).and_then(|r| r.name.split_once(" to ")) else { continue };
+        let Some((i, k)) = link_of(a).zip(link_of(b)) else { continue };
+        let (on_a, on_b) = (model.support(i), model.support(k));
+        let between = on_a.iter().filter(|j| !on_b.contains(j)).chain(on_b.iter().filter(|j| !on_a.contains(j)));
+        if between.count() == 1 {
+            let [a, b] = [a, b].map(|name| name.split('[').next().unwrap_or(name));
+            return Some(format!(
+                "`{a}` and `{b}` are neighbours: one joint connects them, and they touch wherever the robot stands. Name \
+                 links that are further apart"
+            ));
+        }
+    }
+    None
 }
 
 fn first_tick(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) {

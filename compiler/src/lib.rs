@@ -4,18 +4,23 @@
 //! lowers it to a [`runtime::Program`]. It knows nothing of how a hierarchy is solved.
 
 mod binding;
+mod bounds;
 mod checks;
 pub mod codes;
 mod constants;
 pub mod expr;
+mod follow_ons;
 mod forms;
 mod idle;
 mod lowering;
 pub mod names;
+mod overridden;
+mod pointless;
 pub mod report;
 mod robot_binding;
 mod spelling;
 pub mod units;
+mod window;
 
 pub use idle::leave_out;
 pub use lowering::{Compiled, Input, compile};

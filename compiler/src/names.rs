@@ -1,11 +1,17 @@
 //! "Did you mean": the nearest of the names that could have been written.
 
+/// So many candidates of about the right length are compared.
+const MOST: usize = 200;
+
 /// The candidate nearest to `word`, if near enough to be a slip of the finger. Of several that are equally near, the
 /// one whose letters differ least: `joint_9` gives `joint_7` where there are seven.
 pub fn suggest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = word.to_lowercase();
+    let length = word.chars().count();
     candidates
         .into_iter()
+        .filter(|c| c.chars().count().abs_diff(length) <= 1 + length / 4)
+        .take(MOST)
         .map(|c| (strsim::damerau_levenshtein(&lower, &c.to_lowercase()), letters_apart(&lower, c), c))
         .filter(|(distance, _, c)| {
             let length = c.chars().count().min(word.chars().count());
@@ -32,6 +38,16 @@ pub fn list<'a>(names: impl IntoIterator<Item = &'a str>, most: usize) -> String
     }
 }
 
+/// How to write several names at once: a pattern that fits them all, or a list.
+pub fn pattern(names: &[&str]) -> String {
+    let first = names.first().copied().unwrap_or("");
+    let same = |n: &usize| first.is_char_boundary(*n) && names.iter().all(|name| name.starts_with(&first[..*n]));
+    match (1..=first.len()).rev().find(same) {
+        Some(n) if n >= 3 && names.len() > 1 => format!("`\"{}*\"`", &first[..n]),
+        _ => list(names.iter().copied(), 4),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -44,6 +60,13 @@ mod tests {
         assert_eq!(suggest("elbow", joints), None);
         assert_eq!(suggest("x", ["t", "pi"]), None);
         assert_eq!(suggest("T", ["t", "pi"]), Some("t"));
+    }
+
+    #[test]
+    fn patterns() {
+        assert_eq!(pattern(&["joint_1", "joint_2"]), "`\"joint_*\"`");
+        assert_eq!(pattern(&["elbow", "wrist"]), "`elbow` and `wrist`");
+        assert_eq!(pattern(&["joint_1"]), "`joint_1`");
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! All diagnostics of a compilation, as text for people and as JSON for programs.
 
 use dsl::{Diagnostic, Label, Severity, Sources, Span};
-use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource, Report as Miette};
+use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, Report as Miette};
 use serde_json::{Value as Json, json};
+
+use crate::window::Window;
 
 /// Diagnostics with the texts that they point into.
 #[derive(Clone, Debug, Default)]
@@ -12,6 +14,12 @@ pub struct Report {
     /// The texts.
     pub sources: Sources,
 }
+
+/// Most diagnostics of a report; one more says that there were more.
+pub const MOST_SHOWN: usize = 200;
+
+/// Longer lines are not drawn.
+const LONGEST_LINE: usize = 2_000;
 
 /// How text output looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +45,35 @@ impl Report {
     pub fn finish(&mut self) {
         self.diagnostics.sort_by_key(|d| (d.primary.span.source, d.primary.span.start, d.severity, d.code));
         self.diagnostics.dedup();
+        if self.diagnostics.len() > MOST_SHOWN {
+            self.shorten();
+        }
+    }
+
+    /// Keeps as many as anybody reads, errors before warnings, and says how many are left out.
+    fn shorten(&mut self) {
+        let warnings = MOST_SHOWN.saturating_sub(self.errors());
+        let (mut errors, mut kept) = (0, 0);
+        let all = self.diagnostics.len();
+        let mut last = None;
+        self.diagnostics.retain(|d| {
+            let (count, most) = match d.severity {
+                Severity::Error => (&mut errors, MOST_SHOWN),
+                Severity::Warning => (&mut kept, warnings),
+            };
+            *count += 1;
+            let keep = *count <= most;
+            if keep {
+                last = Some((d.primary.span, d.severity));
+            }
+            keep
+        });
+        let left = all - self.diagnostics.len();
+        if let Some((span, severity)) = last {
+            let more = Diagnostic::error("HQ0192", span, format!("{left} more are not shown"))
+                .help("mend the first ones; the rest may follow from them");
+            self.diagnostics.push(Diagnostic { severity, ..more });
+        }
     }
 
     /// All diagnostics as text.
@@ -62,7 +99,7 @@ impl Report {
             Severity::Warning => miette::Severity::Warning,
         };
         let here: Vec<&Label> = d.labels.iter().filter(|l| l.span.source == d.primary.span.source).collect();
-        let mut out = self.snippet(&handler, Some(d.code), severity, &d.message, &d.primary, &here);
+        let mut out = self.snippet(&handler, Some(d.code), severity, &clipped(&d.message), &d.primary, &here);
         for l in d.labels.iter().filter(|l| l.span.source != d.primary.span.source) {
             let place = Label { span: l.span, text: String::new() };
             out.push_str(&self.snippet(&handler, None, miette::Severity::Advice, &l.text, &place, &[]));
@@ -70,7 +107,7 @@ impl Report {
         let notes = d.notes.iter().map(|n| ("note", n)).chain(d.help.iter().map(|h| ("help", h)));
         for (word, text) in notes {
             let first = format!("  {}: ", head.style(word));
-            let lines = wrapped(text, width.saturating_sub(word.len() + 4));
+            let lines = wrapped(&clipped(text), width.saturating_sub(word.len() + 4));
             out.push_str(&first);
             out.push_str(&lines.join(&format!("\n{}", " ".repeat(word.len() + 4))));
             out.push('\n');
@@ -108,12 +145,18 @@ impl Report {
             shown = shown.with_code(code);
         }
         let mut report = Miette::new(shown);
+        let mut drawn = true;
         if let Some(s) = source {
-            report = report.with_source_code(NamedSource::new(s.name.clone(), s.text.clone()));
+            let spans = others.iter().map(|l| l.span.range()).chain([primary.span.range()]);
+            let window = Window::around(s, spans);
+            drawn = window.text.lines().all(|l| l.len() <= LONGEST_LINE);
+            if drawn {
+                report = report.with_source_code(window);
+            }
         }
         let mut out = String::new();
-        if handler.render_report(&mut out, report.as_ref()).is_err() {
-            // A span that the renderer cannot show, such as one in an empty text, still has a place.
+        if !drawn || handler.render_report(&mut out, report.as_ref()).is_err() {
+            // A place that cannot be drawn, such as one in an empty text or in a line of a mile, is still named.
             let (line, column) = self.sources.line_column(primary.span.source, primary.span.start);
             let name = source.map_or("?", |s| s.name.as_str());
             out = format!("{}\n\n  {message}\n   {name}:{line}:{column}\n", code.unwrap_or(""));
@@ -154,6 +197,14 @@ impl Report {
             "warnings": self.warnings(),
             "diagnostics": self.diagnostics.iter().map(one).collect::<Vec<_>>(),
         })
+    }
+}
+
+/// A text short enough to be read; names of a mile are not.
+fn clipped(text: &str) -> std::borrow::Cow<'_, str> {
+    match text.char_indices().nth(LONGEST_LINE) {
+        Some((end, _)) => format!("{}..", &text[..end]).into(),
+        None => text.into(),
     }
 }
 

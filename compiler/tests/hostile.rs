@@ -2,9 +2,8 @@
 
 mod common;
 
-use common::{compile_text, examples};
+use common::{compile_text, examples, invariants};
 use dsl::Spelling;
-use hierarq_compiler::Style;
 use proptest::prelude::*;
 
 /// Example specs in both spellings.
@@ -126,23 +125,25 @@ proptest! {
         let (name, spelling) = SPECS[which];
         let text = std::fs::read_to_string(examples().join(name)).expect("an example");
         let text = damaged(&text, &changes);
-        let compiled = compile_text(&text, spelling, &examples(), &[]);
-        prop_assert_eq!(compiled.program.is_some(), compiled.report.errors() == 0);
-        for d in &compiled.report.diagnostics {
-            prop_assert!(hierarq_compiler::codes::explain(d.code).is_some(), "{}", d.code);
-            for span in d.labels.iter().map(|l| l.span).chain([d.primary.span]) {
-                let source = compiled.report.sources.get(span.source);
-                let source = source.ok_or_else(|| TestCaseError::fail("no such source"))?;
-                prop_assert!(source.text.get(span.range()).is_some(), "{:?} does not fit", span);
-                prop_assert!(source.name != "a default of the task library", "points into a default: {}", d.message);
-            }
-        }
-        let shown = compiled.report.render(Style::Plain, 80);
-        prop_assert_eq!(shown.is_empty(), compiled.report.diagnostics.is_empty());
-        // A program that was accepted can be built.
-        if let Some(program) = &compiled.program {
-            prop_assert!(runtime::Controller::new(program).is_ok());
-        }
+        invariants::reads(&text, spelling);
+        invariants::formats(&text, spelling);
+        invariants::checks(&text, spelling, &examples());
+    }
+
+    /// Two examples cut and joined: what stands in one spec stands in the middle of another.
+    #[test]
+    fn joined_examples_are_answered(
+        (a, b) in (0..SPECS.len(), 0..SPECS.len()),
+        (cut, from, length) in (0..10_000_usize, 0..10_000_usize, 0..400_usize),
+    ) {
+        let text_of = |i: usize| std::fs::read_to_string(examples().join(SPECS[i].0)).expect("an example");
+        let (one, other) = (tokens(&text_of(a)), tokens(&text_of(b)));
+        let (cut, from) = (cut % one.len(), from % other.len());
+        let piece = &other[from..other.len().min(from + length)];
+        let text = [&one[..cut], piece, &one[cut..]].concat().concat();
+        invariants::reads(&text, SPECS[a].1);
+        invariants::formats(&text, SPECS[a].1);
+        invariants::checks(&text, SPECS[a].1, &examples());
     }
 
     #[test]

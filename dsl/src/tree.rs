@@ -17,6 +17,8 @@ pub struct Spec {
     pub items: Vec<Item>,
     /// Comments after the last declaration.
     pub closing_comments: Comments,
+    /// Text that could not be read, and might have declared anything; empty where no mistake was found.
+    pub unread: Vec<Span>,
 }
 
 /// A top-level declaration.
@@ -89,6 +91,14 @@ pub struct TaskDefinition {
     pub body: Block,
     /// The whole definition.
     pub span: Span,
+}
+
+impl TaskDefinition {
+    /// Stands where a definition was and could not be read, so that the task keeps its name; its kind is empty.
+    pub(crate) fn unread(span: Span) -> TaskDefinition {
+        let kind = Spanned::new(String::new(), span);
+        TaskDefinition { kind, args: Vec::new(), body: Block { span, ..Block::default() }, span }
+    }
 }
 
 impl PartialEq for TaskDefinition {

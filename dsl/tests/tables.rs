@@ -1,6 +1,6 @@
 //! Tables that must agree: unit symbols of grammar and vocabulary, codes of readers and explanations.
 
-use hierarq_dsl::codes::CODES;
+use hierarq_dsl::codes::PAGES;
 use hierarq_dsl::tree::{ItemKind, ValueKind};
 use hierarq_dsl::vocabulary::UNITS;
 use hierarq_dsl::{SourceId, Spelling, parse};
@@ -23,7 +23,7 @@ fn the_grammar_knows_the_units_of_the_vocabulary_and_no_others() {
 
 #[test]
 fn codes_rise_and_every_reported_one_is_explained() {
-    assert!(CODES.windows(2).all(|w| w[0].0 < w[1].0));
+    assert!(PAGES.windows(2).all(|w| w[0].code < w[1].code));
     let sources = [
         include_str!("../src/checks.rs"),
         include_str!("../src/explain.rs"),
@@ -41,6 +41,6 @@ fn codes_rise_and_every_reported_one_is_explained() {
     ]
     .concat();
     let used: BTreeSet<&str> = sources.split("\"HQ").skip(1).map(|s| &s[..4]).collect();
-    let table: BTreeSet<&str> = CODES.iter().map(|c| &c.0[2..]).collect();
+    let table: BTreeSet<&str> = PAGES.iter().map(|p| &p.code[2..]).collect();
     assert_eq!(used, table);
 }

@@ -209,7 +209,12 @@ impl Controller {
             Fault::Value { at } => {
                 let name = self.value_names.iter().find(|n| n.0.contains(&at)).map_or("a parameter", |n| n.1.as_str());
                 let value = self.evaluator.value(at).unwrap_or(f64::NAN);
-                format!("{name} is {value}, outside its range or changing infinitely fast")
+                let rate = self.evaluator.rate(at).unwrap_or(f64::NAN);
+                match (value.is_finite(), rate.is_finite()) {
+                    (false, _) => format!("{name} has no finite value"),
+                    (true, false) => format!("{name} changes infinitely fast"),
+                    (true, true) => format!("{name} is {}, outside its range", crate::text::number(value)),
+                }
             }
             Fault::Overlap { member, row: r } => {
                 format!("{}: the parts overlap so deeply that no direction leads apart", row(member, r))

@@ -274,6 +274,11 @@ impl Evaluator {
         self.current.get(at).copied()
     }
 
+    /// How fast the value of a parameter changed at the last tick, per second.
+    pub fn rate(&self, at: usize) -> Option<f64> {
+        self.rates.get(at).copied()
+    }
+
     /// Enters the stack at a configuration: captures what `initial(..)` asks for.
     pub fn enter(&mut self, q: &[f64], times: Times) {
         self.inputs.fill(0.0);

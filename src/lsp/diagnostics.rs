@@ -23,10 +23,18 @@ pub(super) fn of(document: &Document) -> Vec<Shown> {
         package_paths: &[],
     });
     let report = &compiled.report;
-    // The first text is the document; the others are its URDF and defaults of the task library.
-    let others: Vec<Option<(Uri, Text)>> =
-        report.sources.iter().map(|(id, s)| other(document, id, &s.name, &s.text)).collect();
+    let others = others(document, report);
     report.diagnostics.iter().map(|d| shown(document, report, &others, d)).collect()
+}
+
+/// One diagnostic of a report on a document.
+pub(super) fn one(document: &Document, report: &Report, d: &Diagnostic) -> Shown {
+    shown(document, report, &others(document, report), d)
+}
+
+/// The texts of a report. The first is the document; the others are its URDF and defaults of the task library.
+fn others(document: &Document, report: &Report) -> Vec<Option<(Uri, Text)>> {
+    report.sources.iter().map(|(id, s)| other(document, id, &s.name, &s.text)).collect()
 }
 
 /// Address and text of a file that diagnostics speak of.

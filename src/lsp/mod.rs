@@ -3,10 +3,13 @@
 //! One thread reads and answers. Requests go before diagnostics: a changed document is compiled once nothing else
 //! waits, so that quick typing costs one compilation. A request works on the tree as far as the text can be read.
 
+mod actions;
 mod completion;
 mod diagnostics;
 mod document;
+mod fixes;
 mod hover;
+mod inlay;
 mod mentions;
 mod navigation;
 mod server;

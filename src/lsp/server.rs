@@ -7,16 +7,16 @@ use lsp_server::{ErrorCode, Message, Notification, Request, Response};
 use lsp_types::notification::{self as note, Notification as _};
 use lsp_types::request::{self as ask, Request as _};
 use lsp_types::{
-    CompletionOptions, CompletionResponse, DidChangeTextDocumentParams, DidCloseTextDocumentParams,
-    DidOpenTextDocumentParams, DocumentSymbolResponse, GotoDefinitionResponse, HoverProviderCapability, OneOf,
-    PublishDiagnosticsParams, Range, RenameOptions, SemanticTokens, SemanticTokensFullOptions, SemanticTokensLegend,
-    SemanticTokensOptions, SemanticTokensResult, SemanticTokensServerCapabilities, ServerCapabilities,
-    TextDocumentPositionParams, TextDocumentSyncCapability, TextDocumentSyncKind, TextDocumentSyncOptions, TextEdit,
-    Uri, WorkDoneProgressOptions, WorkspaceEdit,
+    CodeActionKind, CodeActionOptions, CodeActionProviderCapability, CompletionOptions, CompletionResponse,
+    DidChangeTextDocumentParams, DidCloseTextDocumentParams, DidOpenTextDocumentParams, DocumentSymbolResponse,
+    GotoDefinitionResponse, HoverProviderCapability, OneOf, PublishDiagnosticsParams, Range, RenameOptions,
+    SemanticTokens, SemanticTokensFullOptions, SemanticTokensLegend, SemanticTokensOptions, SemanticTokensResult,
+    SemanticTokensServerCapabilities, ServerCapabilities, TextDocumentPositionParams, TextDocumentSyncCapability,
+    TextDocumentSyncKind, TextDocumentSyncOptions, TextEdit, Uri, WorkDoneProgressOptions, WorkspaceEdit,
 };
 
 use super::document::Document;
-use super::{completion, diagnostics, hover, navigation, symbols, tokens};
+use super::{actions, completion, diagnostics, hover, inlay, navigation, symbols, tokens};
 
 /// What the server can do.
 pub(super) fn capabilities() -> ServerCapabilities {
@@ -36,6 +36,11 @@ pub(super) fn capabilities() -> ServerCapabilities {
         references_provider: Some(OneOf::Left(true)),
         document_highlight_provider: Some(OneOf::Left(true)),
         document_symbol_provider: Some(OneOf::Left(true)),
+        code_action_provider: Some(CodeActionProviderCapability::Options(CodeActionOptions {
+            code_action_kinds: Some(vec![CodeActionKind::QUICKFIX]),
+            ..CodeActionOptions::default()
+        })),
+        inlay_hint_provider: Some(OneOf::Left(true)),
         document_formatting_provider: Some(OneOf::Left(true)),
         rename_provider: Some(OneOf::Right(RenameOptions {
             prepare_provider: Some(true),
@@ -161,6 +166,14 @@ impl Server {
             ask::Formatting::METHOD => {
                 with::<ask::Formatting>(request, |p| Ok(self.documents.get(&p.text_document.uri).and_then(format)))
             }
+            ask::CodeActionRequest::METHOD => with::<ask::CodeActionRequest>(request, |p| {
+                let document = self.documents.get(&p.text_document.uri);
+                Ok(document.and_then(|d| actions::of(d, p.range, &p.context)))
+            }),
+            ask::InlayHintRequest::METHOD => with::<ask::InlayHintRequest>(request, |p| {
+                let document = self.documents.get(&p.text_document.uri);
+                Ok(document.and_then(|d| inlay::of(d, d.text.byte(p.range.start)..d.text.byte(p.range.end))))
+            }),
             ask::SemanticTokensFullRequest::METHOD => with::<ask::SemanticTokensFullRequest>(request, |p| {
                 let document = self.documents.get(&p.text_document.uri);
                 let tokens = document.map(|d| SemanticTokens { result_id: None, data: tokens::of(d) });

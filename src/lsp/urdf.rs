@@ -42,7 +42,8 @@ pub(super) fn changed(path: &Path) -> Option<SystemTime> {
 /// Reads a URDF. `None` where there is no such file, or no XML in it; the compiler's diagnostics say more.
 pub(super) fn read(path: &Path) -> Option<Urdf> {
     let changed = changed(path);
-    if std::fs::metadata(path).ok()?.len() > 64 << 20 {
+    let about = std::fs::metadata(path).ok()?;
+    if !about.is_file() || about.len() > 64 << 20 {
         return None;
     }
     let text = std::fs::read_to_string(path).ok()?;

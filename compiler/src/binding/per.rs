@@ -110,7 +110,8 @@ impl Binder<'_> {
         dimension: &dyn Fn(usize) -> Dimension,
     ) -> Option<Vec<Slot>> {
         let before = self.diagnostics.len();
-        let names: Vec<&str> = dofs.iter().map(|&d| self.robot.model.dofs[d].name.as_str()).collect();
+        let model = &self.robot.model;
+        let names: Vec<&str> = dofs.iter().map(|&d| model.dofs[d].name.as_str()).collect();
         let Some(items) = joint_items(value, dofs.len(), self.diagnostics)? else {
             let Some(&first) = dofs.first() else { return Some(Vec::new()) };
             if let Some(other) = dofs.iter().position(|&d| dimension(d) != dimension(first)) {
@@ -118,10 +119,23 @@ impl Binder<'_> {
                 if typed.dimension != NONE {
                     let text = format!("`{}` and `{}` need values of different units", names[0], names[other]);
                     let (a, b) = (units::written(dimension(first)), units::written(dimension(dofs[other])));
+                    let based = dofs.iter().any(|&d| model.dofs[d].q_index.is_none());
+                    let rest: Vec<&str> = (dofs.iter().map(|&d| &model.dofs[d]))
+                        .filter(|d| d.q_index.is_some())
+                        .map(|d| d.name.as_str())
+                        .collect();
+                    let help = if based && !rest.is_empty() {
+                        let joints = crate::names::pattern(&rest);
+                        format!(
+                            "the base is among these: name the other joints alone, {joints}, and the base by its own names"
+                        )
+                    } else {
+                        "name joints of one unit together, or give each its own value".to_string()
+                    };
                     self.diagnostics.push(
                         Diagnostic::error("HQ0301", value.span, text)
                             .note(format!("`{}` moves in `{a}`, `{}` in `{b}`", names[0], names[other]))
-                            .help("name joints of one unit together, or give each its own value"),
+                            .help(help),
                     );
                     return None;
                 }

@@ -1,6 +1,6 @@
 //! A graph of operations on numbers: equal ones shared, constants folded, derivatives in time taken exactly.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use runtime::program::Op;
 
@@ -121,12 +121,16 @@ impl Graph {
         if let Some(&r) = self.rates.get(&node) {
             return r;
         }
-        // Operands come first, so filling in ascending order never recurses deeply.
-        for i in 0..=node {
-            if !self.rates.contains_key(&i) {
-                let r = self.rate_of(i);
-                self.rates.insert(i, r);
+        // What the node needs. Operands come first, so filling in ascending order never recurses deeply.
+        let (mut left, mut needed) = (vec![node], BTreeSet::new());
+        while let Some(i) = left.pop() {
+            if !self.rates.contains_key(&i) && needed.insert(i) {
+                left.extend(self.ops[i].operands().into_iter().flatten());
             }
+        }
+        for i in needed {
+            let r = self.rate_of(i);
+            self.rates.insert(i, r);
         }
         self.rates[&node]
     }

@@ -18,6 +18,7 @@ use crate::expr::Graph;
 use crate::report::Report;
 use crate::robot_binding::{self, BoundRobot, Files};
 use crate::spelling::in_yaml;
+use crate::{bounds, follow_ons, overridden, pointless};
 use declared::Declared;
 use run::{RunSettings, run_settings};
 use stack::definitions;
@@ -65,7 +66,19 @@ pub fn compile(input: &Input) -> Compiled {
     let mut report = Report::default();
     let source = report.sources.add(input.name, input.text);
     let (spec, mut diagnostics) = dsl::parse(source, input.text, input.spelling);
+    if let Some(refusal) = bounds::spec(&spec) {
+        diagnostics.push(refusal);
+        report.diagnostics = diagnostics;
+        report.finish();
+        return Compiled { program: None, report };
+    }
+    let form = diagnostics.len();
     let program = Lowerer::new(input, source, &mut report.sources, &mut diagnostics).spec(&spec);
+    if let Some(program) = &program {
+        pointless::spec(&spec, program, &mut diagnostics);
+    }
+    follow_ons::remove(&mut diagnostics, form, &spec, &report.sources);
+    overridden::blame(input, &mut diagnostics, &report.sources);
     if input.spelling == Spelling::Yaml {
         for d in &mut diagnostics {
             d.help = d.help.as_deref().map(in_yaml);

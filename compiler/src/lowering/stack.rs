@@ -209,5 +209,6 @@ fn inline_name(stack: &str, level: &Level, d: &TaskDefinition, known: &[(String,
     if let Some(name) = candidates.iter().find(|n| free(n)) {
         return name.clone();
     }
-    (2..).map(|i| format!("{}.{i}", candidates[2])).find(free).unwrap_or_else(|| kind.to_string())
+    let taken = known.iter().filter(|k| k.0.starts_with(&candidates[2])).count();
+    (taken + 1..).map(|i| format!("{}.{i}", candidates[2])).find(free).unwrap_or_else(|| kind.to_string())
 }

@@ -15,6 +15,9 @@ use crate::forms::{items_of, text_of};
 use crate::names::suggest;
 use crate::units;
 
+/// Largest URDF that is read, in bytes.
+const MAX_URDF_BYTES: u64 = 64 << 20;
+
 /// Joints that the spec takes out of the model, each with the value it is held at where one is written.
 pub(super) type Locks = Vec<(Spanned<String>, Option<Value>)>;
 
@@ -50,11 +53,16 @@ pub(super) struct Urdf {
 
 /// Finds the URDF that a robot names and reads its text.
 pub(super) fn open((path_text, span): (&str, Span), base: Base, robot: &Robot, files: &mut Files) -> Option<Urdf> {
+    if path_text.trim().is_empty() {
+        let d = Diagnostic::error("HQ0401", span, "this names no file").here("nothing between the quotes");
+        files.diagnostics.push(d.help("write the path of the robot's URDF, such as `urdf \"robots/arm7.urdf\"`"));
+        return None;
+    }
     let path = files.folder.join(path_text);
-    let bytes = match std::fs::read(&path) {
+    let bytes = match read(&path) {
         Ok(b) => b,
-        Err(e) => {
-            let d = Diagnostic::error("HQ0401", span, format!("cannot read `{path_text}`: {}", io_reason(&e)))
+        Err(why) => {
+            let d = Diagnostic::error("HQ0401", span, format!("cannot read `{path_text}`: {why}"))
                 .note("paths are relative to the file that names them")
                 .help(match nearby(&path) {
                     _ if path.is_dir() => "name a file inside it".to_string(),
@@ -182,13 +190,24 @@ pub(super) fn positions(
     at
 }
 
-fn io_reason(e: &std::io::Error) -> &'static str {
-    match e.kind() {
+/// The bytes of a file, or why they are not to be had. A device or a pipe might never end.
+fn read(path: &Path) -> Result<Vec<u8>, &'static str> {
+    let reason = |e: std::io::Error| match e.kind() {
         std::io::ErrorKind::NotFound => "there is no such file",
         std::io::ErrorKind::PermissionDenied => "permission denied",
-        std::io::ErrorKind::IsADirectory => "it is a folder",
         _ => "the system refuses",
+    };
+    let about = std::fs::metadata(path).map_err(reason)?;
+    if about.is_dir() {
+        return Err("it is a folder");
     }
+    if !about.is_file() {
+        return Err("it is a device or a pipe, and no file");
+    }
+    if about.len() > MAX_URDF_BYTES {
+        return Err("it is larger than 64 MiB");
+    }
+    std::fs::read(path).map_err(reason)
 }
 
 /// A file of nearly this name in the same folder.

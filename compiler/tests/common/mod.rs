@@ -1,37 +1,14 @@
 //! What the tests share: cases in text files, compiled against small robots, and their diagnostics as text.
 #![allow(dead_code)]
 
+pub mod invariants;
 pub mod state;
 
 pub use compiler::Compiled;
-use compiler::{Input, compile};
+use compiler::{Input, codes, compile};
 use dsl::{Severity, Spelling};
 use hierarq_compiler as compiler;
 use std::path::{Path, PathBuf};
-
-/// The robot of cases that declare none.
-const ROBOT: &str = r#"
-robot arm {
-  urdf "robots/arm7.urdf"
-  rate 100 Hz
-  arms { only { shoulder link_2  elbow link_4  wrist link_6  tip tool  points [elbow, wrist] } }
-  points { elbow link_4  wrist link_6 }
-  joints { upper [joint_1, joint_2] }
-  home { all [0, 0.4, 0, 1.6, 0, 1.14, 0] rad }
-}
-"#;
-
-/// The same in YAML.
-const YAML_ROBOT: &str = r#"
-robots:
-  arm:
-    urdf: robots/arm7.urdf
-    rate: 100 Hz
-    arms: { only: { shoulder: link_2, elbow: link_4, wrist: link_6, tip: tool, points: [elbow, wrist] } }
-    points: { elbow: link_4, wrist: link_6 }
-    joints: { upper: [joint_1, joint_2] }
-    home: { all: "[0, 0.4, 0, 1.6, 0, 1.14, 0] rad" }
-"#;
 
 /// One case: a spec, how many diagnostics it gives, and files beside it.
 pub struct Case {
@@ -77,20 +54,29 @@ fn case(part: &str, spelling: Spelling) -> Case {
 }
 
 /// Adds the header, and the robot and a stack of all tasks where the case has none.
-fn whole(body: &str, spelling: Spelling, robot: bool, stack: bool) -> String {
+pub fn whole(body: &str, spelling: Spelling, robot: bool, stack: bool) -> String {
     let hq = spelling == Spelling::Hq;
     let begins = |word: &str| body.lines().any(|l| l.starts_with(word));
-    let mut text = format!("{}\n{body}", if hq { "hierarq 1" } else { "hierarq: 1" });
+    let header = match hq {
+        _ if body.starts_with("hierarq") => "",
+        true => "hierarq 1\n",
+        false => "hierarq: 1\n",
+    };
+    let mut text = format!("{header}{body}");
     if robot && !begins(if hq { "robot " } else { "robots:" }) {
-        text.push_str(if hq { ROBOT } else { YAML_ROBOT });
+        text.push('\n');
+        text.push_str(if hq { codes::EXAMPLE_ROBOT } else { codes::EXAMPLE_ROBOT_YAML });
     }
     if stack && !begins(if hq { "stack " } else { "stacks:" }) {
         let tasks: Vec<&str> = if hq {
-            body.lines().filter_map(|l| l.strip_prefix("task ")?.split(' ').next()).collect()
+            body.lines().filter_map(|l| l.strip_prefix("task ")?.split([' ', ':']).next()).collect()
         } else {
             let inside =
                 body.lines().skip_while(|l| !l.starts_with("tasks:")).skip(1).take_while(|l| l.starts_with(' '));
-            inside.filter(|l| !l.starts_with("   ")).filter_map(|l| l.trim().split(':').next()).collect()
+            inside
+                .filter(|l| !l.starts_with("   ") && !l.trim().starts_with('#'))
+                .filter_map(|l| l.trim().split(':').next())
+                .collect()
         };
         let tasks: Vec<&str> =
             tasks.iter().enumerate().filter(|(i, t)| !tasks[..*i].contains(t)).map(|(_, t)| *t).collect();

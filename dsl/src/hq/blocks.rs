@@ -63,6 +63,9 @@ impl Reader<'_> {
     pub(super) fn entry(&mut self, pair: Pair<'_>, entries: &mut Vec<Entry>) {
         let whole = self.of(&pair);
         let (start, end) = (whole.start as usize, whole.end as usize);
+        if start < self.read {
+            return;
+        }
         let mut comments = Comments::default();
         self.pool.before(start, &mut comments.before);
         let (mut key, mut mark, mut value, mut junk) = (None, None, None, None);
@@ -77,6 +80,7 @@ impl Reader<'_> {
         }
         let Some(key) = key else {
             if let Some(junk) = junk {
+                self.unread.push(junk);
                 let place = Place::Exact(self.source, 0);
                 let diagnostic =
                     explain::junk(self.text, junk.range().start, junk.range().end, place, After::Start("a key"), false);
@@ -100,17 +104,29 @@ impl Reader<'_> {
         // With a number behind it, however badly written, the word is a key.
         let behind = self.text[key.span.range().end..end].trim_start();
         let number_behind = behind.starts_with(|c: char| c.is_ascii_digit() || c == '.');
+        // The next key stands on a line of its own: `rate 100 Hxz`, and below it `home { .. }`.
+        let below = value.as_ref().filter(|v| v.as_rule() != Rule::block).map(|v| self.of(v)).filter(|v| {
+            self.text[v.range()].starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+                && self.text[key.span.range().end..v.range().start].contains('\n')
+        });
         if mark.is_none()
             && !number_behind
-            && (junk.is_some() || value.is_none())
+            && (junk.is_some() || value.is_none() || below.is_some())
             && self.follows_bare_number(entries, start)
         {
             self.diags.push(explain::unknown_unit(&key.value, key.span));
             if let Some(last) = entries.last_mut() {
                 last.value.kind = ValueKind::Missing;
             }
-            if let Some(next) = lone_name {
-                self.again(Rule::entry, next.range().start, end, |reader, pair| reader.entry(pair, entries));
+            if let Some(next) = below.or(lone_name) {
+                // The value of the next key may stand behind what was taken for that of this one.
+                let line = self.text[end..].find(['\n', '}']).map_or(self.text.len(), |n| end + n);
+                let until = if lone_name.is_some() && below.is_some() { line } else { end };
+                self.again(Rule::entry, next.range().start, until, |reader, pair| {
+                    let behind = reader.of(&pair).range().end;
+                    reader.entry(pair, entries);
+                    reader.read = reader.read.max(behind);
+                });
             }
             return;
         }

@@ -11,7 +11,7 @@ use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned, checks};
 
 /// The words that begin a declaration.
-pub(crate) const KEYWORDS: &[&str] = &["param", "robot", "task", "stack", "run"];
+pub(super) const KEYWORDS: &[&str] = &["param", "robot", "task", "stack", "run"];
 
 /// The header is missing; `line` is what to write.
 pub(crate) fn no_header(span: Span, line: &str) -> Diagnostic {
@@ -117,7 +117,22 @@ impl Reader<'_> {
                 _ => parts.body = Some(part),
             }
         }
-        let kind = match rule {
+        let unclosed = parts.junk.is_none()
+            && match &parts.body {
+                None => matches!(rule, Rule::robot_rest | Rule::stack_rest | Rule::run_rest),
+                Some(body) => rule == Rule::task_rest && body.clone().into_inner().all(|p| p.as_rule() != Rule::block),
+            };
+        let headless = if unclosed { self.headless(end) } else { None };
+        if let Some(block) = &headless {
+            let what = self.text.get(keyword.range()).unwrap_or("");
+            self.no_brace(&format!("`{what}`"), keyword, block);
+        }
+        let base = self.base;
+        if let Some(block) = headless.as_ref().filter(|_| rule != Rule::task_rest) {
+            self.base = block.open;
+            parts.body = block.pair(if rule == Rule::stack_rest { Rule::stack_body } else { Rule::block });
+        }
+        let mut kind = match rule {
             Rule::param_rest => self.param(parts, keyword, &mut comments).map(ItemKind::Param),
             Rule::task_rest => self.task(parts, keyword, &mut comments).map(ItemKind::Task),
             Rule::robot_rest => {
@@ -129,7 +144,17 @@ impl Reader<'_> {
             Rule::stack_rest => self.stack(parts, keyword, &mut comments).map(ItemKind::Stack),
             _ => Some(ItemKind::Run(Run { body: self.body(parts, keyword, "run", &mut comments) })),
         };
-        let end = end.max(keyword.range().end);
+        if let (Some(ItemKind::Task(task)), Some(block)) = (&mut kind, &headless) {
+            self.base = block.open;
+            if let Some(pair) = block.pair(Rule::block) {
+                task.definition.body = self.block(pair, &mut comments.behind);
+            }
+        }
+        self.base = base;
+        if let Some(block) = &headless {
+            self.read = block.end;
+        }
+        let end = headless.map_or(end, |block| block.end).max(keyword.range().end);
         self.pool.behind(end, &[';'], &mut comments.behind);
         if let Some(kind) = kind {
             items.push(Item { kind, span: self.span(keyword.range().start, end), comments });
@@ -150,6 +175,7 @@ impl Reader<'_> {
     fn explain(&mut self, junk: Span, after: After<'_>, unit_only: bool) -> &'static str {
         let range = junk.range();
         let place = Place::Exact(self.source, 0);
+        self.unread.push(junk);
         let diagnostic = explain::junk(self.text, range.start, range.end, place, after, unit_only);
         let code = diagnostic.code;
         self.diags.push(diagnostic);
@@ -224,6 +250,7 @@ impl Reader<'_> {
         self.equals(&parts, "task");
         let junk = parts.junk;
         let definition = parts.body.map(|body| self.definition(body, &mut comments.behind));
+        let at = junk.or(name.as_ref().map(|n| n.span)).unwrap_or(keyword);
         match (&definition, junk) {
             (Some(_), Some(junk)) => {
                 self.explain(junk, After::Start("a new line"), false);
@@ -241,7 +268,7 @@ impl Reader<'_> {
             }
             (Some(_), None) => {}
         }
-        Some(Task { name: name?, definition: definition? })
+        Some(Task { name: name?, definition: definition.unwrap_or_else(|| TaskDefinition::unread(at)) })
     }
 
     /// A node `definition`: `kind(args) { .. }`.
@@ -355,6 +382,7 @@ impl Reader<'_> {
         let keyword = self.span(start, start + length);
         let diagnostic = Diagnostic::error("HQ0103", keyword, format!("`{}` begins no declaration", clip(word)));
         let Some(meant) = nearest(word, KEYWORDS) else {
+            self.unread.push(span);
             self.diags.push(if word == "level" {
                 diagnostic.note("a level stands inside the braces of a stack").help("write `stack NAME { level .. }`")
             } else if word == "import" {

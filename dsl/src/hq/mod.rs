@@ -1,6 +1,7 @@
 //! The reader of `*.hq` texts: from pest nodes to the spanned tree, declaration by declaration.
 
 mod blocks;
+mod headless;
 mod items;
 mod levels;
 
@@ -24,8 +25,9 @@ pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
         return (Spec::default(), vec![refusal]);
     }
     let pool = Pool::new(text, scan.comments);
-    let mut reader = Reader { source, text, base: begin, pool, diags: scan.diagnostics };
-    let spec = reader.spec(begin);
+    let mut reader = Reader { source, text, base: begin, pool, diags: scan.diagnostics, unread: Vec::new(), read: 0 };
+    let mut spec = reader.spec(begin);
+    spec.unread = reader.unread;
     (spec, crate::checks::finish(reader.diags))
 }
 
@@ -37,6 +39,10 @@ struct Reader<'t> {
     base: usize,
     pool: Pool<'t>,
     diags: Vec<Diagnostic>,
+    /// Text that nothing could be made of.
+    unread: Vec<Span>,
+    /// What stands before this byte has been read already.
+    read: usize,
 }
 
 impl<'t> Reader<'t> {
@@ -70,7 +76,7 @@ impl<'t> Reader<'t> {
             if end <= at {
                 break;
             }
-            at = end;
+            at = end.max(self.read);
         }
         if header.is_none() {
             self.diags.push(items::no_header(self.span(begin, begin), "hierarq 1"));

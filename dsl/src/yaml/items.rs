@@ -1,12 +1,15 @@
 //! The sections of a spec: `hierarq`, `params`, `robots`, `tasks`, `stacks`, `run`.
 
 use super::Reader;
-use super::events::{Kind, NodeId};
+use super::events::{Kind, Node, NodeId};
 use crate::explain::clip;
 use crate::hq::{bad_version, no_header};
 use crate::tree::{Block, Item, ItemKind, Param, Robot, Run, Spec, Task, TaskDefinition, ValueKind};
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned};
+
+/// The sections that hold declarations by name.
+const LISTS: &[&str] = &["params", "robots", "tasks", "stacks"];
 
 const SECTIONS: &[&str] = &["hierarq", "params", "robots", "tasks", "stacks", "run"];
 
@@ -31,7 +34,20 @@ impl Reader<'_> {
             return spec;
         }
         let mut header = false;
-        for (key, value) in self.distinct(root) {
+        let pairs = self.distinct(root);
+        // A section with nothing in it, and whether that was reported.
+        let mut empty: Option<(Spanned<String>, bool)> = None;
+        for (key, value) in pairs {
+            if let Some((section, told)) = empty.take_if(|_| self.left_of_its_section(&key, value)) {
+                if !told {
+                    self.too_far_left(&section, key.span);
+                }
+                self.one(&section.value, key, value, &mut spec.items);
+                empty = Some((section, true));
+                continue;
+            }
+            let is_empty = LISTS.contains(&key.value.as_str()) && self.is_null(value);
+            empty = is_empty.then(|| (key.clone(), false));
             let plural = format!("{}s", key.value);
             let word = match key.value.as_str() {
                 word if SECTIONS.contains(&word) => word.to_owned(),
@@ -126,35 +142,77 @@ impl Reader<'_> {
             self.wrong_shape(id, "a mapping of names", &help);
             return;
         }
-        for (name, value) in self.distinct(id) {
-            let mut comments = self.key_comments(name.span);
-            let later = self.later(value, name.span);
-            let kind = match section {
-                "params" => {
-                    let id = value;
-                    // The keys that take text are keys of blocks; a parameter may have any name.
-                    let key = Some(&name).filter(|n| !crate::words::is_text_key(&n.value));
-                    let mut value = self.value(id, key);
-                    if matches!(value.kind, ValueKind::Block(_)) {
-                        self.wrong_shape(id, "a value", "a parameter is a single value, such as `0.5 m`");
-                        value.kind = ValueKind::Missing;
-                    }
-                    self.pool.before(later.range().end, &mut comments.before);
-                    Some(ItemKind::Param(Param { name: name.clone(), value }))
-                }
-                "robots" => {
-                    let body = self.mapping(value, &name, "robot");
-                    Some(ItemKind::Robot(Robot { name: name.clone(), body }))
-                }
-                "tasks" => self
-                    .definition(value, &name, &mut comments.behind)
-                    .map(|(definition, _)| ItemKind::Task(Task { name: name.clone(), definition })),
-                _ => Some(ItemKind::Stack(self.stack(value, &name))),
-            };
-            self.pool.behind(later.range().end, &[','], &mut comments.behind);
-            if let Some(kind) = kind {
-                items.push(Item { kind, span: name.span.to(later), comments });
+        let pairs = self.distinct(id);
+        let mut left: &[(Spanned<String>, NodeId)] = &pairs;
+        while let [(name, value), rest @ ..] = left {
+            left = rest;
+            // `arm:` with nothing below it, and its parts beside it.
+            let blocks = matches!(section, "robots" | "stacks") && self.is_null(*value);
+            let parts = rest.iter().take_while(|(_, v)| blocks && !self.is_null(*v)).count();
+            let flat = rest[..parts].iter().any(|(_, v)| !matches!(self.node(*v).kind, Kind::Mapping(_)));
+            if let Some(first) = rest.first().filter(|_| flat) {
+                self.too_far_left(name, first.0.span);
+                left = &rest[parts..];
+                let span = first.0.span;
+                let lines = span.start..=rest[parts - 1].0.span.start;
+                let mut entries = self.pairs(id);
+                entries.retain(|(key, _)| lines.contains(&self.span(*key).start));
+                self.document.nodes.push(Node { kind: Kind::Mapping(entries), span, flow: false });
+                let value = self.document.nodes.len() - 1;
+                self.one(section, name.clone(), value, items);
+                continue;
             }
+            self.one(section, name.clone(), *value, items);
+        }
+    }
+
+    /// True for a key at the top that no section has, behind a section with nothing in it.
+    fn left_of_its_section(&self, key: &Spanned<String>, value: NodeId) -> bool {
+        let plural = format!("{}s", key.value);
+        let known = SECTIONS.contains(&key.value.as_str()) || SECTIONS.contains(&plural.as_str());
+        !known && nearest(&key.value, SECTIONS).is_none() && !self.is_null(value)
+    }
+
+    /// Reports that the lines from `first` on stand beside the key that they belong to.
+    fn too_far_left(&mut self, owner: &Spanned<String>, first: Span) {
+        self.diags.push(
+            Diagnostic::error("HQ0117", owner.span, format!("`{}` has nothing below it", clip(&owner.value)))
+                .label(first, "this line stands beside it, and belongs below")
+                .help("indent the lines that belong to it by two more spaces"),
+        );
+    }
+
+    /// One declaration of a section.
+    fn one(&mut self, section: &str, name: Spanned<String>, value: NodeId, items: &mut Vec<Item>) {
+        let mut comments = self.key_comments(name.span);
+        let later = self.later(value, name.span);
+        let kind = match section {
+            "params" => {
+                let id = value;
+                // The keys that take text are keys of blocks; a parameter may have any name.
+                let key = Some(&name).filter(|n| !crate::words::is_text_key(&n.value));
+                let mut value = self.value(id, key);
+                if matches!(value.kind, ValueKind::Block(_)) {
+                    self.wrong_shape(id, "a value", "a parameter is a single value, such as `0.5 m`");
+                    value.kind = ValueKind::Missing;
+                }
+                self.pool.before(later.range().end, &mut comments.before);
+                Some(ItemKind::Param(Param { name: name.clone(), value }))
+            }
+            "robots" => {
+                let body = self.mapping(value, &name, "robot");
+                Some(ItemKind::Robot(Robot { name: name.clone(), body }))
+            }
+            "tasks" => {
+                let read = self.definition(value, &name, &mut comments.behind).map(|(definition, _)| definition);
+                let definition = read.unwrap_or_else(|| TaskDefinition::unread(name.span.to(later)));
+                Some(ItemKind::Task(Task { name: name.clone(), definition }))
+            }
+            _ => Some(ItemKind::Stack(self.stack(value, &name))),
+        };
+        self.pool.behind(later.range().end, &[','], &mut comments.behind);
+        if let Some(kind) = kind {
+            items.push(Item { kind, span: name.span.to(later), comments });
         }
     }
 
@@ -181,10 +239,14 @@ impl Reader<'_> {
             }
             Kind::Mapping(_) => {
                 let pairs = self.pairs(id);
-                let [(key, body)] = pairs.as_slice() else {
-                    return self.several_kinds(id, &pairs, help);
+                let [(key, body), others @ ..] = pairs.as_slice() else {
+                    self.wrong_shape(id, "a task", help);
+                    return None;
                 };
                 let (key, body) = (*key, *body);
+                if !others.is_empty() {
+                    self.several_kinds(key, others);
+                }
                 let at = self.span(key);
                 self.pool.behind(at.range().end, &[':', '{'], behind);
                 let name = Spanned::new(self.scalar(key).map_or("this task", |s| s.0).to_owned(), at);
@@ -210,20 +272,18 @@ impl Reader<'_> {
         }
     }
 
-    fn several_kinds(&mut self, id: NodeId, pairs: &[(NodeId, NodeId)], help: &str) -> Option<(TaskDefinition, bool)> {
-        match pairs {
-            [] => self.wrong_shape(id, "a task", help),
-            [(first, _), (second, _), ..] => {
-                let (first, second) = (self.span(*first), self.span(*second));
-                self.diags.push(
-                    Diagnostic::error("HQ0131", second, "a task has one kind")
-                        .here("a second key")
-                        .label(first, "read as the kind of the task")
-                        .help("indent the parameters below the kind: `virtual_wall: { points: .., d_min: .. }`"),
-                );
-            }
-            _ => {}
+    /// Reports keys beside the kind of a task. What they say stays unread: a parameter, or a task of its own.
+    fn several_kinds(&mut self, kind: NodeId, others: &[(NodeId, NodeId)]) {
+        let first = self.span(kind);
+        let keys = others.iter().map(|(key, _)| self.span(*key));
+        self.unread.extend(keys.collect::<Vec<_>>());
+        if let Some(second) = others.first().map(|(key, _)| self.span(*key)) {
+            self.diags.push(
+                Diagnostic::error("HQ0131", second, "a task has one kind")
+                    .here("a second key")
+                    .label(first, "read as the kind of the task")
+                    .help("indent the parameters below the kind: `virtual_wall: { points: .., d_min: .. }`"),
+            );
         }
-        None
     }
 }

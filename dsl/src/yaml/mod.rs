@@ -23,9 +23,11 @@ pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
     }
     let (mut document, diags) = events::read(source, text);
     let pool = Pool::new(text, std::mem::take(&mut document.comments));
-    let mut reader = Reader { source, text, document, pool, diags, visited: 0, depth: 0 };
-    let spec = reader.spec();
+    let mut reader = Reader { source, text, document, pool, diags, unread: Vec::new(), visited: 0, depth: 0 };
+    let mut spec = reader.spec();
     let left_out = std::mem::take(&mut reader.document.left_out);
+    spec.unread = std::mem::take(&mut reader.unread);
+    spec.unread.extend(left_out.iter().map(|gone| Span::new(source, gone.start, gone.end)));
     reader.diags.retain(|d| !follows_from(d, text, &left_out));
     (spec, checks::finish(reader.diags))
 }
@@ -52,6 +54,8 @@ struct Reader<'t> {
     document: Document,
     pool: Pool<'t>,
     diags: Vec<Diagnostic>,
+    /// Text that nothing could be made of.
+    unread: Vec<Span>,
     /// Nodes visited so far, aliases counted every time.
     visited: usize,
     depth: usize,

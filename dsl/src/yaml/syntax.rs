@@ -61,11 +61,11 @@ pub(super) fn explain(source: SourceId, text: &str, current: &str, at: usize, me
         let start = line.start + text[line.clone()].len() - text[line.clone()].trim_start().len();
         error(start..start + content.len(), "this line is neither `key: value` nor `- value`")
             .help("write a `:` and a space behind the key")
-    } else if let Some((own, above)) = odd_indentation(current, &line) {
+    } else if let Some((own, left, right)) = odd_indentation(current, &line) {
         error(line.start..line.start + own, "the indentation fits no line above")
-            .here(format!("{own} spaces, {above} above"))
+            .here(format!("{own} spaces"))
             .note("keys of one mapping begin in the same column")
-            .help(format!("indent this line by {above} spaces if it belongs to the lines above"))
+            .help(format!("indent this line by {right} spaces, or by {left}, like the lines above that it belongs to"))
     } else {
         error(place.clone(), "this is not YAML at this place")
             .note(said)
@@ -126,6 +126,15 @@ fn open_quote(text: &str, at: usize, message: &str) -> Option<usize> {
 fn previous_line(text: &str, start: usize) -> Option<Range<usize>> {
     let end = text[..start].trim_end().len();
     (end > 0).then(|| line_of(text, end))
+}
+
+/// The line above the one that begins at `start`, empty ones and comments left out.
+fn content_above(text: &str, start: usize) -> Option<Range<usize>> {
+    let mut line = previous_line(text, start)?;
+    while text[line.clone()].trim_start().starts_with('#') {
+        line = previous_line(text, line.start)?;
+    }
+    Some(line)
 }
 
 /// The innermost `[` or `{` of flow style that is open at byte `at`.
@@ -192,20 +201,37 @@ fn closed_later(text: &str, from: usize, at: usize) -> bool {
     false
 }
 
-/// Indentation of a line and of the one above it, where no line above it stands in the same column.
-fn odd_indentation(text: &str, line: &Range<usize>) -> Option<(usize, usize)> {
+/// How far a line is indented, and the columns to its left and right in which the lines above it stand, where it
+/// stands in none of those. What follows a `- ` begins a column of its own.
+fn odd_indentation(text: &str, line: &Range<usize>) -> Option<(usize, usize, usize)> {
     let indent = |line: Range<usize>| text[line.clone()].len() - text[line].trim_start_matches(' ').len();
     let own = indent(line.clone());
-    let above = indent(previous_line(text, line.start)?);
+    let (mut left, mut right, mut shallowest) = (None, None, usize::MAX);
     let mut start = line.start;
-    while let Some(previous) = previous_line(text, start) {
-        match indent(previous.clone()) {
-            n if n == own => return None,
-            n if n < own => break,
-            _ => start = previous.start,
+    while let Some(previous) = content_above(text, start) {
+        start = previous.start;
+        let first = indent(previous.clone());
+        if first >= shallowest {
+            continue;
+        }
+        let mut column = first;
+        loop {
+            match column {
+                n if n >= shallowest => break,
+                n if n == own => return None,
+                n if n > own => right = Some(right.map_or(n, |r: usize| r.min(n))),
+                n => left = Some(left.map_or(n, |l: usize| l.max(n))),
+            }
+            let rest = &text[previous.start + column..previous.end];
+            let Some(item) = rest.strip_prefix("- ") else { break };
+            column += 2 + item.len() - item.trim_start_matches(' ').len();
+        }
+        shallowest = first;
+        if first == 0 {
+            break;
         }
     }
-    (own > 0 && above > own).then_some((own, above))
+    Some((own, left?, right?))
 }
 
 /// A second `: ` on a line of block style.

@@ -223,7 +223,7 @@ pub fn spec() -> impl Strategy<Value = Spec> {
                 })
                 .map(|(kind, comments)| Item { kind, comments, span: Span::default() })
                 .collect();
-            Spec { opening_comments, version: Some(spanned(1)), items, closing_comments }
+            Spec { opening_comments, version: Some(spanned(1)), items, closing_comments, unread: Vec::new() }
         },
     )
 }

@@ -1,0 +1,70 @@
+//! Bounds on the size of a spec: beyond them it is refused before anything is looked up, so that no text takes long.
+
+use dsl::tree::{ItemKind, Spec};
+use dsl::{Diagnostic, Span};
+use runtime::program::{Program, StackProgram};
+use stdlib_tasks::bound::Bound;
+
+use crate::lowering::Places;
+
+/// Most declarations of a spec.
+const MAX_DECLARATIONS: usize = 5_000;
+/// Most stacks of a spec.
+const MAX_STACKS: usize = 200;
+/// Most tasks on the levels of all stacks together.
+const MAX_MEMBERS: usize = 5_000;
+/// Most rows of a stack, and most pairs of parts that a collision limit compares.
+const MAX_ROWS: usize = 2_000;
+
+/// The diagnostic for a spec with too many parts.
+pub(crate) fn spec(spec: &Spec) -> Option<Diagnostic> {
+    let too_many = |span: Span, what: &str, most: usize| {
+        Diagnostic::error("HQ0190", span, format!("this spec has more than {most} {what}"))
+            .here("read up to here")
+            .help("split the spec, or generate it closer to what the robot needs")
+    };
+    if let Some(item) = spec.items.get(MAX_DECLARATIONS) {
+        return Some(too_many(item.span, "declarations", MAX_DECLARATIONS));
+    }
+    let stacks = spec.items.iter().filter_map(|i| match &i.kind {
+        ItemKind::Stack(s) => Some(s),
+        _ => None,
+    });
+    if let Some(stack) = stacks.clone().nth(MAX_STACKS) {
+        return Some(too_many(stack.name.span, "stacks", MAX_STACKS));
+    }
+    let levels = || stacks.clone().flat_map(|s| &s.levels);
+    if let Some(level) = levels().nth(MAX_MEMBERS) {
+        return Some(too_many(level.name.span, "levels", MAX_MEMBERS));
+    }
+    let member = levels().flat_map(|l| &l.members).nth(MAX_MEMBERS)?;
+    Some(too_many(member.span, "tasks on its levels", MAX_MEMBERS))
+}
+
+/// The diagnostic for a task of a stack that compares too many pairs: such a task is not even built.
+pub(crate) fn pairs(program: &Program, stack: &StackProgram, places: &Places) -> Option<Diagnostic> {
+    let members = stack.levels.iter().flat_map(|l| &l.members);
+    let large = members.map(|m| m.task).find(|&t| {
+        let sides = ["between", "and"].map(|side| match program.tasks[t].params.get(side) {
+            Some(Bound::Geometries(all)) => all.len(),
+            _ => 0,
+        });
+        sides[0].saturating_mul(sides[1]) > MAX_ROWS
+    })?;
+    let text = format!("this task compares more than {MAX_ROWS} pairs of parts");
+    Some(
+        Diagnostic::error("HQ0623", places.tasks[large].span, text)
+            .note("every pair is looked at in every tick")
+            .help("name the parts that can really meet, or use points and segments in the place of links"),
+    )
+}
+
+/// The diagnostic for stack `i` with too many rows.
+pub(crate) fn rows(rows: usize, i: usize, places: &Places) -> Option<Diagnostic> {
+    let at = places.stacks.get(i)?.0;
+    (rows > MAX_ROWS).then(|| {
+        Diagnostic::error("HQ0623", at, format!("this stack has {rows} rows, and {MAX_ROWS} are the most"))
+            .note("all rows are solved in every tick")
+            .help("move tasks to other stacks, or leave out limits that can never be reached")
+    })
+}

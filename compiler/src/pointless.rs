@@ -1,0 +1,172 @@
+//! Warnings of what is well formed and cannot do what its writer wants: a frame that nothing moves, a target beyond a
+//! joint's limit, a task that stands twice, weights that drown each other.
+
+use std::collections::BTreeMap;
+
+use dsl::tree::{ItemKind, Member, MemberTask, Spec, Stack, TaskDefinition};
+use dsl::{Diagnostic, Span};
+use runtime::program::{Program, Times};
+use runtime::{Evaluator, text};
+use stdlib_tasks::bound::Bound;
+use stdlib_tasks::task::Nature;
+
+use crate::lowering::Places;
+
+/// Weights of one level may differ by as much; beyond, the lighter task is lost in the rounding of the heavier one.
+const WEIGHT_RANGE: f64 = 1e6;
+
+/// So many tasks of one type and stack are compared with each other.
+const MOST_COMPARED: usize = 64;
+
+/// What the spec itself shows, given the program that was made of it.
+pub(crate) fn spec(spec: &Spec, program: &Program, diagnostics: &mut Vec<Diagnostic>) {
+    let mut tasks: BTreeMap<&str, &TaskDefinition> = BTreeMap::new();
+    let mut stacks: Vec<&Stack> = Vec::new();
+    for item in &spec.items {
+        match &item.kind {
+            ItemKind::Task(t) => {
+                tasks.insert(&t.name, &t.definition);
+            }
+            ItemKind::Stack(s) => stacks.push(s),
+            _ => {}
+        }
+    }
+    for (stack, compiled) in stacks.iter().zip(&program.stacks) {
+        twice(stack, &tasks, diagnostics);
+        for (level, compiled) in stack.levels.iter().zip(&compiled.levels) {
+            let weights = compiled.members.iter().map(|m| m.weight);
+            let heaviest = weights.clone().fold(0.0, f64::max);
+            for (member, weight) in level.members.iter().zip(weights) {
+                let at = member.weight.as_ref().map_or(member.span, |w| w.span);
+                if weight * WEIGHT_RANGE < heaviest {
+                    let message = format!("another task of this level weighs {:.0e} times as much", heaviest / weight);
+                    diagnostics.push(
+                        Diagnostic::warning("HQ0622", at, message)
+                            .here(format!("a weight of {weight:e}"))
+                            .note("next to it this task has no influence beyond the rounding of numbers")
+                            .help("what matters so much more stands on a level of its own, above"),
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Tasks of one stack that say exactly the same.
+fn twice(stack: &Stack, tasks: &BTreeMap<&str, &TaskDefinition>, diagnostics: &mut Vec<Diagnostic>) {
+    let mut seen: BTreeMap<&str, Vec<(&TaskDefinition, &Member)>> = BTreeMap::new();
+    let mut bare: BTreeMap<&str, &Member> = BTreeMap::new();
+    let mut warn = |first: &Member, second: &Member| {
+        diagnostics.push(
+            Diagnostic::warning("HQ0621", second.span, "this task says the same as another one of the stack")
+                .label(first.span, "the other one")
+                .note("on its own level it only counts twice; on a lower one it has nothing left to do")
+                .help("keep one of them; `weight 2` makes a task count twice"),
+        );
+    };
+    for member in stack.levels.iter().flat_map(|l| &l.members) {
+        let definition = match &member.task {
+            MemberTask::Inline(d) => d,
+            MemberTask::Name(n) => match tasks.get(n.value.as_str()) {
+                Some(d) => *d,
+                // A type by its name alone.
+                None => {
+                    if let Some(first) = bare.insert(&n.value, member) {
+                        warn(first, member);
+                    }
+                    continue;
+                }
+            },
+        };
+        let known = seen.entry(definition.kind.value.as_str()).or_default();
+        if let Some((_, first)) = known.iter().find(|(d, _)| *d == definition) {
+            warn(first, member);
+        } else if known.len() < MOST_COMPARED {
+            known.push((definition, member));
+        }
+    }
+}
+
+/// What only the finished program shows.
+pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+    targets(program, places, diagnostics);
+    for stack in 0..program.stacks.len() {
+        unmoved(program, stack, places, diagnostics);
+    }
+}
+
+/// Constant targets of joints that lie beyond the joints' limits.
+fn targets(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+    let moving = |at: usize| program.values.tape.outputs.iter().any(|o| o.at == at);
+    for (task, bound) in program.tasks.iter().zip(&places.tasks).filter(|(t, _)| t.kind == "joint_position") {
+        let Some(Bound::PerJoint(list)) = task.params.get("target") else { continue };
+        let mut told: Vec<Span> = Vec::new();
+        for (dof, slot) in list {
+            let (Some(d), Some(&x)) = (program.robot.model.dofs.get(*dof), program.values.initial.get(slot.at)) else {
+                continue;
+            };
+            if moving(slot.at) || (x >= d.lower && x <= d.upper) {
+                continue;
+            }
+            let number = bound.numbers.iter().find(|n| n.slot.at == slot.at).map(|n| n.span);
+            let at = number.or(bound.spans.get("target").copied()).unwrap_or(bound.span);
+            if told.contains(&at) {
+                continue;
+            }
+            told.push(at);
+            let unit = if d.unit == robot::DofUnit::Metre { "m" } else { "rad" };
+            let (x, lower, upper) = (text::number(x), text::number(d.lower), text::number(d.upper));
+            diagnostics.push(
+                Diagnostic::warning("HQ0520", at, format!("`{}` cannot go to {x} {unit}", d.name))
+                    .here(format!("allowed are {lower} to {upper} {unit}"))
+                    .note("the task pulls the joint against its limit and never arrives")
+                    .help(format!("choose a target between {lower} {unit} and {upper} {unit}")),
+            );
+        }
+    }
+}
+
+/// Targets whose rows no degree of freedom enters: tried at home and at a few other configurations, since at one alone
+/// the robot may be singular.
+fn unmoved(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+    let model = &program.robot.model;
+    if program.stacks[stack].locked.len() >= model.nv() {
+        return;
+    }
+    let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return };
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut configurations = vec![program.robot.home.clone()];
+    configurations.extend((0..3).map(|_| model.random_configuration(&mut random)));
+    let mut still = vec![true; evaluator.members().len()];
+    for q in &configurations {
+        evaluator.enter(q, Times::default());
+        if evaluator.update(q, Times::default(), &mut problem).is_err() {
+            // Parts that overlap elsewhere say nothing of what moves; at home they have been reported.
+            return;
+        }
+        for (i, m) in evaluator.members().iter().enumerate() {
+            let level = &problem.levels[m.level];
+            let zero = m.rows.clone().all(|r| level.row(r).iter().all(|x| *x == 0.0));
+            still[i] &= zero && !m.rows.is_empty() && !evaluator.undefined()[i];
+        }
+    }
+    // A limit that nothing moves is kept; a target is missed.
+    let targets = evaluator.members().iter().zip(&still).filter(|(m, still)| **still && m.nature == Nature::Target);
+    for (m, _) in targets {
+        let task = &places.tasks[m.program_index];
+        let named = ["frame", "frames", "joints", "arm", "points"].iter().find_map(|p| task.spans.get(*p));
+        let at = named.copied().unwrap_or(task.span);
+        let d = Diagnostic::warning("HQ0620", at, format!("nothing moves what task `{}` is about", m.name));
+        diagnostics.push(if evaluator.locked().is_empty() {
+            d.note("no joint stands between it and the ground, so the task can change nothing")
+                .help("name a part of the robot that moves, or remove the task")
+        } else {
+            d.label(places.stacks[stack].0, "this stack locks joints")
+                .help("unlock the joints that move it, or take the task out of this stack")
+        });
+    }
+}

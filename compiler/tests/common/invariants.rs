@@ -1,0 +1,75 @@
+//! What holds for every text, however broken: for the tests, which damage examples, and for the fuzzer (`fuzz/`), which
+//! includes this file.
+#![allow(dead_code)]
+
+use std::path::Path;
+
+use dsl::{Diagnostic, SourceId, Sources, Spelling, limits, parse, print};
+use hierarq_compiler::{Input, Style, codes, compile};
+use runtime::{Controller, Observation};
+
+/// Every place lies on whole characters of a text that exists, and every code has a page.
+fn points_into(diagnostics: &[Diagnostic], sources: &Sources) {
+    for d in diagnostics {
+        assert!(codes::explain(d.code).is_some(), "{} has no page", d.code);
+        for span in d.labels.iter().map(|l| l.span).chain([d.primary.span]) {
+            let text = sources.get(span.source).and_then(|s| s.text.get(span.range()));
+            assert!(text.is_some(), "{d:?} points outside of its text");
+        }
+    }
+}
+
+/// Reading a text never panics, says a bounded number of things, and each of them about a place that exists.
+pub fn reads(text: &str, spelling: Spelling) {
+    let mut sources = Sources::default();
+    let source = sources.add("text", text);
+    let (spec, diagnostics) = parse(source, text, spelling);
+    assert!(diagnostics.len() <= limits::MAX_DIAGNOSTICS + 1);
+    points_into(&diagnostics, &sources);
+    // A broken tree can be printed too: the language server works on such.
+    print(&spec, Spelling::Hq);
+    print(&spec, Spelling::Yaml);
+}
+
+/// A text without mistakes, printed in either spelling, is read as the same spec, and printing that gives the same text.
+pub fn formats(text: &str, spelling: Spelling) {
+    let (spec, diagnostics) = parse(SourceId(0), text, spelling);
+    if !diagnostics.is_empty() {
+        return;
+    }
+    let spec = spec.normalised();
+    for to in [Spelling::Hq, Spelling::Yaml] {
+        let printed = print(&spec, to);
+        let (read, diagnostics) = parse(SourceId(0), &printed, to);
+        if diagnostics.iter().any(|d| matches!(d.code, "HQ0190" | "HQ0191" | "HQ0195")) {
+            // The other spelling may need more signs than a text may have.
+            continue;
+        }
+        assert!(diagnostics.is_empty(), "{to:?} cannot be read back: {diagnostics:?}\n{printed}");
+        assert_eq!(read.clone().normalised(), spec, "{to:?} says something else\n{printed}");
+        assert_eq!(print(&read, to), printed, "{to:?} is not printed as it was");
+    }
+}
+
+/// Compiling a text never panics; there is a program if and only if there is no error; what is said can be shown; and a
+/// program can be built and gives finite commands, or a fault that stands still.
+pub fn checks(text: &str, spelling: Spelling, folder: &Path) {
+    let input = Input { name: "spec", text, spelling, folder, set: &[], package_paths: &[] };
+    let compiled = compile(&input);
+    let report = &compiled.report;
+    assert_eq!(compiled.program.is_some(), report.errors() == 0, "{:?}", report.diagnostics);
+    points_into(&report.diagnostics, &report.sources);
+    assert_eq!(report.render(Style::Plain, 80).is_empty(), report.diagnostics.is_empty());
+    for d in &report.diagnostics {
+        let place = report.sources.get(d.primary.span.source).map(|s| s.name.as_str());
+        assert_ne!(place, Some("a default of the task library"), "points into a default: {}", d.message);
+    }
+    let Some(program) = &compiled.program else { return };
+    let mut controller = Controller::new(program).expect("a program that was accepted can be built");
+    let q = program.robot.home.clone();
+    for tick in 0..3 {
+        let time = f64::from(tick) * program.robot.period;
+        let command = controller.step(&Observation { time, q: &q });
+        assert!(command.velocity.iter().all(|v| v.is_finite()), "a command that is not finite");
+    }
+}

@@ -1,0 +1,71 @@
+//! The pages of `hierarq explain`: what they show as wrong gives their code and no other, what they show as right
+//! compiles without a word.
+
+mod common;
+
+use common::{annotated, compile_text, examples, whole};
+use dsl::Spelling;
+use dsl::codes::{Page, Part};
+use hierarq_compiler::{Compiled, codes};
+use std::path::Path;
+
+/// Codes without a wrong example: it would be longer than a page, or is no text that can be shown.
+const NOT_SHOWN: &[&str] = &["HQ0190", "HQ0192", "HQ0193", "HQ0194", "HQ0195", "HQ0607", "HQ0623"];
+
+/// Compiles an example with what it does not show.
+fn compiled(page: &Page, part: &Part) -> Compiled {
+    let Part::Example { language, bad, alone, text } = *part else { panic!("no example") };
+    let spelling = if language == "yaml" { Spelling::Yaml } else { Spelling::Hq };
+    if language == "xml" {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}_{bad}", page.code));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        std::fs::write(folder.join("robot.urdf"), text).expect("a file");
+        let spec =
+            whole("robot r { urdf \"robot.urdf\"  rate 100 Hz }\ntask still = hold(hand)\n", spelling, true, true);
+        return compile_text(&spec, spelling, &folder, &[]);
+    }
+    let text = if alone { text.to_string() } else { whole(text, spelling, true, true) };
+    compile_text(&text, spelling, &examples(), &[])
+}
+
+#[test]
+fn every_page_shows_the_mistake_and_how_to_mend_it() {
+    let mut wrong = Vec::new();
+    for page in codes::all() {
+        let examples: Vec<Part> = page.parts().into_iter().filter(|p| matches!(p, Part::Example { .. })).collect();
+        let is_bad = |p: &&Part| matches!(p, Part::Example { bad: true, .. });
+        let shows = examples.iter().any(|p| is_bad(&p));
+        if shows == NOT_SHOWN.contains(&page.code) || examples.iter().all(|p| is_bad(&p)) {
+            wrong.push(format!("{} lacks an example", page.code));
+        }
+        for part in &examples {
+            let compiled = compiled(page, part);
+            let found: Vec<&str> = compiled.report.diagnostics.iter().map(|d| d.code).collect();
+            let as_it_says = if is_bad(&part) {
+                !found.is_empty() && found.iter().all(|c| *c == page.code)
+            } else {
+                found.is_empty()
+            };
+            if !as_it_says {
+                let kind = if is_bad(&part) { "wrong" } else { "right" };
+                wrong.push(format!("{} {kind} example gives {found:?}\n{}", page.code, annotated(&compiled)));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn pages_are_short_and_in_order() {
+    let pages: Vec<&Page> = codes::all().collect();
+    assert!(pages.windows(2).all(|w| w[0].code < w[1].code));
+    for page in pages {
+        assert!(!page.title.is_empty() && page.text.lines().count() < 60, "{}", page.code);
+        assert!(matches!(page.parts().first(), Some(Part::Text(_))), "{} begins without a word", page.code);
+        for part in page.parts() {
+            if let Part::Example { text, .. } = part {
+                assert!(text.lines().all(|l| l.chars().count() <= 150), "{}", page.code);
+            }
+        }
+    }
+}

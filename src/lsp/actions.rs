@@ -1,0 +1,72 @@
+//! Code actions: the fixes that mend the mistakes under the cursor. Each was tried on the text before it is offered.
+
+use compiler::{Input, Report};
+use dsl::{Diagnostic, Severity};
+use lsp_types::{CodeAction, CodeActionContext, CodeActionKind, CodeActionOrCommand, Range, TextEdit, WorkspaceEdit};
+
+use super::diagnostics;
+use super::document::Document;
+use super::fixes::{self, Fix};
+
+/// Most fixes that are tried for one request.
+const MOST: usize = 16;
+
+/// The quick fixes for a part of a document.
+pub(super) fn of(document: &Document, range: Range, context: &CodeActionContext) -> Option<Vec<CodeActionOrCommand>> {
+    let wanted = |kind: &CodeActionKind| kind.as_str().is_empty() || *kind == CodeActionKind::QUICKFIX;
+    if context.only.as_ref().is_some_and(|only| !only.iter().any(wanted)) {
+        return Some(Vec::new());
+    }
+    let report = compiled(document, document.text.as_str())?;
+    let analysis = document.analysis()?;
+    let spelling = document.spelling()?;
+    let (from, to) = (document.text.byte(range.start), document.text.byte(range.end));
+    let mut actions = Vec::new();
+    let here = report.diagnostics.iter().filter(|d| {
+        let at = d.primary.span.range();
+        d.primary.span.source.0 == 0 && at.start <= to && from <= at.end
+    });
+    let mut tried = 0;
+    for d in here {
+        let mut preferred = true;
+        for fix in fixes::of(d, document.text.as_str(), &analysis.spec, spelling) {
+            tried += 1;
+            if tried > MOST || !mends(document, &report, d, &fix) {
+                continue;
+            }
+            let edit = TextEdit::new(document.text.range(fix.range), fix.new);
+            actions.push(CodeActionOrCommand::CodeAction(CodeAction {
+                title: fix.title,
+                kind: Some(CodeActionKind::QUICKFIX),
+                diagnostics: Some(vec![diagnostics::one(document, &report, d)]),
+                edit: Some(WorkspaceEdit::new([(document.uri.clone(), vec![edit])].into_iter().collect())),
+                is_preferred: Some(preferred),
+                ..CodeAction::default()
+            }));
+            preferred = false;
+        }
+    }
+    Some(actions)
+}
+
+/// What there is to say about a text that would stand in the place of the document's.
+fn compiled(document: &Document, text: &str) -> Option<Report> {
+    let spelling = document.spelling()?;
+    let folder = document.folder();
+    let input = Input { name: "", text, spelling, folder, set: &[], package_paths: &[] };
+    Some(compiler::compile(&input).report)
+}
+
+/// True where a fix takes its mistake away and makes none of form in exchange.
+fn mends(document: &Document, before: &Report, d: &Diagnostic, fix: &Fix) -> bool {
+    let old = document.text.as_str();
+    let text = [&old[..fix.range.start], &fix.new, &old[fix.range.end..]].concat();
+    let Some(after) = compiled(document, &text) else { return false };
+    let same =
+        |report: &Report| report.diagnostics.iter().filter(|o| o.code == d.code && o.message == d.message).count();
+    let of_form = |report: &Report| {
+        let is_form = |o: &&Diagnostic| o.severity == Severity::Error && o.code.starts_with("HQ01");
+        report.diagnostics.iter().filter(is_form).count()
+    };
+    same(&after) < same(before) && of_form(&after) <= of_form(before)
+}

@@ -1,0 +1,185 @@
+//! Large texts: an honest spec of 5,000 lines, and a mebibyte of each of several kinds of nuisance.
+#![allow(dead_code)]
+
+use dsl::Spelling;
+
+/// About the size of each nuisance, in bytes.
+pub const SIZE: usize = 1 << 20;
+
+/// The robot of all of them.
+const ROBOT: &str = "robot arm { urdf \"robots/arm7.urdf\"  rate 100 Hz  home { joint_4 1 rad } }\n";
+const YAML_ROBOT: &str = "robots: { arm: { urdf: robots/arm7.urdf, rate: 100 Hz, home: { joint_4: 1 rad } } }\n";
+
+/// A spec without a mistake of about `lines` lines: params, tasks and stacks that use all of them.
+pub fn honest(lines: usize) -> String {
+    let mut text = format!("hierarq 1\n\n{ROBOT}");
+    let tasks = lines.saturating_sub(20) / 4;
+    for i in 0..tasks / 4 {
+        text.push_str(&format!("param width_{i} = 0.{:03} m  // a figure of the cell\n", 1 + i % 900));
+    }
+    for i in 0..tasks {
+        let width = i % (tasks / 4).max(1);
+        text.push_str(&match i % 3 {
+            0 => format!(
+                "task reach_{i} = frame_position(tool) {{\n  position initial(position) + [width_{width}, 0 m, 0.1 m] * \
+                 sin(2*pi*t/({} s))\n  gain {}.5 /s\n}}\n",
+                4 + i,
+                1 + i % 9
+            ),
+            1 => format!(
+                "task wall_{i} = virtual_wall(link_4, link_6) {{\n  through [[0, 0, -{}], [1, 0, -{}], [0, 1, -{}]] m\n  \
+                 d_min width_{width}\n}}\n",
+                2 + i,
+                2 + i,
+                2 + i
+            ),
+            _ => format!(
+                "task swing_{i} = joint_velocity {{\n  velocity {{ joint_1 0.{:03} rad/s * sin(2*pi*t/({} s)) }}\n}}\n",
+                1 + i % 900,
+                3 + i
+            ),
+        });
+    }
+    let name = |i: usize| format!("{}_{i}", ["reach", "wall", "swing"][i % 3]);
+    for (k, first) in (0..tasks).step_by(60).enumerate() {
+        text.push_str(&format!("stack s_{k} {{\n  level limits hard {{ joint_velocity_limits }}\n"));
+        for from in (first..tasks.min(first + 60)).step_by(15) {
+            let names: Vec<String> = (from..tasks.min(from + 15)).map(name).collect();
+            text.push_str(&format!("  level l_{from} {{ {} }}\n", names.join("  ")));
+        }
+        text.push_str("}\n");
+    }
+    text.push_str("run { stack s_0  duration 1 s }\n");
+    text
+}
+
+/// `line(0)`, `line(1)` .. up to [`SIZE`] bytes.
+fn lines(line: impl Fn(usize) -> String) -> String {
+    let mut text = String::with_capacity(SIZE + 100);
+    let mut i = 0;
+    while text.len() < SIZE {
+        text.push_str(&line(i));
+        i += 1;
+    }
+    text
+}
+
+/// A name, a spelling and a text for each nuisance.
+pub fn nuisances() -> Vec<(&'static str, Spelling, String)> {
+    let repeated = |piece: &str| piece.repeat(SIZE / piece.len());
+    let hq = |text: String| format!("hierarq 1\n{ROBOT}{text}");
+    let yaml = |text: String| format!("hierarq: 1\n{YAML_ROBOT}{text}");
+    let stack = "stack s { level l { joint_velocity_limits } }\n";
+    let mut bomb = String::from("params:\n  a0: &a0 [1, 2, 3]\n");
+    for i in 1..60 {
+        bomb.push_str(&format!("  a{i}: &a{i} [*a{0}, *a{0}, *a{0}]\n", i - 1));
+    }
+    vec![
+        ("open brackets", Spelling::Hq, hq(format!("param a = {}", repeated("[")))),
+        ("open braces", Spelling::Hq, hq(repeated("task a = hold { "))),
+        ("parentheses without end", Spelling::Hq, hq(format!("param a = {}", repeated("(1 + ")))),
+        (
+            "balanced, too deep",
+            Spelling::Hq,
+            hq(format!("param a = {}1{}", "[".repeat(SIZE / 2), "]".repeat(SIZE / 2))),
+        ),
+        ("one line of operators", Spelling::Hq, hq(format!("param a = 1{}", repeated(" + 1")))),
+        ("one line of fields", Spelling::Hq, hq(format!("param a = x{}", repeated(".x")))),
+        ("a list without end", Spelling::Hq, hq(format!("param a = [{}0]\n{stack}", repeated("0, ")))),
+        ("one long text", Spelling::Hq, hq(format!("run {{ title \"{}\" }}\n{stack}", repeated("x")))),
+        ("one long name", Spelling::Hq, hq(format!("task {} = hold(tool)\n{stack}", repeated("x")))),
+        ("one long comment", Spelling::Hq, hq(format!("// {}\n{stack}", repeated("x ")))),
+        ("many params", Spelling::Hq, hq(format!("{}{stack}", lines(|i| format!("param p{i} = {i} m\n"))))),
+        ("many params of one name", Spelling::Hq, hq(format!("{}{stack}", repeated("param p = 1 m\n")))),
+        ("a chain of params", Spelling::Hq, {
+            let line = |i: usize| format!("param p{} = p{i} + p{i}\n", i + 1);
+            hq(format!("param p0 = 1\n{}{stack}", lines(line)))
+        }),
+        ("many tasks", Spelling::Hq, hq(lines(|i| format!("task t{i} = hold(tool)\n")))),
+        ("many tasks on a level", Spelling::Hq, {
+            let tasks: String = (0..SIZE / 30).map(|i| format!("task t{i} = hold(tool)\n")).collect();
+            let names: String = (0..SIZE / 30).map(|i| format!("t{i} ")).collect();
+            hq(format!("{tasks}stack s {{ level l {{ {names}}} }}\n"))
+        }),
+        ("many levels", Spelling::Hq, {
+            hq(format!("stack s {{\n{}}}\n", lines(|i| format!("level l{i} {{ hold(tool) {{ gain {i}e-9 /s }} }}\n"))))
+        }),
+        ("many unknown tasks", Spelling::Hq, {
+            let tasks: String = (0..5000).map(|i| format!("task reach_{i} = hold(tool)\n")).collect();
+            hq(format!("{tasks}stack s {{ level l {{\n{}}} }}\n", lines(|i| format!("raech_{i} "))))
+        }),
+        ("unknown tasks just below the bounds", Spelling::Hq, {
+            let tasks: String = (0..4900).map(|i| format!("task reach_{i:04} = hold(tool)\n")).collect();
+            let names: String = (0..4900).map(|i| format!("raech_{i:04} ")).collect();
+            hq(format!("{tasks}stack s {{ level l {{\n{names}}} }}\n"))
+        }),
+        ("stacks just below the bounds", Spelling::Hq, {
+            let stacks: String =
+                (0..199).map(|i| format!("stack s{i} {{ level l {{ joint_velocity_limits }} }}\n")).collect();
+            hq(format!("{stacks}run {{ stack s1  duration 1 s }}\n"))
+        }),
+        ("rows just above the bound", Spelling::Hq, {
+            let names: String = (0..2000).map(|i| format!("hold(tool) {{ gain {i}e-4 /s }} ")).collect();
+            hq(format!("stack s {{ level l {{\n{names}}} }}\n"))
+        }),
+        ("rows just below the bound", Spelling::Hq, {
+            let names: String = (0..330).map(|i| format!("hold(tool) {{ gain {i}e-4 /s }} ")).collect();
+            hq(format!("stack s {{ level l {{\n{names}}} }}\n"))
+        }),
+        ("pairs above the bound", Spelling::Hq, {
+            let points = |side: &str, link: &str| (0..50).map(|i| format!("{side}{i} {link}\n")).collect::<String>();
+            let names = |side: &str| (0..50).map(|i| format!("{side}{i}")).collect::<Vec<_>>().join(", ");
+            format!(
+                "hierarq 1\nrobot arm {{ urdf \"robots/arm7.urdf\"  rate 100 Hz  home {{ joint_4 1 rad }}\npoints {{ {}{} }} }}\n\
+                 task a = self_collision {{ between [{}]  and [{}]  d_min 0 m }}\nstack s {{ level l {{ a }} }}\n",
+                points("a", "link_6"),
+                points("b", "base_link"),
+                names("a"),
+                names("b")
+            )
+        }),
+        ("many stacks", Spelling::Hq, {
+            hq(lines(|i| format!("stack s{i} {{ level l {{ joint_velocity_limits }} }}\n")))
+        }),
+        ("many mistakes of form", Spelling::Hq, hq(repeated("task $ = hold(tool) }\n"))),
+        (
+            "many mistakes of units",
+            Spelling::Hq,
+            hq(format!("{}{stack}", lines(|i| format!("param p{i} = 1 m + 1 s\n")))),
+        ),
+        ("many declarations without a brace", Spelling::Hq, hq(repeated("robot a\n x 1\n"))),
+        ("many units misspelt", Spelling::Hq, hq(format!("robot b {{\n{}}}\n", repeated(" x 1 hzx\n")))),
+        ("huge numbers", Spelling::Hq, hq(format!("param a = {}\n{stack}", repeated("9")))),
+        ("huge exponents", Spelling::Hq, hq(format!("{}{stack}", lines(|i| format!("param p{i} = 1e{i}\n"))))),
+        ("huge powers", Spelling::Hq, hq(format!("{}{stack}", lines(|i| format!("param p{i} = 2^{i}^{i}\n"))))),
+        ("quotes", Spelling::Hq, hq(repeated("\"\n"))),
+        ("two bytes to a sign", Spelling::Hq, hq(repeated("é"))),
+        ("flow sequences", Spelling::Yaml, yaml(format!("params: {{ a: {}", repeated("[")))),
+        ("block sequences", Spelling::Yaml, yaml(format!("params:\n a: {}", repeated("- ")))),
+        ("aliases of aliases", Spelling::Yaml, yaml(bomb)),
+        ("one anchor, many aliases", Spelling::Yaml, {
+            yaml(format!("tasks:\n  t: &t {{ hold: {{ frames: tool }} }}\n{}", lines(|i| format!("  t{i}: *t\n"))))
+        }),
+        ("many anchors", Spelling::Yaml, yaml(format!("params:\n{}", lines(|i| format!("  p{i}: &a{i} {i} m\n"))))),
+        ("merges of merges", Spelling::Yaml, {
+            let line = |i: usize| format!("    a{}: &a{} {{ <<: [*a{i}, *a{i}], k{i}: 1 }}\n", i + 1, i + 1);
+            yaml(format!("run:\n    a0: &a0 {{ x: 1 }}\n{}", lines(line)))
+        }),
+        ("keys without values", Spelling::Yaml, yaml(format!("robots:\n{}", lines(|i| format!("  r{i}:\n"))))),
+        (
+            "keys beside their section",
+            Spelling::Yaml,
+            yaml(format!("tasks:\n{}", lines(|i| format!("t{i}: hold(tool)\n")))),
+        ),
+        ("lines between columns", Spelling::Yaml, {
+            yaml(format!("tasks:\n{}", lines(|i| format!("{}t{i}: hold(tool)\n", " ".repeat(2 + i % 2)))))
+        }),
+        ("tabs", Spelling::Yaml, yaml(repeated("\ta: b\n"))),
+        ("one long scalar", Spelling::Yaml, yaml(format!("params: {{ a: \"{}\" }}\n", repeated("1 + ")))),
+        (
+            "many mistakes in YAML",
+            Spelling::Yaml,
+            yaml(format!("tasks:\n{}", lines(|i| format!("  t{i}: hold(tol{i})\n")))),
+        ),
+    ]
+}

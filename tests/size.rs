@@ -1,0 +1,97 @@
+//! No text of a mebibyte takes long or much memory. Seconds differ between machines, so allocations are counted: how
+//! many, and how much is held at once. `benches/front_end.rs` has the times.
+
+#![allow(unsafe_code, reason = "a global allocator cannot be written without")]
+
+#[path = "common/large.rs"]
+mod large;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
+
+use dsl::{SourceId, Spelling, parse, print};
+
+struct Counting;
+
+static COUNT: AtomicUsize = AtomicUsize::new(0);
+static HELD: AtomicUsize = AtomicUsize::new(0);
+static PEAK: AtomicUsize = AtomicUsize::new(0);
+
+fn grown(bytes: usize) {
+    COUNT.fetch_add(1, SeqCst);
+    let held = HELD.fetch_add(bytes, SeqCst) + bytes;
+    PEAK.fetch_max(held, SeqCst);
+}
+
+// SAFETY: every call is passed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        grown(layout.size());
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        HELD.fetch_sub(layout.size(), SeqCst);
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        grown(size);
+        HELD.fetch_sub(layout.size(), SeqCst);
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// What is said of some nuisances.
+const CODES: &[(&str, &str)] = &[
+    ("many tasks", "HQ0190"),
+    ("many stacks", "HQ0190"),
+    ("rows just above the bound", "HQ0623"),
+    ("pairs above the bound", "HQ0623"),
+    ("many mistakes of form", "HQ0192"),
+];
+
+/// Most bytes that may be held at once.
+const MEMORY: usize = 256 << 20;
+/// Most allocations. Half a million of them take some 20 ms; what is done between two of them is bounded work.
+const ALLOCATIONS: usize = 12_000_000;
+
+fn check(text: &str, spelling: Spelling) -> compiler::Report {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let input = compiler::Input { name: "spec", text, spelling, folder: &folder, set: &[], package_paths: &[] };
+    compiler::compile(&input).report
+}
+
+// One test only: another one beside it would be counted too.
+#[test]
+fn no_text_takes_long_or_much_memory() {
+    let spec = large::honest(5000);
+    assert!(spec.lines().count() >= 4500, "{} lines", spec.lines().count());
+    let report = check(&spec, Spelling::Hq);
+    assert_eq!(report.diagnostics.len(), 0, "{}", report.render(compiler::Style::Plain, 100));
+    let (tree, _) = parse(SourceId(0), &spec, Spelling::Hq);
+    let report = check(&print(&tree, Spelling::Yaml), Spelling::Yaml);
+    assert_eq!(report.diagnostics.len(), 0, "{}", report.render(compiler::Style::Plain, 100));
+
+    let mut wrong = Vec::new();
+    for (name, spelling, text) in large::nuisances() {
+        let (count, held) = (COUNT.load(SeqCst), HELD.load(SeqCst));
+        PEAK.store(held, SeqCst);
+        let begun = std::time::Instant::now();
+        let report = check(&text, spelling);
+        if let Some((_, code)) = CODES.iter().find(|c| c.0 == name) {
+            assert!(report.diagnostics.iter().any(|d| d.code == *code), "{name}: {:?}", report.diagnostics);
+        }
+        let shown = report.render(compiler::Style::Plain, 100).len();
+        let (count, peak) = (COUNT.load(SeqCst) - count, PEAK.load(SeqCst) - held);
+        println!("{name}: {count} allocations, {} MiB, {} bytes shown, {:?}", peak >> 20, shown, begun.elapsed());
+        if peak > MEMORY || count > ALLOCATIONS || shown > 1 << 20 {
+            wrong.push(format!("{name}: {count} allocations, {} MiB, {shown} bytes shown", peak >> 20));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
