@@ -75,6 +75,83 @@ home { all 0 rad  joint_4 1 rad }   // error: joint `joint_4` is given twice
 ```"#,
     ),
     (
+        "HQ0211",
+        "import cannot be read",
+        r#"The file that an import names is not there, or is no spec. The path is relative to the file that imports it; the name ends in `.hq` or `.yaml`, and either spelling can import the other.
+
+```hq
+import "common/safety.hq" { deck }
+```"#,
+    ),
+    (
+        "HQ0212",
+        "imports in a circle",
+        "A file imports one that, directly or through others, imports the first again. Then none of them could be read before the others. Move what both need to a file of its own, and import that.",
+    ),
+    (
+        "HQ0213",
+        "nothing of this name to import",
+        r#"The imported file declares no param, let, robot, task or stack of this name. Where one is near, the message offers it.
+
+```hq
+import "common/safety.hq" { dek }   // error: `common/safety.hq` declares no `dek`; did you mean `deck`?
+```"#,
+    ),
+    (
+        "HQ0214",
+        "wrong arguments",
+        r#"A task or stack with parameters takes one argument for each of them, by place or by name. Those with a default may be left out. Types of the task library are different: their parameters stand in braces.
+
+```hq
+task reach(side: arm, goal: point, gain: rate = 5 /s) = frame_position(side) { position goal  gain gain }
+stack s { level motion { reach(left, [0.4, 0.2, 0.9] m)  reach(side: right, goal: [0.4, -0.2, 0.9] m) } }
+```"#,
+    ),
+    (
+        "HQ0215",
+        "argument of the wrong type",
+        "What is given for a parameter is not what its type says: a number for an arm, an angle for a length, a name for a point. The message shows both places: what was given, and the parameter.",
+    ),
+    (
+        "HQ0216",
+        "defined by itself",
+        r#"A declaration that uses itself, directly or through others, would expand without end: a task or stack with parameters, a stack or robot made from another one, a param or let.
+
+```hq
+let a = b + 1
+let b = 2*a   // error: `a` is defined by itself
+```"#,
+    ),
+    (
+        "HQ0217",
+        "change that does not fit",
+        r#"A stack that is made from another one replaces or removes levels that the other one has, and adds levels that it has not. Changes apply from first to last.
+
+```hq
+stack semi from autonomous {
+  replace motion { hold(left) }
+  add extra { still } before posture
+  remove posture
+}
+```"#,
+    ),
+    (
+        "HQ0218",
+        "expansion too large",
+        "Imports, parameters and repetition may copy 100,000 nodes of the tree in all, read 200 files, and use each other 64 deep. The bounds keep the time and memory of compiling any file small.",
+    ),
+    (
+        "HQ0219",
+        "repetition or hole that means nothing",
+        r#"`for` runs over a list, `[left, right]`, or over whole numbers, `1..4`, both ends among them. `${side}` in a name or a text stands for what a `for` around it runs over, or for a parameter of the declaration; inside a name it takes only letters, digits and `_`.
+
+```hq
+for side in [left, right] {
+  task touch_${side} = frame_position(${side}_tool) { position [0.4, 0, 0.5] m }
+}
+```"#,
+    ),
+    (
         "HQ0301",
         "wrong unit",
         r#"The value has another physical dimension than the parameter. Units are checked so that a length in place of a rate, or an angle in place of a length, is found before anything moves. Write a number in the unit that the message names.
@@ -162,6 +239,15 @@ home { all [0, 0, 1] rad }   // error: 7 joints, and 3 values
 
 ```hq
 task lift = frame_position(tool) { position initial(position) + [0, 0, 0.1] m }
+```"#,
+    ),
+    (
+        "HQ0312",
+        "outside the range of a param",
+        r#"A param may say between which values it lies. Its own value, and one given with `--set`, must lie there; both places are shown.
+
+```hq
+param approach = 0.15 m { min 0.05 m  max 0.3 m }   // --set approach=0.5m is an error
 ```"#,
     ),
     (

@@ -7,14 +7,17 @@ mod binding;
 mod checks;
 pub mod codes;
 mod constants;
+mod expand;
 pub mod expr;
 mod forms;
 mod lowering;
 pub mod names;
+mod paths;
 pub mod report;
 mod robot_binding;
 mod spelling;
 pub mod units;
 
+pub use expand::files;
 pub use lowering::{Compiled, Input, compile};
 pub use report::{Report, Style};

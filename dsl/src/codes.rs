@@ -15,12 +15,12 @@ pub static CODES: &[(&str, &str, &str)] = &[
     (
         "HQ0103",
         "unknown declaration",
-        "At the top level stand `param`, `robot`, `task`, `stack` and `run`. In YAML the keys are `hierarq`, `params`, `robots`, `tasks`, `stacks` and `run`.",
+        "At the top level stand `import`, `param`, `let`, `robot`, `task`, `stack`, `for` and `run`. In YAML the keys are `hierarq`, `import`, `params`, `lets`, `robots`, `tasks`, `stacks`, `for` and `run`.",
     ),
     (
         "HQ0104",
         "`=` missing or misplaced",
-        "`param` and `task` give a name to something: `param reach = 0.8 m`, `task still = hold(left)`. The `=` stands between the name and what it names. `robot`, `stack` and `run` have a block and no `=`.",
+        "`param`, `let` and `task` give a name to something: `param reach = 0.8 m`, `task still = hold(left)`. The `=` stands between the name and what it names. `robot`, `stack` and `run` have a block and no `=`.",
     ),
     (
         "HQ0105",
@@ -97,7 +97,37 @@ pub static CODES: &[(&str, &str, &str)] = &[
     (
         "HQ0121",
         "word reserved here",
-        "Some keys would mean two things in one of the two spellings: a stack cannot have a setting `level` or `levels`, a level none called `name`, `hard` or `tasks`, a member of a level only `task` and `weight`. A pattern such as `\"arm_*\"` can be a key where joints are named, and no setting.",
+        "Some keys would mean two things in one of the two spellings: a robot cannot have a key `from`, a stack none called `level`, `levels`, `from`, `changes`, `replace`, `add` or `remove`, a level none called `name`, `hard`, `tasks`, `replace`, `add`, `remove`, `before` or `after`, a member of a level only `task` and `weight`. A pattern such as `\"arm_*\"` can be a key where joints are named, and no setting.",
+    ),
+    (
+        "HQ0122",
+        "parameters of a declaration",
+        "What a task or a stack takes stands in parentheses behind its name, each parameter with its type: `task reach(side: arm, goal: point, gain: rate = 5 /s) = ..`. In YAML the same text is the key, in quotes. A robot takes nothing.",
+    ),
+    (
+        "HQ0123",
+        "arguments out of order",
+        "Arguments without a name go to the parameters in their order, so they stand before those with a name: `reach(left, gain: 2 /s)`.",
+    ),
+    (
+        "HQ0124",
+        "incomplete import",
+        "An import says which file and which of its names: `import \"common/safety.hq\" { deck, canopies as robot }`, in YAML `import: { common/safety.hq: [deck, canopies as robot] }`. What is not named is not visible.",
+    ),
+    (
+        "HQ0125",
+        "incomplete repetition",
+        "`for NAME in VALUES { .. }` repeats declarations, or members of a level, once for each value of a list or of a range of whole numbers: `for side in [left, right] { .. }`, `for i in 1..4 { .. }`. In YAML it is a mapping with `name`, `in` and what is repeated. Imports, robots and runs cannot be repeated.",
+    ),
+    (
+        "HQ0126",
+        "changes of a stack",
+        "A stack that is made from another one, `stack semi from autonomous { .. }`, says only what differs: `replace LEVEL { .. }`, `add LEVEL { .. } before OTHER`, `remove LEVEL`. Any other stack lists its levels.",
+    ),
+    (
+        "HQ0127",
+        "range of a param",
+        "A param may say between which values it lies: `param approach = 0.15 m { min 0.05 m  max 0.3 m }`, in YAML `approach: { value: 0.15 m, min: 0.05 m, max: 0.3 m }`. Either bound may be left out.",
     ),
     (
         "HQ0130",

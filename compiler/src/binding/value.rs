@@ -7,7 +7,7 @@ use stdlib_tasks::dimension::{Dimension, RATE};
 use stdlib_tasks::params::{ParamInfo, Quantity};
 
 use super::scope::TaskScope;
-use super::{Binder, Number, Owner};
+use super::{Binder, DEFAULTS, Number, Owner};
 use crate::codes;
 use crate::constants::{fits, one_unit, unit_of_divisor, with_units};
 use crate::expr::{Kind, Lowering, Typed};
@@ -53,7 +53,8 @@ impl Binder<'_> {
             }
         }
         let slot = self.table.place(&typed.nodes);
-        self.numbers.push(Number { slot, dimension: wanted.1, span: value.span });
+        let written = self.sources.get(value.span.source).is_some_and(|s| s.name != DEFAULTS);
+        self.numbers.push(Number { slot, dimension: wanted.1, span: value.span, written });
         for (i, &n) in typed.nodes.iter().enumerate() {
             match self.graph.constant(n) {
                 Some(x) if !x.is_finite() => {
@@ -82,7 +83,7 @@ impl Binder<'_> {
                     }
                     // Said here, beside all other mistakes of the file; defaults are judged with the finished program.
                     let (period, rate) = (self.robot.period, self.robot.rate_span);
-                    if wanted.1 == RATE && value.span.source == rate.source && x * period > 1.0 + 1e-12 {
+                    if wanted.1 == RATE && written && x * period > 1.0 + 1e-12 {
                         self.diagnostics.push(codes::overshoot(value.span, x, (period, rate), owner.kind.nature));
                         return None;
                     }

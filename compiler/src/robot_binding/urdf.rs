@@ -12,7 +12,7 @@ use super::lookup::joints;
 use super::{Files, JointGroups};
 use crate::constants::{Constants, joint_dimension};
 use crate::forms::{items_of, text_of};
-use crate::names::suggest;
+use crate::paths::{instead_of, io_reason};
 use crate::units;
 
 /// Joints that the spec takes out of the model, each with the value it is held at where one is written.
@@ -56,11 +56,7 @@ pub(super) fn open((path_text, span): (&str, Span), base: Base, robot: &Robot, f
         Err(e) => {
             let d = Diagnostic::error("HQ0401", span, format!("cannot read `{path_text}`: {}", io_reason(&e)))
                 .note("paths are relative to the file that names them")
-                .help(match nearby(&path) {
-                    _ if path.is_dir() => "name a file inside it".to_string(),
-                    Some(near) => near,
-                    None => format!("looked for {}", path.display()),
-                });
+                .help(instead_of(&path));
             files.diagnostics.push(d);
             return None;
         }
@@ -180,25 +176,4 @@ pub(super) fn positions(
         }
     }
     at
-}
-
-fn io_reason(e: &std::io::Error) -> &'static str {
-    match e.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file",
-        std::io::ErrorKind::PermissionDenied => "permission denied",
-        std::io::ErrorKind::IsADirectory => "it is a folder",
-        _ => "the system refuses",
-    }
-}
-
-/// A file of nearly this name in the same folder.
-fn nearby(path: &Path) -> Option<String> {
-    let wanted = path.file_name()?.to_str()?.to_string();
-    let mut names: Vec<String> = std::fs::read_dir(path.parent()?)
-        .ok()?
-        .take(1000)
-        .filter_map(|e| e.ok()?.file_name().into_string().ok())
-        .collect();
-    names.sort();
-    suggest(&wanted, names.iter().map(String::as_str)).map(|n| format!("did you mean `{n}`?"))
 }

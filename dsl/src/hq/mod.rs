@@ -3,6 +3,7 @@
 mod blocks;
 mod items;
 mod levels;
+mod reuse;
 
 pub(crate) use items::{bad_version, no_header};
 

@@ -1,14 +1,14 @@
-//! The sections of a spec: `hierarq`, `params`, `robots`, `tasks`, `stacks`, `run`.
+//! The sections of a spec: `hierarq`, `params`, `lets`, `robots`, `tasks`, `stacks`, `run`; the others stand in `reuse`.
 
 use super::Reader;
 use super::events::{Kind, NodeId};
 use crate::explain::clip;
 use crate::hq::{bad_version, no_header};
-use crate::tree::{Block, Item, ItemKind, Param, Robot, Run, Spec, Task, TaskDefinition, ValueKind};
+use crate::tree::{Block, Comments, Item, ItemKind, Let, Robot, Run, Spec, Task, TaskDefinition, ValueKind};
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned};
 
-const SECTIONS: &[&str] = &["hierarq", "params", "robots", "tasks", "stacks", "run"];
+const SECTIONS: &[&str] = &["hierarq", "import", "params", "lets", "robots", "tasks", "stacks", "for", "run"];
 
 impl Reader<'_> {
     pub(super) fn spec(&mut self) -> Spec {
@@ -46,7 +46,7 @@ impl Reader<'_> {
                     let Some(meant) = meant else {
                         self.diags
                             .push(diagnostic.note(
-                                "a spec has the keys `hierarq`, `params`, `robots`, `tasks`, `stacks` and `run`",
+                                "a spec has the keys `hierarq`, `import`, `params`, `lets`, `robots`, `tasks`, `stacks`, `for` and `run`",
                             ));
                         continue;
                     };
@@ -66,6 +66,8 @@ impl Reader<'_> {
                     self.pool.behind(span.range().end, &[], &mut comments.behind);
                     spec.items.push(Item { kind: ItemKind::Run(Run { body }), span, comments });
                 }
+                "import" => self.imports(&key, value, &mut spec.items),
+                "for" => self.repeats(value, &mut spec.items),
                 section => self.section(section, &key, value, &mut spec.items),
             }
         }
@@ -117,7 +119,7 @@ impl Reader<'_> {
         Block { span: self.span(id), ..Block::default() }
     }
 
-    fn section(&mut self, section: &str, title: &Spanned<String>, id: NodeId, items: &mut Vec<Item>) {
+    pub(super) fn section(&mut self, section: &str, title: &Spanned<String>, id: NodeId, items: &mut Vec<Item>) {
         if self.is_null(id) {
             return;
         }
@@ -126,36 +128,45 @@ impl Reader<'_> {
             self.wrong_shape(id, "a mapping of names", &help);
             return;
         }
-        for (name, value) in self.distinct(id) {
-            let mut comments = self.key_comments(name.span);
-            let later = self.later(value, name.span);
+        let all = match section {
+            "tasks" | "stacks" => self.heads(id),
+            _ => {
+                let plain = |(name, value): (Spanned<String>, NodeId)| (name.clone(), name.span, Vec::new(), value);
+                self.distinct(id).into_iter().map(plain).collect()
+            }
+        };
+        for (name, key, parameters, value) in all {
+            let mut comments = self.key_comments(key);
+            let later = self.later(value, key);
             let kind = match section {
-                "params" => {
-                    let id = value;
-                    // The keys that take text are keys of blocks; a parameter may have any name.
-                    let key = Some(&name).filter(|n| !crate::words::is_text_key(&n.value));
-                    let mut value = self.value(id, key);
-                    if matches!(value.kind, ValueKind::Block(_)) {
-                        self.wrong_shape(id, "a value", "a parameter is a single value, such as `0.5 m`");
-                        value.kind = ValueKind::Missing;
-                    }
-                    self.pool.before(later.range().end, &mut comments.before);
-                    Some(ItemKind::Param(Param { name: name.clone(), value }))
-                }
+                "params" => Some(ItemKind::Param(self.param(&name, value, &mut comments))),
+                "lets" => Some(ItemKind::Let(self.let_(&name, value, &mut comments))),
                 "robots" => {
-                    let body = self.mapping(value, &name, "robot");
-                    Some(ItemKind::Robot(Robot { name: name.clone(), body }))
+                    let mut body = self.mapping(value, &name, "robot");
+                    let base = self.robot_base(&mut body, &mut comments);
+                    Some(ItemKind::Robot(Robot { name: name.clone(), base, body }))
                 }
                 "tasks" => self
                     .definition(value, &name, &mut comments.behind)
-                    .map(|(definition, _)| ItemKind::Task(Task { name: name.clone(), definition })),
-                _ => Some(ItemKind::Stack(self.stack(value, &name))),
+                    .map(|(definition, _)| ItemKind::Task(Task { name: name.clone(), parameters, definition })),
+                _ => Some(ItemKind::Stack(self.stack(value, &name, parameters))),
             };
             self.pool.behind(later.range().end, &[','], &mut comments.behind);
             if let Some(kind) = kind {
-                items.push(Item { kind, span: name.span.to(later), comments });
+                items.push(Item { kind, span: key.to(later), comments });
             }
         }
+    }
+
+    fn let_(&mut self, name: &Spanned<String>, id: NodeId, comments: &mut Comments) -> Let {
+        let key = Some(name).filter(|n| !crate::words::is_text_key(&n.value));
+        let mut value = self.value(id, key);
+        if matches!(value.kind, ValueKind::Block(_)) {
+            self.wrong_shape(id, "a value", "`lets` names single values, such as `pi * 1 rad`");
+            value.kind = ValueKind::Missing;
+        }
+        self.pool.before(self.later(id, name.span).range().end, &mut comments.before);
+        Let { name: name.clone(), value }
     }
 
     /// `kind`, `kind(args)` or `{ kind: { .. } }`. The flag tells whether parentheses stood behind the kind.
