@@ -18,6 +18,6 @@ mod robot_binding;
 mod spelling;
 pub mod units;
 
-pub use expand::files;
+pub use expand::{files, parameter_types};
 pub use lowering::{Compiled, Input, compile};
 pub use report::{Report, Style};

@@ -150,6 +150,11 @@ impl List<'_> {
                 self.kinds(1);
             }
             Slot::Stack => self.names(mentions, Class::Stack, 0),
+            Slot::Offered(names) => {
+                for name in names {
+                    self.add(name, CompletionItemKind::VARIABLE, 0, "", String::new());
+                }
+            }
             Slot::Expression(auto) => self.expression(mentions, *auto),
             Slot::Captured(actuals, prefix) => {
                 for actual in *actuals {
@@ -237,6 +242,7 @@ impl List<'_> {
             self.add("auto", CompletionItemKind::ENUM_MEMBER, 0, "worked out by the task", String::new());
         }
         self.names(mentions, Class::Param, 0);
+        self.names(mentions, Class::Let, 0);
         let known: Vec<&str> = BUILT_IN.iter().map(|k| k.name).filter(|n| !matches!(*n, "frame" | "joint")).collect();
         self.built_in(&known, 1);
         let functions: Vec<&str> = compiler::expr::FUNCTIONS.iter().map(|f| f.name).collect();

@@ -7,6 +7,7 @@ mod completion;
 mod diagnostics;
 mod document;
 mod hover;
+mod imports;
 mod mentions;
 mod navigation;
 mod server;
@@ -18,6 +19,7 @@ mod uri;
 mod values;
 mod vocabulary;
 mod walk;
+mod walk_reuse;
 
 use std::io;
 

@@ -83,6 +83,8 @@ fn what_the_printer_writes_is_valid() {
          run { duration 2 min  solver clarabel  simulator { lag 30 ms  noise 0.0005 rad  seed 7 } }\n"
             .to_string(),
     );
+    // What one spec takes from others.
+    texts.push(include_str!("../../dsl/tests/common/example.hq").to_string());
     for text in texts {
         let (tree, diagnostics) = dsl::parse(SourceId(0), &text, Spelling::Hq);
         assert!(diagnostics.is_empty(), "{text}\n{diagnostics:?}");
@@ -165,9 +167,9 @@ fn the_sections_have_the_keys_of_the_compiler() {
         format!("{bare}stacks: {{ s: {{ levels: [{{ name: a, tasks: [joint_velocity_limits]{inner} }}] }} }}\n")
     };
     let r = "/properties/robots/additionalProperties/properties";
-    let none: &[&str] = &[];
+    let (none, from): (&[&str], &[&str]) = (&[], &["from"]);
     for (place, yaml, read_before) in [
-        (r.to_string(), with("qqqqqq: 1"), none),
+        (r.to_string(), with("qqqqqq: 1"), from),
         (format!("{r}/arms/additionalProperties/properties"), with("arms: { a: { tip: tool, qqqqqq: 1 } }"), none),
         (format!("{r}/points/additionalProperties/properties"), with("points: { a: { link: tool, qqqqqq: 1 } }"), none),
         (
@@ -187,7 +189,7 @@ fn the_sections_have_the_keys_of_the_compiler() {
             format!(
                 "{bare}stacks: {{ s: {{ qqqqqq: 1, levels: [{{ name: a, tasks: [joint_velocity_limits] }}] }} }}\n"
             ),
-            &["levels"],
+            &["levels", "from", "changes"],
         ),
         (
             "/properties/stacks/additionalProperties/properties/levels/items/properties".to_string(),

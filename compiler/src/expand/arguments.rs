@@ -65,6 +65,11 @@ pub(crate) static TYPES: &[Type] = &[
     named("orientation", "an orientation", Form::Quantity(Kind::Rotation, Some(NONE))),
 ];
 
+/// The types that parameters of tasks and stacks may have, each with what is given for it.
+pub fn parameter_types() -> impl Iterator<Item = (&'static str, &'static str)> {
+    TYPES.iter().map(|t| (t.name, t.is))
+}
+
 /// The type of this name.
 fn find(name: &str) -> Option<&'static Type> {
     TYPES.iter().find(|t| t.name == name)

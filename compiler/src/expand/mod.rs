@@ -28,6 +28,7 @@ use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Spelling};
 use crate::lowering::Input;
 use module::Module;
 
+pub use arguments::parameter_types;
 pub(crate) use arguments::{TYPES, quantity};
 
 /// Most nodes that copies may have together.
