@@ -48,7 +48,7 @@ impl Report {
 
     /// See [`Report::finish`].
     fn settle(&mut self) {
-        let mut settled: Vec<(Diagnostic, Vec<Label>)> = Vec::new();
+        let mut settled: Vec<(Diagnostic, Vec<Vec<Label>>)> = Vec::new();
         let mut known: BTreeMap<(Span, &'static str, String), Vec<usize>> = BTreeMap::new();
         for mut d in std::mem::take(&mut self.diagnostics) {
             let spans: Vec<Span> = std::iter::once(d.primary.span).chain(d.labels.iter().map(|l| l.span)).collect();
@@ -66,23 +66,29 @@ impl Report {
             let alike = known.entry((d.primary.span, d.code, d.message.clone())).or_default();
             match alike.iter().copied().find(|&i| settled[i].0 == d) {
                 Some(i) => {
+                    // What is wrong with fewer uses is not the fault of one more.
+                    let among = |few: &[Label], many: &[Label]| few.iter().all(|l| many.contains(l));
                     let others = &mut settled[i].1;
-                    // What is wrong without any use is not the use's fault.
-                    if others.is_empty() || uses.is_empty() {
-                        others.clear();
-                    } else {
-                        others.extend(uses.into_iter().filter(|l| !others.contains(l)).collect::<Vec<_>>());
+                    if !others.iter().any(|o| among(o, &uses)) {
+                        others.retain(|o| !among(&uses, o));
+                        others.push(uses);
                     }
                 }
                 None => {
                     alike.push(settled.len());
-                    settled.push((d, uses));
+                    settled.push((d, vec![uses]));
                 }
             }
         }
         self.diagnostics = settled
             .into_iter()
-            .map(|(mut d, mut uses)| {
+            .map(|(mut d, all)| {
+                let mut uses: Vec<Label> = Vec::new();
+                for label in all.into_iter().flatten() {
+                    if !uses.contains(&label) {
+                        uses.push(label);
+                    }
+                }
                 if uses.len() > USES {
                     d.notes.push(format!("so it is in {} more uses", uses.len() - USES));
                     uses.truncate(USES);

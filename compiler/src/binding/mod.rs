@@ -130,7 +130,8 @@ impl Binder<'_> {
             let Some(first) = definition.args.get(i) else { break };
             let value = if i + 1 == names.len() && takes_list(name) {
                 let span = first.span.to(definition.args[definition.args.len() - 1].span);
-                Value { kind: ValueKind::List(definition.args[i..].to_vec()), span }
+                let all = definition.args[i..].iter().flat_map(items_of).cloned().collect();
+                Value { kind: ValueKind::List(all), span }
             } else {
                 first.clone()
             };

@@ -180,6 +180,9 @@ impl<'t> Reader<'t> {
             }
             if open {
                 self.unclosed(span.range().start, span.range().end);
+                if let Some(last) = self.diags.last_mut() {
+                    last.help = Some("write the missing `}`; what stands inside a `for` is indented".to_owned());
+                }
             } else {
                 self.pool.before(span.range().end - 1, &mut closing_comments.before);
             }
