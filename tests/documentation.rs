@@ -102,7 +102,9 @@ fn every_example_of_the_catalogue_compiles() {
     let start = robot.find("robot canopies").expect("a robot");
     let end = robot[start..].find("\n}\n").expect("its end") + start + 3;
     for kind in stdlib_tasks::KINDS {
-        let robot = robot[start..end].replace("../robots/", "robots/").replace("    head head_link", "    head head_link\n    tool left_tool");
+        let robot = robot[start..end]
+            .replace("../robots/", "robots/")
+            .replace("    head head_link", "    head head_link\n    tool left_tool");
         let example = kind.example.replace("(tool)", "(left_tool)");
         let name = example.split_whitespace().nth(1).expect("task NAME = ..").to_string();
         program_compiles(kind.name, &format!("hierarq 1\n{robot}\n{example}\nstack s {{ level l {{ {name} }} }}\n"));

@@ -3,6 +3,8 @@
 mod common;
 #[path = "lsp/editor.rs"]
 mod editor;
+#[path = "lsp/reuse.rs"]
+mod reuse;
 #[path = "lsp/words.rs"]
 mod words;
 

@@ -199,8 +199,7 @@ impl Constants<'_> {
             }
             bounds.push((e.key.value == "min", self.graph.constant(bound.nodes[0])?, e.value.span));
         }
-        if let (Some((_, min, at)), Some((_, max, other))) =
-            (bounds.iter().find(|b| b.0), bounds.iter().find(|b| !b.0))
+        if let (Some((_, min, at)), Some((_, max, other))) = (bounds.iter().find(|b| b.0), bounds.iter().find(|b| !b.0))
             && min > max
         {
             let d = Diagnostic::error("HQ0312", *at, format!("nothing lies between {min} and {max}"));

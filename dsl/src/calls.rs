@@ -38,10 +38,10 @@ pub(crate) fn parameters(
         let Some(name) = name else { continue };
         let Some(ty) = ty else {
             let message = format!("the parameter `{}` has no type", clip(&name.value));
-            diags.push(
-                Diagnostic::error("HQ0122", name.span, message)
-                    .help(format!("write for instance `{}: arm`, `{}: point` or `{}: rate = 5 /s`", name.value, name.value, name.value)),
-            );
+            diags.push(Diagnostic::error("HQ0122", name.span, message).help(format!(
+                "write for instance `{}: arm`, `{}: point` or `{}: rate = 5 /s`",
+                name.value, name.value, name.value
+            )));
             continue;
         };
         if let Some(first) = all.iter().find(|p| p.name == name) {

@@ -94,9 +94,13 @@ pub(crate) fn changes(stack: &mut Stack, at: Span, from: bool, diags: &mut Vec<D
         for level in std::mem::take(&mut stack.levels) {
             let name = &level.name.value;
             diags.push(
-                Diagnostic::error("HQ0126", level.name.span, "a stack that is made from another one lists changes only")
-                    .label(stack.base.as_ref().map_or(at, |base| base.span), "its levels come from here")
-                    .help(format!("say what it changes: `add {name} {{ .. }}`, `replace {name} {{ .. }}`")),
+                Diagnostic::error(
+                    "HQ0126",
+                    level.name.span,
+                    "a stack that is made from another one lists changes only",
+                )
+                .label(stack.base.as_ref().map_or(at, |base| base.span), "its levels come from here")
+                .help(format!("say what it changes: `add {name} {{ .. }}`, `replace {name} {{ .. }}`")),
             );
         }
     } else if let Some(change) = stack.changes.first() {

@@ -107,9 +107,8 @@ fn item_head(text: &str) -> bool {
     };
     let head = |word: &str, sign: char| named(word).is_some_and(|(rest, _)| rest.starts_with(sign));
     let from = |word: &str| {
-        named(word).is_some_and(|(rest, apart)| {
-            apart && rest.strip_prefix("from").is_some_and(|rest| rest.starts_with(blank))
-        })
+        named(word)
+            .is_some_and(|(rest, apart)| apart && rest.strip_prefix("from").is_some_and(|rest| rest.starts_with(blank)))
     };
     let nameless = |word: &str, sign: char| behind(word).is_some_and(|(rest, _)| rest.starts_with(sign));
     let repeats = |(rest, apart): (&str, bool)| {

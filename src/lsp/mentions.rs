@@ -182,13 +182,7 @@ impl Mentions {
 }
 
 /// Reads a tree.
-pub(super) fn of(
-    spec: &Spec,
-    text: &str,
-    spelling: Spelling,
-    urdf: Option<&Urdf>,
-    imports: &[Imported],
-) -> Mentions {
+pub(super) fn of(spec: &Spec, text: &str, spelling: Spelling, urdf: Option<&Urdf>, imports: &[Imported]) -> Mentions {
     let mut walker = Walker { text, spelling, urdf, imports, scope: Vec::new(), found: Mentions::default() };
     walker.spec(spec);
     let mut found = walker.found;

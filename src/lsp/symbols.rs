@@ -21,21 +21,23 @@ impl Outline<'_> {
     fn item(&self, item: &dsl::tree::Item) -> DocumentSymbol {
         let o = self;
         match &item.kind {
-        ItemKind::Import(i) => o.symbol(&i.path, item.span, SymbolKind::FILE, "import", Vec::new()),
-        ItemKind::Let(l) => o.symbol(&l.name, item.span, SymbolKind::CONSTANT, "let", Vec::new()),
-        ItemKind::For(r) => {
-            let body = r.body.iter().map(|item| o.item(item)).collect();
-            o.symbol(&r.variable, item.span, SymbolKind::NAMESPACE, "for", body)
-        }
-        ItemKind::Param(p) => o.symbol(&p.name, item.span, SymbolKind::CONSTANT, "param", Vec::new()),
-        ItemKind::Robot(r) => o.symbol(&r.name, item.span, SymbolKind::CLASS, "robot", o.robot(r)),
-        ItemKind::Task(t) => o.symbol(&t.name, item.span, SymbolKind::FUNCTION, &t.definition.kind.value, Vec::new()),
-        ItemKind::Stack(s) => o.symbol(&s.name, item.span, SymbolKind::MODULE, "stack", o.stack(s)),
-        ItemKind::Run(_) => {
-            let start = item.span.range().start;
-            let name = Spanned::new("run".to_string(), Span::new(item.span.source, start, start + "run".len()));
-            o.symbol(&name, item.span, SymbolKind::EVENT, "", Vec::new())
-        }
+            ItemKind::Import(i) => o.symbol(&i.path, item.span, SymbolKind::FILE, "import", Vec::new()),
+            ItemKind::Let(l) => o.symbol(&l.name, item.span, SymbolKind::CONSTANT, "let", Vec::new()),
+            ItemKind::For(r) => {
+                let body = r.body.iter().map(|item| o.item(item)).collect();
+                o.symbol(&r.variable, item.span, SymbolKind::NAMESPACE, "for", body)
+            }
+            ItemKind::Param(p) => o.symbol(&p.name, item.span, SymbolKind::CONSTANT, "param", Vec::new()),
+            ItemKind::Robot(r) => o.symbol(&r.name, item.span, SymbolKind::CLASS, "robot", o.robot(r)),
+            ItemKind::Task(t) => {
+                o.symbol(&t.name, item.span, SymbolKind::FUNCTION, &t.definition.kind.value, Vec::new())
+            }
+            ItemKind::Stack(s) => o.symbol(&s.name, item.span, SymbolKind::MODULE, "stack", o.stack(s)),
+            ItemKind::Run(_) => {
+                let start = item.span.range().start;
+                let name = Spanned::new("run".to_string(), Span::new(item.span.source, start, start + "run".len()));
+                o.symbol(&name, item.span, SymbolKind::EVENT, "", Vec::new())
+            }
         }
     }
 

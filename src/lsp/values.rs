@@ -20,7 +20,7 @@ impl Walker<'_> {
             if self.has(Class::Task, &name.value) {
                 self.note(&name.value, name.span, What::Declared(Class::Task, name.value.clone()));
             }
-            self.arguments(&definition.args, &definition.named);
+            self.arguments(&format!("task {}", name.value), &definition.args, &definition.named);
             definition.body.entries.iter().for_each(|e| self.anything(&e.value));
             return;
         };
@@ -36,13 +36,16 @@ impl Walker<'_> {
         self.parameters(kind, kind.params, &definition.body);
     }
 
-    /// What is given to a declaration with parameters.
-    pub(super) fn arguments(&mut self, args: &[Value], named: &[Entry]) {
+    /// What is given to `owner`, a declaration with parameters.
+    pub(super) fn arguments(&mut self, owner: &str, args: &[Value], named: &[Entry]) {
         for value in args.iter().chain(named.iter().map(|e| &e.value)) {
             self.anything(value);
         }
         for e in named {
-            self.marked(&e.key.value, || Slot::Nothing);
+            if !self.marked(&e.key.value, || Slot::Nothing) {
+                let what = What::Declared(Class::Argument, format!("{owner}.{}", e.key.value));
+                self.note(&e.key.value, e.key.span, what);
+            }
         }
     }
 
@@ -111,7 +114,7 @@ impl Walker<'_> {
     }
 
     /// A value of which nothing is known; params in it still are params.
-    fn anything(&mut self, value: &Value) {
+    pub(super) fn anything(&mut self, value: &Value) {
         match &value.kind {
             ValueKind::Block(b) => {
                 for e in &b.entries {

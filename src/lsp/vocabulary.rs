@@ -123,7 +123,10 @@ pub(super) static STACK: &[Key] = &[
 pub(super) static STACK_YAML: &[Key] = &[
     key("lock", "Joints, groups and patterns that stand still while this stack runs."),
     key("from", "The stack that this one is made from: a name, or `NAME(..)`."),
-    key("changes", "What it changes: `- { replace: NAME, tasks: [..] }`, `- { add: NAME, before: NAME, tasks: [..] }`, `- { remove: NAME }`."),
+    key(
+        "changes",
+        "What it changes: `- { replace: NAME, tasks: [..] }`, `- { add: NAME, before: NAME, tasks: [..] }`, `- { remove: NAME }`.",
+    ),
     key("levels", "The levels in a list, the most important first: `- { name: limits, hard: true, tasks: [..] }`."),
 ];
 

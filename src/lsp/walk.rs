@@ -4,11 +4,11 @@ use dsl::tree::{Block, Entry, Item, ItemKind, Level, Member, MemberTask, Robot, 
 use dsl::{Span, Spanned, Spelling};
 
 use super::mentions::{Class, Slot, Walker, What};
-use super::walk_reuse::{added, replaced};
 use super::vocabulary::{
     ARM, BASES, DECLARATIONS, Key, LEVEL, LEVEL_YAML, LIMIT, POINT, ROBOT, RUN, SECTIONS, SEGMENT, SIMULATOR, STACK,
     STACK_YAML, WEIGHT, find,
 };
+use super::walk_reuse::{added, replaced};
 
 /// The keys of a block.
 pub(super) fn used(block: &Block) -> Vec<String> {
@@ -245,7 +245,7 @@ impl Walker<'_> {
             if !self.marked(&base.name.value, || Slot::Stack) {
                 self.note(&base.name.value, base.name.span, What::Declared(Class::Stack, base.name.value.clone()));
             }
-            self.arguments(&base.args, &base.named);
+            self.arguments(&format!("stack {}", base.name.value), &base.args, &base.named);
         }
         for level in stack.levels.iter().chain(added(stack)).chain(replaced(stack)) {
             self.level(level);

@@ -77,7 +77,7 @@ impl Walker<'_> {
             let types = || Slot::Offered(compiler::parameter_types().map(|t| t.0.to_string()).collect());
             self.marked(&p.ty.value, types);
             if let Some(default) = &p.default {
-                self.arguments(std::slice::from_ref(default), &[]);
+                self.anything(default);
             }
             self.argument(owner, &p.name, p.span);
         }
@@ -93,8 +93,11 @@ impl Walker<'_> {
     pub(super) fn repeat<T>(&mut self, repeat: &Repeat<T>, mut f: impl FnMut(&mut Self, &T)) {
         let outer = self.scope.len();
         match &repeat.values {
-            Values::List(list) => self.arguments(std::slice::from_ref(list), &[]),
-            Values::Range(first, last) => self.arguments(&[first.clone(), last.clone()], &[]),
+            Values::List(list) => self.anything(list),
+            Values::Range(first, last) => {
+                self.anything(first);
+                self.anything(last);
+            }
         }
         let at = repeat.variable.span;
         self.argument(&format!("for {}", at.start), &repeat.variable, at);

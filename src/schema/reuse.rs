@@ -34,7 +34,13 @@ pub(super) fn repeats() -> Value {
 fn head() -> Map<String, Value> {
     let over = json!({ "type": ["array", "string"] });
     Map::from_iter([
-        ("name".to_string(), described(json!({ "type": "string", "pattern": values::NAME }), "What runs over the values; `${NAME}` in names.")),
+        (
+            "name".to_string(),
+            described(
+                json!({ "type": "string", "pattern": values::NAME }),
+                "What runs over the values; `${NAME}` in names.",
+            ),
+        ),
         ("in".to_string(), described(over, "The values: a list, or whole numbers, `1..4`.")),
     ])
 }

@@ -9,7 +9,8 @@ use serde_json::{Value, json};
 
 use super::{hierarq, text};
 
-static EXAMPLES: &[&str] = &["hello", "safety_tasks", "uncooperative_motion", "cooperative_motion", "swivel_angle", "both_arms"];
+static EXAMPLES: &[&str] =
+    &["hello", "safety_tasks", "uncooperative_motion", "cooperative_motion", "swivel_angle", "both_arms"];
 
 fn printed() -> Value {
     let out = hierarq(&["schema"]);

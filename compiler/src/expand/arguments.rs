@@ -2,9 +2,7 @@
 
 use dsl::tree::{Entry, Member, MemberTask, Parameter, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
-use stdlib_tasks::dimension::{
-    ANGLE, ANGULAR_VELOCITY, Dimension, LENGTH, MASS, NONE, RATE, TIME, VELOCITY,
-};
+use stdlib_tasks::dimension::{ANGLE, ANGULAR_VELOCITY, Dimension, LENGTH, MASS, NONE, RATE, TIME, VELOCITY};
 
 use super::fill::{Bindings, Bound, Frame};
 use super::module::missing;
@@ -106,9 +104,8 @@ impl Expander<'_> {
         let before = self.diagnostics.len();
         let mut chosen: Vec<Option<&Value>> = given.args.iter().map(Some).take(taker.parameters.len()).collect();
         chosen.resize(taker.parameters.len(), None);
-        let wrong = |span: Span, text: String| {
-            Diagnostic::error("HQ0214", span, text).label(taker.name.span, "declared here")
-        };
+        let wrong =
+            |span: Span, text: String| Diagnostic::error("HQ0214", span, text).label(taker.name.span, "declared here");
         let form = form(taker);
         if let Some(extra) = given.args.get(taker.parameters.len()) {
             let span = self.at(extra.span, frame);

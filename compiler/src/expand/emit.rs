@@ -144,9 +144,7 @@ impl Expander<'_> {
     /// The values that a value names.
     fn uses_of(&self, (m, i): (usize, usize)) -> Vec<((usize, usize), Span)> {
         let mut open: Vec<&Value> = match &self.modules[m].items[i].kind {
-            ItemKind::Param(p) => {
-                std::iter::once(&p.value).chain(p.range.entries.iter().map(|e| &e.value)).collect()
-            }
+            ItemKind::Param(p) => std::iter::once(&p.value).chain(p.range.entries.iter().map(|e| &e.value)).collect(),
             ItemKind::Let(l) => vec![&l.value],
             _ => Vec::new(),
         };

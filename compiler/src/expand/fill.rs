@@ -144,7 +144,11 @@ impl Expander<'_> {
         };
         let part = |t: &String| !name || (!t.is_empty() && t.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_'));
         text.filter(part).ok_or_else(|| {
-            let d = Diagnostic::error("HQ0219", span, format!("`${{{hole}}}` is filled by something that is no part of a name"));
+            let d = Diagnostic::error(
+                "HQ0219",
+                span,
+                format!("`${{{hole}}}` is filled by something that is no part of a name"),
+            );
             let d = match frame.bound.get(hole) {
                 Some(Bound::Value(value)) => d.label(value.span, "this"),
                 _ => d,

@@ -80,7 +80,11 @@ impl Expander<'_> {
             (None, false) => written,
             (None, true) => {
                 let span = self.at(written.span, frame);
-                let d = Diagnostic::error("HQ0215", span, format!("`{}` is no task, and a task is needed here", written.value));
+                let d = Diagnostic::error(
+                    "HQ0215",
+                    span,
+                    format!("`{}` is no task, and a task is needed here", written.value),
+                );
                 self.fail(d.help("give the name of a task there; a parameter for tasks is declared `NAME: task`"));
                 return self.failed(span);
             }

@@ -11,8 +11,8 @@
 
 mod arguments;
 mod emit;
-mod fill;
 mod files;
+mod fill;
 mod levels;
 mod module;
 mod repeat;

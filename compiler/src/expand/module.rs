@@ -154,7 +154,8 @@ impl Expander<'_> {
     fn parameters(&mut self, kind: &ItemKind) {
         for p in parameters(kind) {
             if is_word(&p.name.value) {
-                let d = Diagnostic::error("HQ0202", p.name.span, format!("`{}` is a word of the language", p.name.value));
+                let d =
+                    Diagnostic::error("HQ0202", p.name.span, format!("`{}` is a word of the language", p.name.value));
                 self.fail(d.help("choose another name"));
             }
             if p.name.value.contains("${") {

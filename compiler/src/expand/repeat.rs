@@ -97,7 +97,8 @@ impl Expander<'_> {
                 let (a, b) = (self.whole(&first), self.whole(&last));
                 let (a, b) = (a?, b?);
                 if b < a {
-                    let d = Diagnostic::error("HQ0219", first.span.to(last.span), format!("nothing lies from {a} to {b}"));
+                    let d =
+                        Diagnostic::error("HQ0219", first.span.to(last.span), format!("nothing lies from {a} to {b}"));
                     self.fail(d.help("write the smaller number first; both ends belong to the range"));
                     return None;
                 }

@@ -60,7 +60,11 @@ impl Expander<'_> {
                     let level = self.level(level, frame);
                     let Some(k) = self.place_of(&level.name, levels, base) else { continue };
                     if let Some(first) = replaced.iter().find(|r| **r == level.name) {
-                        let d = Diagnostic::error("HQ0217", level.name.span, format!("level `{}` is replaced twice", level.name.value));
+                        let d = Diagnostic::error(
+                            "HQ0217",
+                            level.name.span,
+                            format!("level `{}` is replaced twice", level.name.value),
+                        );
                         let d = d.label(first.span, "first here").help("keep one of them");
                         self.fail(d);
                         continue;
@@ -90,7 +94,11 @@ impl Expander<'_> {
                     let name = self.name(&removal.level, frame);
                     let Some(k) = self.place_of(&name, levels, base) else { continue };
                     if let Some(first) = replaced.iter().find(|r| **r == name) {
-                        let d = Diagnostic::error("HQ0217", name.span, format!("level `{}` is replaced, and then removed", name.value));
+                        let d = Diagnostic::error(
+                            "HQ0217",
+                            name.span,
+                            format!("level `{}` is replaced, and then removed", name.value),
+                        );
                         let d = d.label(first.span, "replaced here").help("keep one of them");
                         self.fail(d);
                         continue;
@@ -129,7 +137,8 @@ impl Expander<'_> {
             changes.push(match change {
                 Change::Replace(level) => Change::Replace(self.level_as_written(level, frame)),
                 Change::Add(level, beside) => {
-                    let beside = beside.as_ref().map(|b| Beside { before: b.before, level: self.name(&b.level, frame) });
+                    let beside =
+                        beside.as_ref().map(|b| Beside { before: b.before, level: self.name(&b.level, frame) });
                     Change::Add(self.level_as_written(level, frame), beside)
                 }
                 Change::Remove(r) => Change::Remove(Removal {

@@ -50,7 +50,9 @@ impl Expander<'_> {
             let text = format!("`{}` takes no arguments by name", copy.kind.value);
             let d = Diagnostic::error("HQ0214", first.key.span, text);
             let d = d.note("it is a type of the task library; arguments by name are for tasks that a spec declares");
-            self.fail(d.help(format!("write its parameters in braces: `{} {{ {} .. }}`", copy.kind.value, first.key.value)));
+            self.fail(
+                d.help(format!("write its parameters in braces: `{} {{ {} .. }}`", copy.kind.value, first.key.value)),
+            );
             return None;
         }
         Some(copy)
@@ -93,10 +95,10 @@ impl Expander<'_> {
         self.used.insert((m, Class::Task, name.value.clone()));
         if task.parameters.is_empty() {
             let e = Diagnostic::error("HQ0204", kind.span, format!("`{}` is a task, and no task type", kind.value));
-            self.fail(
-                e.label(name.span, "declared here")
-                    .help(format!("write `{}` alone in a level, or give it parameters: `task {}(..) = ..`", kind.value, name.value)),
-            );
+            self.fail(e.label(name.span, "declared here").help(format!(
+                "write `{}` alone in a level, or give it parameters: `task {}(..) = ..`",
+                kind.value, name.value
+            )));
             return None;
         }
         if self.recursive(m, Class::Task, name, kind.span) {

@@ -83,7 +83,10 @@ fn whole(body: &str, spelling: Spelling, robot: bool, stack: bool) -> String {
     }
     if stack && !begins(if hq { "stack " } else { "stacks:" }) {
         let tasks: Vec<&str> = if hq {
-            body.lines().filter_map(|l| l.strip_prefix("task ")?.split(' ').next()).filter(|t| !t.contains('(')).collect()
+            body.lines()
+                .filter_map(|l| l.strip_prefix("task ")?.split(' ').next())
+                .filter(|t| !t.contains('('))
+                .collect()
         } else {
             let inside =
                 body.lines().skip_while(|l| !l.starts_with("tasks:")).skip(1).take_while(|l| l.starts_with(' '));

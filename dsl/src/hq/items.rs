@@ -369,7 +369,8 @@ impl Reader<'_> {
             self.diags.push(if word == "level" {
                 diagnostic.note("a level stands inside the braces of a stack").help("write `stack NAME { level .. }`")
             } else {
-                let words = "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `for` or `run`";
+                let words =
+                    "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `for` or `run`";
                 diagnostic.note(words)
             });
             return;

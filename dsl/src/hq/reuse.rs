@@ -158,7 +158,8 @@ impl<'t> Reader<'t> {
             self.diags.push(explain::junk(self.text, range.start, range.end, place, after, false));
         } else if head.body.is_none() {
             self.diags.push(
-                Diagnostic::error("HQ0117", keyword, "this `for` has no block").help("write `{ .. }` behind its values"),
+                Diagnostic::error("HQ0117", keyword, "this `for` has no block")
+                    .help("write `{ .. }` behind its values"),
             );
         }
         head

@@ -1,10 +1,10 @@
 //! The printer of YAML texts: declarations grouped by kind, short mappings and sequences on one line.
 
+use super::hq::takes_arguments;
 use super::yaml_levels as levels;
 use super::yaml_reuse as reuse;
 use super::{Lines, OneLine, WIDTH, expr, no_comments};
 use crate::tree::{Block, Entry, Item, ItemKind, Spec, TaskDefinition, Value, ValueKind};
-use super::hq::takes_arguments;
 use crate::words::{is_glob, is_pattern, is_text_key};
 
 /// Writes a tree.
@@ -29,9 +29,12 @@ fn blank(lines: &mut Lines) {
     }
 }
 
+/// Whether a declaration belongs to a section.
+type OfKind = fn(&ItemKind) -> bool;
+
 /// Declarations grouped by kind, each group below its title; an empty line between groups at the top.
 pub(super) fn sections(items: &[Item], indent: usize, lines: &mut Lines) {
-    let kinds: [(&str, fn(&ItemKind) -> bool); 7] = [
+    let kinds: [(&str, OfKind); 7] = [
         ("import", |kind| matches!(kind, ItemKind::Import(_))),
         ("params", |kind| matches!(kind, ItemKind::Param(_))),
         ("lets", |kind| matches!(kind, ItemKind::Let(_))),

@@ -46,8 +46,11 @@ fn plain(text: &str) -> String {
 /// `{ value: 0.15 m, min: 0.05 m, max: 0.3 m }`
 pub(super) fn ranged(param: &Param, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     let span = param.value.span;
-    let own =
-        Entry { key: Spanned::new("value".to_owned(), span), value: param.value.clone(), comments: Comments::default() };
+    let own = Entry {
+        key: Spanned::new("value".to_owned(), span),
+        value: param.value.clone(),
+        comments: Comments::default(),
+    };
     let entries = std::iter::once(own).chain(param.range.entries.iter().cloned()).collect();
     block(&Block { entries, ..param.range.clone() }, behind, indent, lines);
 }

@@ -32,7 +32,10 @@ impl Reader<'_> {
                     self.pool.before(key.span.range().start, &mut comments.before);
                     stack.base = self.call(value, key.span);
                     self.pool.behind(self.later(value, key.span).range().end, &[','], &mut comments.behind);
-                    self.from_comments(comments, &mut stack);
+                    let closing = &mut stack.settings.closing_comments.before;
+                    // Comments around `from` go to what follows it.
+                    closing.extend(comments.before);
+                    closing.extend(comments.behind);
                 }
                 "changes" => stack.changes = self.changes(value),
                 _ => {
@@ -52,13 +55,6 @@ impl Reader<'_> {
         }
         checks::changes(&mut stack, name.span, from, &mut self.diags);
         stack
-    }
-
-    /// Comments around `from` go to what follows it.
-    fn from_comments(&mut self, comments: Comments, stack: &mut Stack) {
-        let closing = &mut stack.settings.closing_comments.before;
-        closing.extend(comments.before);
-        closing.extend(comments.behind);
     }
 
     /// `key: value`, as in any block.

@@ -17,6 +17,9 @@ use pest::Parser;
 /// The sections that a repetition may hold.
 const REPEATED: &[&str] = &["params", "lets", "tasks", "stacks", "for"];
 
+/// Reads what stands behind a key of a repetition; says whether it knows the key.
+type PartReader<'f, R> = &'f mut dyn FnMut(&mut R, &Spanned<String>, NodeId, &mut Comments) -> bool;
+
 impl Reader<'_> {
     /// The entries of a section in which a name may have parameters, `"reach(side: arm)": ..`: each with the place of
     /// its whole key.
@@ -159,13 +162,10 @@ impl Reader<'_> {
         let words = ["replace", "add", "remove"];
         let help = "write `- replace: NAME`, `- add: NAME` or `- remove: NAME`";
         let word = match &self.node(id).kind {
-            Kind::Mapping(own) => {
-                let key = own.iter().find_map(|(k, v)| {
-                    let (text, _) = self.scalar(*k)?;
-                    words.iter().find(|w| **w == text).map(|w| (*w, *v))
-                });
-                key
-            }
+            Kind::Mapping(own) => own.iter().find_map(|(k, v)| {
+                let (text, _) = self.scalar(*k)?;
+                words.iter().find(|w| **w == text).map(|w| (*w, *v))
+            }),
             _ => {
                 self.wrong_shape(id, "a mapping", help);
                 return None;
@@ -358,7 +358,7 @@ impl Reader<'_> {
         &mut self,
         id: NodeId,
         comments: &mut Comments,
-        part: &mut dyn FnMut(&mut Self, &Spanned<String>, NodeId, &mut Comments) -> bool,
+        part: PartReader<'_, Self>,
     ) -> Option<(Spanned<String>, Values)> {
         let form = "write `{ name: side, in: [left, right], tasks: .. }`, or `in: 1..4`";
         if !matches!(self.node(id).kind, Kind::Mapping(_)) {

@@ -18,8 +18,8 @@ fn value(kind: ValueKind) -> Value {
 fn name() -> impl Strategy<Value = String> {
     static SPECIAL: &[&str] = &[
         "m", "s", "h", "g", "N", "param", "task", "tasks", "stack", "level", "levels", "run", "hard", "weight", "name",
-        "null", "true", "on", "no", "hierarq", "e3", "_", "w", "from", "let", "import", "in", "as", "min", "value", "add",
-        "before", "for",
+        "null", "true", "on", "no", "hierarq", "e3", "_", "w", "from", "let", "import", "in", "as", "min", "value",
+        "add", "before", "for",
     ];
     prop_oneof![
         6 => "[a-zA-Z_][a-zA-Z0-9_]{0,8}",
@@ -142,23 +142,27 @@ fn any_value() -> BoxedStrategy<Value> {
 }
 
 fn block() -> BoxedStrategy<Block> {
-    block_of(any_value()).prop_map(|b| Block { tagged: false, ..b })
-    .boxed()
+    block_of(any_value()).prop_map(|b| Block { tagged: false, ..b }).boxed()
 }
 
 fn named() -> BoxedStrategy<Vec<Entry>> {
-    let one = (name(), expr()).prop_map(|(key, value)| Entry { key: spanned(key), value, comments: Comments::default() });
-    prop_oneof![2 => Just(Vec::new()), 1 => prop::collection::vec(one, 0..3).prop_map(|all| distinct(all, &[]))]
-    .boxed()
+    let one =
+        (name(), expr()).prop_map(|(key, value)| Entry { key: spanned(key), value, comments: Comments::default() });
+    prop_oneof![2 => Just(Vec::new()), 1 => prop::collection::vec(one, 0..3).prop_map(|all| distinct(all, &[]))].boxed()
 }
 
 fn definition() -> BoxedStrategy<TaskDefinition> {
     // `for` in the place of a kind begins a repetition.
     let kind = name().prop_filter("no kind", |n| n != "for");
-    (kind, prop::collection::vec(expr(), 0..3), named(), prop_oneof![Just(Block::default()), block()]).prop_map(
-        |(kind, args, named, body)| TaskDefinition { kind: spanned(kind), args, named, body, span: Span::default() },
-    )
-    .boxed()
+    (kind, prop::collection::vec(expr(), 0..3), named(), prop_oneof![Just(Block::default()), block()])
+        .prop_map(|(kind, args, named, body)| TaskDefinition {
+            kind: spanned(kind),
+            args,
+            named,
+            body,
+            span: Span::default(),
+        })
+        .boxed()
 }
 
 fn parameters() -> BoxedStrategy<Vec<Parameter>> {
@@ -173,25 +177,19 @@ fn parameters() -> BoxedStrategy<Vec<Parameter>> {
         all.retain(|p| seen.insert(p.name.value.clone()));
         all
     });
-    prop_oneof![2 => Just(Vec::new()), 1 => some]
-    .boxed()
+    prop_oneof![2 => Just(Vec::new()), 1 => some].boxed()
 }
 
 fn call() -> BoxedStrategy<Call> {
-    (name(), prop::collection::vec(expr(), 0..3), named()).prop_map(|(name, args, named)| Call {
-        name: spanned(name),
-        args,
-        named,
-        span: Span::default(),
-    })
-    .boxed()
+    (name(), prop::collection::vec(expr(), 0..3), named())
+        .prop_map(|(name, args, named)| Call { name: spanned(name), args, named, span: Span::default() })
+        .boxed()
 }
 
 fn values() -> BoxedStrategy<Values> {
     let list = prop::collection::vec(expr(), 0..3).prop_map(|items| Values::List(value(ValueKind::List(items))));
     let named = name().prop_map(|n| Values::List(value(ValueKind::Name(n))));
-    prop_oneof![2 => list, 1 => named, 2 => (expr(), expr()).prop_map(|(a, b)| Values::Range(a, b))]
-    .boxed()
+    prop_oneof![2 => list, 1 => named, 2 => (expr(), expr()).prop_map(|(a, b)| Values::Range(a, b))].boxed()
 }
 
 fn range() -> BoxedStrategy<Block> {
@@ -205,20 +203,15 @@ fn range() -> BoxedStrategy<Block> {
         let closing_comments = if entries.is_empty() { Comments::default() } else { closing_comments };
         Block { entries, closing_comments, ..Block::default() }
     });
-    prop_oneof![2 => Just(Block::default()), 1 => some]
-    .boxed()
+    prop_oneof![2 => Just(Block::default()), 1 => some].boxed()
 }
 
 fn plain_member() -> BoxedStrategy<Member> {
     let task =
         prop_oneof![name().prop_map(|n| MemberTask::Name(spanned(n))), definition().prop_map(MemberTask::Inline),];
-    (task, prop::option::of(expr()), comments()).prop_map(|(task, weight, comments)| Member {
-        task,
-        weight,
-        comments,
-        span: Span::default(),
-    })
-    .boxed()
+    (task, prop::option::of(expr()), comments())
+        .prop_map(|(task, weight, comments)| Member { task, weight, comments, span: Span::default() })
+        .boxed()
 }
 
 fn member() -> BoxedStrategy<Member> {
@@ -249,23 +242,27 @@ fn settings(
 }
 
 fn level() -> BoxedStrategy<Level> {
-    let settings = settings(&["name", "tasks", "hard", "level", "hrad", "replace", "add", "remove", "before", "after"], expr().boxed(), false).prop_map(|mut b| {
+    let settings = settings(
+        &["name", "tasks", "hard", "level", "hrad", "replace", "add", "remove", "before", "after"],
+        expr().boxed(),
+        false,
+    )
+    .prop_map(|mut b| {
         // A key that looks like `hard` misspelt is taken for that.
         b.entries.retain(|e| e.key.len() != 4 && e.key.len() != 3 && e.key.len() != 5);
         b
     });
     let name = name().prop_filter("a level cannot be called `hard`", |n| n != "hard");
-    (name, any::<bool>(), settings, prop::collection::vec(member(), 0..4), comments()).prop_map(
-        |(name, hard, settings, members, comments)| Level {
+    (name, any::<bool>(), settings, prop::collection::vec(member(), 0..4), comments())
+        .prop_map(|(name, hard, settings, members, comments)| Level {
             name: spanned(name),
             hard: hard.then(Span::default),
             settings,
             members,
             comments,
             span: Span::default(),
-        },
-    )
-    .boxed()
+        })
+        .boxed()
 }
 
 fn stack() -> BoxedStrategy<Stack> {
@@ -280,19 +277,19 @@ fn stack() -> BoxedStrategy<Stack> {
         removal
     ];
     let plain = prop::collection::vec(level(), 0..3).prop_map(|levels| (None, levels, Vec::new()));
-    let made = (call(), prop::collection::vec(change, 0..3)).prop_map(|(base, changes)| (Some(base), Vec::new(), changes));
+    let made =
+        (call(), prop::collection::vec(change, 0..3)).prop_map(|(base, changes)| (Some(base), Vec::new(), changes));
     let content = prop_oneof![2 => plain, 1 => made];
-    (name(), parameters(), settings(RESERVED, any_value(), true), content).prop_map(
-        |(name, parameters, settings, (base, levels, changes))| Stack {
+    (name(), parameters(), settings(RESERVED, any_value(), true), content)
+        .prop_map(|(name, parameters, settings, (base, levels, changes))| Stack {
             name: spanned(name),
             parameters,
             base,
             settings,
             levels,
             changes,
-        },
-    )
-    .boxed()
+        })
+        .boxed()
 }
 
 fn import() -> BoxedStrategy<Import> {
@@ -304,17 +301,23 @@ fn import() -> BoxedStrategy<Import> {
     let path = text().prop_map(|t| format!("{t}.hq"));
     (path, prop::collection::vec(one, 0..4), before())
         .prop_map(|(path, names, closing_comments)| Import { path: spanned(path), names, closing_comments })
-    .boxed()
+        .boxed()
 }
 
 /// What may be repeated.
 fn repeated() -> BoxedStrategy<ItemKind> {
     prop_oneof![
-        (name(), expr(), range())
-            .prop_map(|(n, value, range)| ItemKind::Param(Param { name: spanned(n), value, range })),
+        (name(), expr(), range()).prop_map(|(n, value, range)| ItemKind::Param(Param {
+            name: spanned(n),
+            value,
+            range
+        })),
         (name(), expr()).prop_map(|(n, value)| ItemKind::Let(Let { name: spanned(n), value })),
-        (name(), parameters(), definition())
-            .prop_map(|(n, parameters, definition)| ItemKind::Task(Task { name: spanned(n), parameters, definition })),
+        (name(), parameters(), definition()).prop_map(|(n, parameters, definition)| ItemKind::Task(Task {
+            name: spanned(n),
+            parameters,
+            definition
+        })),
         stack().prop_map(ItemKind::Stack),
     ]
     .boxed()
