@@ -11,6 +11,7 @@ mod expand;
 pub mod expr;
 mod forms;
 mod lowering;
+mod named;
 pub mod names;
 mod paths;
 pub mod report;

@@ -35,6 +35,7 @@ fn codes_rise_and_every_reported_one_is_explained() {
         include_str!("../src/hq/levels.rs"),
         include_str!("../src/hq/reuse.rs"),
         include_str!("../src/yaml/mod.rs"),
+        include_str!("../src/yaml/repeat.rs"),
         include_str!("../src/yaml/reuse.rs"),
         include_str!("../src/yaml/events.rs"),
         include_str!("../src/yaml/items.rs"),

@@ -3,6 +3,7 @@
 mod events;
 mod items;
 mod levels;
+mod repeat;
 mod reuse;
 mod scalars;
 mod syntax;
