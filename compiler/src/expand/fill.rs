@@ -56,6 +56,11 @@ impl Frame {
         Frame { resolve: false, ..Frame::of(module) }
     }
 
+    /// True where the tree is copied for a use, and not taken as it stands.
+    pub fn copies(&self) -> bool {
+        self.used.is_some()
+    }
+
     /// The same with one more name, for one value of a repetition.
     pub fn with(&self, name: &str, value: Value, at: Span) -> Frame {
         let mut bound = self.bound.clone();
@@ -159,7 +164,8 @@ impl Expander<'_> {
 
     /// A value.
     pub(super) fn value(&mut self, value: &Value, frame: &mut Frame) -> Value {
-        if !self.count(value.span) {
+        // What stands where it was written is no copy.
+        if frame.copies() && !self.count(value.span) {
             return Value { kind: ValueKind::Missing, span: value.span };
         }
         let span = self.at(value.span, frame);

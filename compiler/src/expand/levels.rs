@@ -30,7 +30,7 @@ impl Expander<'_> {
     pub(super) fn members(&mut self, members: &[Member], frame: &mut Frame) -> Vec<Member> {
         let mut out = Vec::new();
         for m in members {
-            if !self.count(m.span) {
+            if frame.copies() && !self.count(m.span) {
                 break;
             }
             let task = match &m.task {
