@@ -86,7 +86,7 @@ impl Constants<'_> {
         if let (Some((_, min, at)), Some((_, max, other))) = (bounds.iter().find(|b| b.0), bounds.iter().find(|b| !b.0))
             && min > max
         {
-            let d = Diagnostic::error("HQ0312", *at, format!("nothing lies between {min} and {max}"));
+            let d = Diagnostic::error("HQ0315", *at, format!("nothing lies between {min} and {max}"));
             diagnostics.push(d.here("min").label(*other, "max").help("write the smaller bound behind `min`"));
             return None;
         }
@@ -108,7 +108,7 @@ impl Constants<'_> {
         if let Some((min, bound, at)) = outside {
             let (word, side) = if *min { ("below", "least") } else { ("above", "most") };
             let text = format!("`{}` is {x}{unit}, {word} its range", name.value);
-            let d = Diagnostic::error("HQ0312", value.span, text).here(format!("at {side} {bound}{unit} is allowed"));
+            let d = Diagnostic::error("HQ0315", value.span, text).here(format!("at {side} {bound}{unit} is allowed"));
             diagnostics.push(d.label(*at, "the range").help("give a value inside the range, or change the range"));
         }
         outside.is_none()

@@ -116,7 +116,7 @@ fn an_imported_stack_and_robot() {
     assert_ne!(changed, p);
     let set = [("speed".to_string(), "-0.5 rad/s".to_string())];
     let refused = compiled(&format!("hierarq 1\n{short}"), Spelling::Hq, &folder, &set);
-    assert_eq!(refused.report.diagnostics.iter().map(|d| d.code).collect::<Vec<_>>(), ["HQ0312"]);
+    assert_eq!(refused.report.diagnostics.iter().map(|d| d.code).collect::<Vec<_>>(), ["HQ0315"]);
 }
 
 #[test]

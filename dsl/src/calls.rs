@@ -32,13 +32,13 @@ pub(crate) fn parameters(
         let form = "write `name: type`, or `name: type = value`";
         if let Some((at, text)) = junk {
             let message = format!("`{}` cannot be read in a list of parameters", clip(&text));
-            diags.push(Diagnostic::error("HQ0122", at, message).help(form));
+            diags.push(Diagnostic::error("HQ0128", at, message).help(form));
             continue;
         }
         let Some(name) = name else { continue };
         let Some(ty) = ty else {
             let message = format!("the parameter `{}` has no type", clip(&name.value));
-            diags.push(Diagnostic::error("HQ0122", name.span, message).help(format!(
+            diags.push(Diagnostic::error("HQ0128", name.span, message).help(format!(
                 "write for instance `{}: arm`, `{}: point` or `{}: rate = 5 /s`",
                 name.value, name.value, name.value
             )));

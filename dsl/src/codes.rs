@@ -100,7 +100,7 @@ pub static CODES: &[(&str, &str, &str)] = &[
         "Some keys would mean two things in one of the two spellings: a robot cannot have a key `from`, a stack none called `level`, `levels`, `from`, `changes`, `replace`, `add` or `remove`, a level none called `name`, `hard`, `tasks`, `replace`, `add`, `remove`, `before` or `after`, a member of a level only `task` and `weight`. A pattern such as `\"arm_*\"` can be a key where joints are named, and no setting.",
     ),
     (
-        "HQ0122",
+        "HQ0128",
         "parameters of a declaration",
         "What a task or a stack takes stands in parentheses behind its name, each parameter with its type: `task reach(side: arm, goal: point, gain: rate = 5 /s) = ..`. In YAML the same text is the key, in quotes. A robot takes nothing.",
     ),

@@ -233,7 +233,7 @@ task lift = frame_position(tool) { position initial(position) + [0, 0, 0.1] m }
 ```"#,
     ),
     (
-        "HQ0312",
+        "HQ0315",
         "outside the range of a param",
         r#"A param may say between which values it lies. Its own value, and one given with `--set`, must lie there; both places are shown.
 

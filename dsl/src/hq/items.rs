@@ -148,7 +148,7 @@ impl Reader<'_> {
                 let base = parts.from.take().and_then(|from| self.from(from, "robot"));
                 if let Some(call) = base.as_ref().filter(|call| call.span != call.name.span) {
                     let at = Span::new(self.source, call.name.span.range().end, call.span.range().end);
-                    let diagnostic = Diagnostic::error("HQ0122", at, "a robot takes nothing in parentheses");
+                    let diagnostic = Diagnostic::error("HQ0128", at, "a robot takes nothing in parentheses");
                     self.diags.push(diagnostic.help("write what differs in braces: `{ home { .. } }`"));
                 }
                 let mut body = self.body(parts, keyword, "robot", comments);

@@ -55,7 +55,7 @@ impl Reader<'_> {
         if !text[rest..].trim().is_empty() || name.is_none() {
             let start = if name.is_some() { rest } else { 0 };
             let message = format!("`{}` cannot be read as a name with its parameters", clip(text[start..].trim()));
-            let diagnostic = Diagnostic::error("HQ0122", place.span(start, text.len()), message);
+            let diagnostic = Diagnostic::error("HQ0128", place.span(start, text.len()), message);
             self.diags.push(diagnostic.help("write `\"NAME(side: arm, gain: rate = 5 /s)\":`"));
         }
         name.map(|name| (name, parameters))
