@@ -110,7 +110,7 @@ fn every_seeded_fault_is_found_where_it_is() {
 #[test]
 fn the_examples_are_good_before_they_are_spoilt() {
     for file in fault::files() {
-        let found = judge::diagnostics(&file, &text_of(&format!("examples/{file}")));
+        let found = judge::diagnostics(&file, &text_of(&format!("tests/corpus/specs/{file}")));
         assert!(found.is_empty(), "{file}: {found:?}");
     }
 }
@@ -118,7 +118,7 @@ fn the_examples_are_good_before_they_are_spoilt() {
 /// A judge that always says yes proves nothing: a fault expected in the wrong place or with the wrong code is told apart.
 #[test]
 fn the_judge_tells_right_from_wrong() {
-    let text = text_of("examples/hello.hq").replace("joint_velocity_limits", "joint_velocity_limit");
+    let text = text_of("tests/corpus/specs/hello.hq").replace("joint_velocity_limits", "joint_velocity_limit");
     let at = text.find("joint_velocity_limit").expect("it is there");
     let place = at..at + "joint_velocity_limit".len();
     let verdict = |code: &str, range: std::ops::Range<usize>, text: &str| {
@@ -128,5 +128,5 @@ fn the_judge_tells_right_from_wrong() {
     assert_eq!(verdict("HQ0201", place.clone(), &text), Verdict::Exact);
     assert_eq!(verdict("HQ0201", place.start..place.end - 1, &text), Verdict::Inexact);
     assert_eq!(verdict("HQ0204", place.clone(), &text), Verdict::OtherCode);
-    assert_eq!(verdict("HQ0201", place, &text_of("examples/hello.hq")), Verdict::Silent);
+    assert_eq!(verdict("HQ0201", place, &text_of("tests/corpus/specs/hello.hq")), Verdict::Silent);
 }

@@ -114,7 +114,7 @@ fn a_division_by_zero_on_the_way_is_a_fault() {
 fn the_robot_keeps_within_its_limits_with_lag_and_noise() {
     let text = std::fs::read_to_string(common::example("safety_tasks.hq")).expect("readable");
     let text = text.replace("duration 50 s", "duration 5 s  simulator { lag 0.03 s  noise 0.0005 rad  seed 7 }");
-    let text = text.replace("rate 100 Hz", "rate 100 Hz  tracking_gain 5 /s");
+    let text = text.replace("stack safety {", "robot tuned from canopies { tracking_gain 5 /s }\n\nstack safety {");
     let program = common::program_of(&text);
     let (a, b) = (common::run(&program), common::run(&program));
     for (x, y) in a.iter().zip(&b) {

@@ -5,6 +5,8 @@ mod common;
 mod editor;
 #[path = "lsp/fixes.rs"]
 mod fixes;
+#[path = "lsp/reuse.rs"]
+mod reuse;
 #[path = "lsp/words.rs"]
 mod words;
 

@@ -1,6 +1,6 @@
 //! Bounds on the size of a spec: beyond them it is refused before anything is looked up, so that no text takes long.
 
-use dsl::tree::{ItemKind, Spec};
+use dsl::tree::{Spec, Stack};
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, StackProgram};
 use stdlib_tasks::bound::Bound;
@@ -16,24 +16,23 @@ const MAX_MEMBERS: usize = 5_000;
 /// Most rows of a stack, and most pairs of parts that a collision limit compares.
 const MAX_ROWS: usize = 2_000;
 
-/// The diagnostic for a spec with too many parts.
+fn too_many(span: Span, what: &str, most: usize) -> Diagnostic {
+    Diagnostic::error("HQ0190", span, format!("this spec has more than {most} {what}"))
+        .here("read up to here")
+        .help("split the spec, or generate it closer to what the robot needs")
+}
+
+/// The diagnostic for a spec with too many declarations.
 pub(crate) fn spec(spec: &Spec) -> Option<Diagnostic> {
-    let too_many = |span: Span, what: &str, most: usize| {
-        Diagnostic::error("HQ0190", span, format!("this spec has more than {most} {what}"))
-            .here("read up to here")
-            .help("split the spec, or generate it closer to what the robot needs")
-    };
-    if let Some(item) = spec.items.get(MAX_DECLARATIONS) {
-        return Some(too_many(item.span, "declarations", MAX_DECLARATIONS));
-    }
-    let stacks = spec.items.iter().filter_map(|i| match &i.kind {
-        ItemKind::Stack(s) => Some(s),
-        _ => None,
-    });
-    if let Some(stack) = stacks.clone().nth(MAX_STACKS) {
+    spec.items.get(MAX_DECLARATIONS).map(|item| too_many(item.span, "declarations", MAX_DECLARATIONS))
+}
+
+/// The diagnostic for stacks with too many parts, once what stands for several is written out.
+pub(crate) fn stacks(stacks: &[Stack]) -> Option<Diagnostic> {
+    if let Some(stack) = stacks.get(MAX_STACKS) {
         return Some(too_many(stack.name.span, "stacks", MAX_STACKS));
     }
-    let levels = || stacks.clone().flat_map(|s| &s.levels);
+    let levels = || stacks.iter().flat_map(|s| &s.levels);
     if let Some(level) = levels().nth(MAX_MEMBERS) {
         return Some(too_many(level.name.span, "levels", MAX_MEMBERS));
     }

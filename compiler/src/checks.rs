@@ -77,7 +77,7 @@ fn place(places: &Places, task: usize, param: &str) -> Span {
 /// Where a number of a task was written; the parameter, or the task's type, where it is a default.
 fn number(places: &Places, task: usize, param: &str, is: impl Fn(&Number) -> bool) -> Span {
     let t = &places.tasks[task];
-    let written = t.numbers.iter().find(|n| n.span.source == t.span.source && is(n));
+    let written = t.numbers.iter().find(|n| n.written && is(n));
     written.map_or_else(|| place(places, task, param), |n| n.span)
 }
 

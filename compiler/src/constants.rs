@@ -2,15 +2,22 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use dsl::tree::{BinaryOp, Param, Value, ValueKind};
+use dsl::tree::{BinaryOp, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use robot::{DofUnit, Model};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, RATE, TIME};
 
 use crate::expr::{FUNCTIONS, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Symbol, Typed, bracketed};
+use crate::forms::target;
 use crate::units;
 
-/// What is known of the declared parameters.
+/// True for a name that the language gives a meaning of its own.
+pub fn is_word(name: &str) -> bool {
+    let words = ["pi", "t", "time", "true", "false", "auto", "initial", "frame", "joint", "and", "or", "not"];
+    words.contains(&name) || FUNCTIONS.iter().any(|f| f.name == name)
+}
+
+/// What is known of the declared parameters, and of other named values.
 #[derive(Debug, Default)]
 pub struct Params {
     /// Values by name.
@@ -24,6 +31,7 @@ pub struct Params {
 impl Params {
     /// What a name means, where it is a parameter.
     pub fn meaning(&mut self, name: &str) -> Meaning {
+        let name = target(name);
         if self.failed.contains(name) {
             return Meaning::Failed;
         }
@@ -36,9 +44,14 @@ impl Params {
         }
     }
 
-    /// All names.
+    /// True for the name of a value.
+    pub fn knows(&self, name: &str) -> bool {
+        self.symbols.contains_key(target(name)) || self.failed.contains(target(name))
+    }
+
+    /// All names that can be written.
     pub fn names(&self) -> Vec<String> {
-        self.symbols.keys().chain(&self.failed).cloned().collect()
+        self.symbols.keys().chain(&self.failed).filter(|n| !n.contains('.')).cloned().collect()
     }
 }
 
@@ -129,46 +142,8 @@ pub fn unit_of_divisor(value: &Value, wanted: Dimension) -> Option<String> {
 }
 
 impl Constants<'_> {
-    /// Types a declared parameter; `changed` is the value given in its place on the command line. A second one of the
-    /// same name, or one without a value, is reported.
-    pub fn declare(&mut self, param: &Param, changed: Option<&Value>, diagnostics: &mut Vec<Diagnostic>) {
-        let name = param.name.value.as_str();
-        let named = |text: String| Diagnostic::error("HQ0202", param.name.span, text);
-        if let Some(first) = self.params.symbols.get(name) {
-            diagnostics.push(
-                named(format!("`{name}` is declared twice"))
-                    .label(first.declared, "first here")
-                    .help("remove one, or choose another name"),
-            );
-            return;
-        }
-        let words = ["pi", "t", "time", "true", "false", "auto", "initial", "frame", "joint", "and", "or", "not"];
-        if words.contains(&name) || FUNCTIONS.iter().any(|f| f.name == name) {
-            diagnostics.push(named(format!("`{name}` is a word of the language")).help("choose another name"));
-            self.params.failed.insert(name.to_string());
-            return;
-        }
-        let value = self.constant(&param.value, diagnostics).and_then(|own| match changed {
-            None => Some(own),
-            Some(changed) => {
-                let new = self.constant(changed, diagnostics)?;
-                let wrong = replaces(self.graph, &new, &own, &param.name);
-                let good = wrong.is_none();
-                diagnostics.extend(wrong);
-                good.then_some(new)
-            }
-        });
-        match value {
-            Some(value) => {
-                self.params.symbols.insert(name.to_string(), Symbol { value, declared: param.name.span });
-            }
-            None => {
-                self.params.failed.insert(name.to_string());
-            }
-        }
-    }
-
-    fn constant(&mut self, value: &Value, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
+    /// Types a value that must not move.
+    pub(crate) fn constant(&mut self, value: &Value, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
         let typed = self.typed(value, diagnostics)?;
         let bad = self.not_constant(&typed);
         let good = bad.is_none();
@@ -321,7 +296,7 @@ pub fn with_units(value: &Value) -> Option<Vec<Value>> {
 }
 
 /// Whether a value from the command line may stand in the place of a parameter's own.
-fn replaces(graph: &Graph, new: &Typed, own: &Typed, name: &Spanned<String>) -> Option<Diagnostic> {
+pub(crate) fn replaces(graph: &Graph, new: &Typed, own: &Typed, name: &Spanned<String>) -> Option<Diagnostic> {
     let what = format!("`{}`", name.value);
     let d = if new.kind != own.kind {
         let text = format!("{what} is {}, and this is {}", own.kind.describe(), new.kind.describe());

@@ -37,15 +37,28 @@ pub fn unknown_key(block: &Block, i: usize, keys: &[&str], what: &str) -> Diagno
 /// The text of a value that must be text or a name.
 pub fn text_of(value: &Value) -> Option<&str> {
     match &value.kind {
-        ValueKind::Text(s) | ValueKind::Name(s) => Some(s),
+        ValueKind::Text(s) => Some(s),
+        ValueKind::Name(s) => Some(written(s)),
         _ => None,
     }
+}
+
+/// What a name is in the text. An expansion writes `NAME@VALUE` where the name could be that of a value which has
+/// another name in the program.
+pub fn written(name: &str) -> &str {
+    name.split_once('@').map_or(name, |n| n.0)
+}
+
+/// The name in the program of the value that a name could be that of; see [`written`].
+pub fn target(name: &str) -> &str {
+    name.split_once('@').map_or(name, |n| n.1)
 }
 
 /// A dotted name such as `arms.left`.
 pub fn path_of(value: &Value) -> Option<String> {
     match &value.kind {
-        ValueKind::Name(n) | ValueKind::Text(n) => Some(n.clone()),
+        ValueKind::Name(n) => Some(written(n).to_string()),
+        ValueKind::Text(n) => Some(n.clone()),
         ValueKind::Field(inner, field) => Some(format!("{}.{}", path_of(inner)?, field.value)),
         _ => None,
     }

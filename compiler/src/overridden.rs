@@ -7,12 +7,13 @@ use dsl::{Diagnostic, Severity, Sources, Span};
 use crate::lowering::{Input, compile};
 
 /// Moves errors that the spec does not have by itself to the value given with `--set` that they name, where there is
-/// just one. The text under the error becomes a label.
-pub(crate) fn blame(input: &Input, diagnostics: &mut [Diagnostic], sources: &Sources) {
+/// just one. The text under the error becomes a label. True where one was moved.
+pub(crate) fn blame(input: &Input, diagnostics: &mut [Diagnostic], sources: &Sources) -> bool {
     let is_error = |d: &Diagnostic| d.severity == Severity::Error;
     if input.set.is_empty() || !diagnostics.iter().any(is_error) {
-        return;
+        return false;
     }
+    let mut moved = false;
     let given: Vec<(&str, Span)> =
         input.set.iter().filter_map(|(n, text)| Some((&**n, place(n, text, sources)?))).collect();
     let own = compile(&Input { set: &[], ..input.clone() }).report;
@@ -37,7 +38,9 @@ pub(crate) fn blame(input: &Input, diagnostics: &mut [Diagnostic], sources: &Sou
         let used = if used.is_empty() { "used here".to_string() } else { format!("used here: {used}") };
         d.labels.push(dsl::Label { span: at, text: used });
         d.primary = dsl::Label { span: value, text: "given on the command line".to_string() };
+        moved = true;
     }
+    moved
 }
 
 /// Where the value of a `--set` stands.

@@ -3,13 +3,14 @@
 
 use std::collections::BTreeMap;
 
-use dsl::tree::{ItemKind, Member, MemberTask, Spec, Stack, TaskDefinition};
+use dsl::tree::{Member, MemberTask, Stack, TaskDefinition};
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, Times};
 use runtime::{Evaluator, text};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::task::Nature;
 
+use crate::expand::Expanded;
 use crate::lowering::Places;
 
 /// Weights of one level may differ by as much; beyond, the lighter task is lost in the rounding of the heavier one.
@@ -19,19 +20,10 @@ const WEIGHT_RANGE: f64 = 1e6;
 const MOST_COMPARED: usize = 64;
 
 /// What the spec itself shows, given the program that was made of it.
-pub(crate) fn spec(spec: &Spec, program: &Program, diagnostics: &mut Vec<Diagnostic>) {
-    let mut tasks: BTreeMap<&str, &TaskDefinition> = BTreeMap::new();
-    let mut stacks: Vec<&Stack> = Vec::new();
-    for item in &spec.items {
-        match &item.kind {
-            ItemKind::Task(t) => {
-                tasks.insert(&t.name, &t.definition);
-            }
-            ItemKind::Stack(s) => stacks.push(s),
-            _ => {}
-        }
-    }
-    for (stack, compiled) in stacks.iter().zip(&program.stacks) {
+pub(crate) fn spec(expanded: &Expanded, program: &Program, diagnostics: &mut Vec<Diagnostic>) {
+    let tasks: BTreeMap<&str, &TaskDefinition> =
+        expanded.tasks.iter().map(|t| (t.name.value.as_str(), &t.definition)).collect();
+    for (stack, compiled) in expanded.stacks.iter().zip(&program.stacks) {
         twice(stack, &tasks, diagnostics);
         for (level, compiled) in stack.levels.iter().zip(&compiled.levels) {
             let weights = compiled.members.iter().map(|m| m.weight);
@@ -66,6 +58,8 @@ fn twice(stack: &Stack, tasks: &BTreeMap<&str, &TaskDefinition>, diagnostics: &m
     };
     for member in stack.levels.iter().flat_map(|l| &l.members) {
         let definition = match &member.task {
+            // Repetitions are written out before.
+            MemberTask::For(_) => continue,
             MemberTask::Inline(d) => d,
             MemberTask::Name(n) => match tasks.get(n.value.as_str()) {
                 Some(d) => *d,

@@ -1,10 +1,14 @@
 //! All diagnostics of a compilation, as text for people and as JSON for programs.
 
+use std::collections::BTreeMap;
+
 use dsl::{Diagnostic, Label, Severity, Sources, Span};
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, Report as Miette};
 use serde_json::{Value as Json, json};
 
 use crate::window::Window;
+/// Most uses that are shown with a diagnostic.
+const USES: usize = 4;
 
 /// Diagnostics with the texts that they point into.
 #[derive(Clone, Debug, Default)]
@@ -41,8 +45,10 @@ impl Report {
         self.diagnostics.len() - self.errors()
     }
 
-    /// Sorts diagnostics by place, errors of one place first, and drops exact repetitions.
+    /// Brings places inside of instances to the texts themselves, with the uses that led there as labels; sorts
+    /// diagnostics by place, errors of one place first; and drops repetitions, those of several uses among them.
     pub fn finish(&mut self) {
+        self.settle();
         self.diagnostics.sort_by_key(|d| (d.primary.span.source, d.primary.span.start, d.severity, d.code));
         self.diagnostics.dedup();
         if self.diagnostics.len() > MOST_SHOWN {
@@ -74,6 +80,59 @@ impl Report {
                 .help("mend the first ones; the rest may follow from them");
             self.diagnostics.push(Diagnostic { severity, ..more });
         }
+    }
+
+    /// See [`Report::finish`].
+    fn settle(&mut self) {
+        let mut settled: Vec<(Diagnostic, Vec<Vec<Label>>)> = Vec::new();
+        let mut known: BTreeMap<(Span, &'static str, String), Vec<usize>> = BTreeMap::new();
+        for mut d in std::mem::take(&mut self.diagnostics) {
+            let spans: Vec<Span> = std::iter::once(d.primary.span).chain(d.labels.iter().map(|l| l.span)).collect();
+            d.primary.span = self.sources.real(d.primary.span);
+            for l in &mut d.labels {
+                l.span = self.sources.real(l.span);
+            }
+            let mut uses: Vec<Label> = Vec::new();
+            for (span, what) in spans.iter().flat_map(|s| self.sources.uses(s.source, USES)) {
+                let known = d.primary.span == span || d.labels.iter().chain(&uses).any(|l| l.span == span);
+                if !known {
+                    uses.push(Label { span, text: what.to_string() });
+                }
+            }
+            let alike = known.entry((d.primary.span, d.code, d.message.clone())).or_default();
+            match alike.iter().copied().find(|&i| settled[i].0 == d) {
+                Some(i) => {
+                    // What is wrong with fewer uses is not the fault of one more.
+                    let among = |few: &[Label], many: &[Label]| few.iter().all(|l| many.contains(l));
+                    let others = &mut settled[i].1;
+                    if !others.iter().any(|o| among(o, &uses)) {
+                        others.retain(|o| !among(&uses, o));
+                        others.push(uses);
+                    }
+                }
+                None => {
+                    alike.push(settled.len());
+                    settled.push((d, vec![uses]));
+                }
+            }
+        }
+        self.diagnostics = settled
+            .into_iter()
+            .map(|(mut d, all)| {
+                let mut uses: Vec<Label> = Vec::new();
+                for label in all.into_iter().flatten() {
+                    if !uses.contains(&label) {
+                        uses.push(label);
+                    }
+                }
+                if uses.len() > USES {
+                    d.notes.push(format!("so it is in {} more uses", uses.len() - USES));
+                    uses.truncate(USES);
+                }
+                d.labels.extend(uses);
+                d
+            })
+            .collect();
     }
 
     /// All diagnostics as text.

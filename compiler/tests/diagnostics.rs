@@ -18,6 +18,9 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("checks", include_str!("cases/checks.txt"), Spelling::Hq),
     ("urdf", include_str!("cases/urdf.txt"), Spelling::Hq),
     ("yaml", include_str!("cases/yaml.txt"), Spelling::Yaml),
+    ("imports", include_str!("cases/imports.txt"), Spelling::Hq),
+    ("reuse", include_str!("cases/reuse.txt"), Spelling::Hq),
+    ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Spelling::Yaml),
 ];
 
 /// Text of the snapshot, codes seen, titles of cases that give another number of diagnostics than they say.
@@ -110,4 +113,19 @@ fn urdf() {
 #[test]
 fn yaml() {
     check("yaml");
+}
+
+#[test]
+fn imports() {
+    check("imports");
+}
+
+#[test]
+fn reuse() {
+    check("reuse");
+}
+
+#[test]
+fn reuse_yaml() {
+    check("reuse_yaml");
 }

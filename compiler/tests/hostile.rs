@@ -17,6 +17,8 @@ const SPECS: &[(&str, Spelling)] = &[
     ("cooperative_motion.hq", Spelling::Hq),
     ("cooperative_motion.yaml", Spelling::Yaml),
     ("uncooperative_motion.hq", Spelling::Hq),
+    ("both_arms.hq", Spelling::Hq),
+    ("both_arms.yaml", Spelling::Yaml),
 ];
 
 /// What is written in the place of a word.
@@ -54,6 +56,12 @@ const WORDS: &[&str] = &[
     "stack",
     "sqrt(-t)",
     "\"*\"",
+    "${side}",
+    "1..4",
+    "for i in 1..3 {",
+    "from both",
+    "import",
+    "swing_out(left, [0, 0, 0])",
 ];
 
 /// One change to a text.

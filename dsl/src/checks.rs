@@ -1,7 +1,7 @@
 //! Mistakes of form that both readers look for in a finished part of the tree.
 
 use crate::explain::clip;
-use crate::tree::{Block, Entry, Value, ValueKind};
+use crate::tree::{Block, Entry, Stack, Value, ValueKind};
 use crate::words::{is_pattern, is_text_key};
 use crate::{Diagnostic, Span};
 use std::collections::BTreeMap;
@@ -61,6 +61,63 @@ fn all_text(key: &str, value: &mut Value, text: &str, diags: &mut Vec<Diagnostic
     }
 }
 
+/// Words that are no settings of a stack.
+pub(crate) const STACK_WORDS: &[&str] = &["level", "levels", "from", "changes", "replace", "add", "remove"];
+
+/// Words that are no settings of a level.
+pub(crate) const LEVEL_WORDS: &[&str] = &["name", "tasks", "replace", "add", "remove", "before", "after"];
+
+/// The range of a `param`: `min` and `max`, each a single value.
+pub(crate) fn range(range: &mut Block, diags: &mut Vec<Diagnostic>) {
+    range.entries.retain_mut(|entry| {
+        let key = &entry.key.value;
+        if key != "min" && key != "max" {
+            diags.push(
+                Diagnostic::error("HQ0127", entry.key.span, format!("the range of a param has no `{}`", clip(key)))
+                    .help("write `{ min 0.05 m  max 0.3 m }`, in YAML `{ value: .., min: .., max: .. }`"),
+            );
+            return false;
+        }
+        if crate::words::has_block(&entry.value) {
+            let text = format!("`{key}` is a single value");
+            diags.push(Diagnostic::error("HQ0127", entry.value.span, text).help(format!("write `{key} 0.3 m`")));
+            entry.value.kind = ValueKind::Missing;
+        }
+        true
+    });
+}
+
+/// A stack has levels, or it changes those of the stack that it is made from. `from` says that the word stands there,
+/// `at` where the stack is named.
+pub(crate) fn changes(stack: &mut Stack, at: Span, from: bool, diags: &mut Vec<Diagnostic>) {
+    if from {
+        for level in std::mem::take(&mut stack.levels) {
+            let name = &level.name.value;
+            diags.push(
+                Diagnostic::error(
+                    "HQ0126",
+                    level.name.span,
+                    "a stack that is made from another one lists changes only",
+                )
+                .label(stack.base.as_ref().map_or(at, |base| base.span), "its levels come from here")
+                .help(format!("say what it changes: `add {name} {{ .. }}`, `replace {name} {{ .. }}`")),
+            );
+        }
+    } else if let Some(change) = stack.changes.first() {
+        let (word, span) = match change {
+            crate::tree::Change::Replace(level) => ("replace", level.name.span),
+            crate::tree::Change::Add(level, _) => ("add", level.name.span),
+            crate::tree::Change::Remove(removal) => ("remove", removal.level.span),
+        };
+        diags.push(
+            Diagnostic::error("HQ0126", span, format!("`{word}` changes a level of another stack, and none is named"))
+                .label(at, "this stack is made from no other")
+                .help("name it: `stack NAME from OTHER { .. }`; a level of its own is written `level NAME { .. }`"),
+        );
+        stack.changes.clear();
+    }
+}
+
 /// Settings that would mean something else in one of the spellings; they are reported and removed.
 pub(crate) fn reserved(settings: &mut Block, words: &[&str], what: &str, diags: &mut Vec<Diagnostic>) {
     settings.entries.retain(|entry| {
@@ -70,14 +127,14 @@ pub(crate) fn reserved(settings: &mut Block, words: &[&str], what: &str, diags: 
             diags.push(
                 Diagnostic::error("HQ0121", entry.key.span, format!("`{key}` cannot be a setting of a {what}"))
                     .note("the word has a meaning of its own there in one of the two spellings")
-                    .help(if what == "stack" {
-                        "levels are written `level NAME { .. }`, in YAML as the sequence `levels:`"
-                    } else {
-                        "the tasks of a level stand in its braces, in YAML in the sequence `tasks:`"
+                    .help(match what {
+                        "robot" => "a robot is made from another one by `robot NAME from OTHER { .. }`",
+                        "stack" => "levels are written `level NAME { .. }`, in YAML as the sequence `levels:`",
+                        _ => "the tasks of a level stand in its braces, in YAML in the sequence `tasks:`",
                     }),
             );
         }
-        let pattern = is_pattern(&entry.key.value);
+        let pattern = what != "robot" && is_pattern(&entry.key.value);
         if pattern {
             let text = format!("a pattern cannot be a setting of a {what}");
             diags.push(Diagnostic::error("HQ0121", entry.key.span, text).help("write the name of a setting"));

@@ -3,6 +3,7 @@
 //! [`parse`] reads a `*.hq` or `*.yaml` text into a [`tree::Spec`] together with all diagnostics; [`print`] writes
 //! a tree in either spelling. Nothing outside this crate knows pest, logos or a YAML library.
 
+mod calls;
 mod checks;
 pub mod codes;
 mod comments;

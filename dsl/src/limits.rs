@@ -79,25 +79,50 @@ pub(crate) struct Scan {
 /// True where a declaration begins: the rule `item_head` of the grammar.
 fn item_head(text: &str) -> bool {
     let blank = |c: char| matches!(c, ' ' | '\t' | '\r');
-    let head = |word: &str, closing: char| {
-        let Some(rest) = text.strip_prefix(word) else { return false };
-        let name = rest.trim_start_matches(blank);
-        if name.len() == rest.len() || !name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
-            return false;
-        }
-        name.trim_start_matches(|c: char| c.is_ascii_alphanumeric() || c == '_')
-            .trim_start_matches(blank)
-            .starts_with(closing)
+    // What follows `word`, and whether blanks stand between.
+    let behind = |word: &str| {
+        let rest = text.strip_prefix(word)?;
+        let trimmed = rest.trim_start_matches(blank);
+        Some((trimmed, trimmed.len() < rest.len()))
     };
-    let nameless =
-        |word: &str| text.strip_prefix(word).is_some_and(|rest| rest.trim_start_matches(blank).starts_with('='));
-    head("param", '=')
-        || head("task", '=')
-        || nameless("param")
-        || nameless("task")
-        || head("robot", '{')
-        || head("stack", '{')
-        || text.strip_prefix("run").is_some_and(|rest| rest.trim_start_matches(blank).starts_with('{'))
+    // What follows `word NAME`, and whether blanks stand between.
+    let named = |word: &str| {
+        let (name, true) = behind(word)? else { return None };
+        let mut rest = name;
+        loop {
+            let next = rest.trim_start_matches(|c: char| c.is_ascii_alphanumeric() || c == '_');
+            match next.strip_prefix("${").and_then(|hole| hole.split_once('}')) {
+                Some((hole, after)) if crate::words::is_name(hole) => rest = after,
+                _ => {
+                    rest = next;
+                    break;
+                }
+            }
+        }
+        if rest.len() == name.len() || name.starts_with(|c: char| c.is_ascii_digit()) {
+            return None;
+        }
+        let trimmed = rest.trim_start_matches(blank);
+        Some((trimmed, trimmed.len() < rest.len()))
+    };
+    let head = |word: &str, sign: char| named(word).is_some_and(|(rest, _)| rest.starts_with(sign));
+    let from = |word: &str| {
+        named(word)
+            .is_some_and(|(rest, apart)| apart && rest.strip_prefix("from").is_some_and(|rest| rest.starts_with(blank)))
+    };
+    let nameless = |word: &str, sign: char| behind(word).is_some_and(|(rest, _)| rest.starts_with(sign));
+    let repeats = |(rest, apart): (&str, bool)| {
+        apart
+            && rest
+                .strip_prefix("in")
+                .is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_'))
+    };
+    ["param", "let", "task"].iter().any(|word| head(word, '=') || nameless(word, '='))
+        || ["task", "stack"].iter().any(|word| head(word, '('))
+        || ["robot", "stack"].iter().any(|word| head(word, '{') || from(word))
+        || nameless("import", '"')
+        || named("for").is_some_and(repeats)
+        || nameless("run", '{')
 }
 
 /// The diagnostic for the first control character other than tabs and ends of lines.

@@ -1,18 +1,30 @@
 //! Trees in the order of the YAML sections, so that a spec can be compared with its translation.
 
-use crate::tree::{ItemKind, Spec};
+use crate::tree::{Item, ItemKind, Spec};
 
 impl Spec {
-    /// The same spec with its declarations sorted by kind as YAML groups them: params, robots, tasks, stacks, run.
-    /// Within a kind the order stays.
+    /// The same spec with its declarations sorted by kind as YAML groups them: imports, params, lets, robots, tasks,
+    /// stacks, repetitions, run. Within a kind the order stays.
     pub fn normalised(mut self) -> Spec {
-        self.items.sort_by_key(|item| match item.kind {
-            ItemKind::Param(_) => 0,
-            ItemKind::Robot(_) => 1,
-            ItemKind::Task(_) => 2,
-            ItemKind::Stack(_) => 3,
-            ItemKind::Run(_) => 4,
-        });
+        sort(&mut self.items);
         self
+    }
+}
+
+fn sort(items: &mut [Item]) {
+    items.sort_by_key(|item| match item.kind {
+        ItemKind::Import(_) => 0,
+        ItemKind::Param(_) => 1,
+        ItemKind::Let(_) => 2,
+        ItemKind::Robot(_) => 3,
+        ItemKind::Task(_) => 4,
+        ItemKind::Stack(_) => 5,
+        ItemKind::For(_) => 6,
+        ItemKind::Run(_) => 7,
+    });
+    for item in items {
+        if let ItemKind::For(repeat) = &mut item.kind {
+            sort(&mut repeat.body);
+        }
     }
 }

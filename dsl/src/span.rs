@@ -78,10 +78,28 @@ impl<T> std::ops::Deref for Spanned<T> {
 }
 
 /// The texts that spans point into.
+///
+/// A text may be read several times for different uses: imported by a file, or copied where a declaration is used. Each
+/// such copy is an instance with an index of its own, so that a place in it remembers the uses that led there.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     texts: Vec<SourceText>,
+    instances: Vec<Instance>,
 }
+
+/// A copy of a text, made for a use.
+#[derive(Clone, Debug)]
+struct Instance {
+    /// The text, which may be an instance itself.
+    of: SourceId,
+    /// Where it is used.
+    uses: Vec<Span>,
+    /// What the use is, for a label: "imported here".
+    what: &'static str,
+}
+
+/// Indices from here on are instances.
+const INSTANCES: u32 = 1 << 31;
 
 /// One text with the name it is shown under.
 #[derive(Clone, Debug)]
@@ -101,7 +119,65 @@ impl Sources {
 
     /// The text with this index; an unknown index gives `None`.
     pub fn get(&self, id: SourceId) -> Option<&SourceText> {
-        self.texts.get(id.0 as usize)
+        self.texts.get(self.text_of(id).0 as usize)
+    }
+
+    /// A copy of a text, for a use at a place. `what` says what the use is: "imported here".
+    pub fn instance(&mut self, of: SourceId, used: Span, what: &'static str) -> SourceId {
+        let id = INSTANCES.saturating_add(self.instances.len() as u32);
+        self.instances.push(Instance { of, uses: vec![used], what });
+        SourceId(id)
+    }
+
+    /// Adds a use to an instance.
+    pub fn used_again(&mut self, instance: SourceId, used: Span) {
+        if let Some(known) = self.known_mut(instance) {
+            known.uses.push(used);
+        }
+    }
+
+    fn known(&self, id: SourceId) -> Option<&Instance> {
+        self.instances.get(id.0.checked_sub(INSTANCES)? as usize)
+    }
+
+    fn known_mut(&mut self, id: SourceId) -> Option<&mut Instance> {
+        self.instances.get_mut(id.0.checked_sub(INSTANCES)? as usize)
+    }
+
+    /// The text that an index stands for, itself or as the instance of another. An instance is made after what it is
+    /// an instance of, so this ends.
+    pub fn text_of(&self, id: SourceId) -> SourceId {
+        let mut id = id;
+        while let Some(instance) = self.known(id) {
+            id = instance.of;
+        }
+        id
+    }
+
+    /// The place in the text itself.
+    pub fn real(&self, span: Span) -> Span {
+        Span { source: self.text_of(span.source), ..span }
+    }
+
+    /// The uses that led to a place, the nearest first, each with what it is; at most `most`.
+    pub fn uses(&self, id: SourceId, most: usize) -> Vec<(Span, &'static str)> {
+        let mut out: Vec<(Span, &'static str)> = Vec::new();
+        let mut open = vec![id];
+        // Uses lead to earlier instances only; the bound keeps their number small where they multiply.
+        let mut steps = 0;
+        while let Some(id) = open.pop() {
+            steps += 1;
+            let Some(instance) = self.known(id).filter(|_| steps < 1000) else { continue };
+            for used in &instance.uses {
+                let place = (self.real(*used), instance.what);
+                if !out.contains(&place) && out.len() < most {
+                    out.push(place);
+                }
+            }
+            open.push(instance.of);
+            open.extend(instance.uses.iter().map(|u| u.source).take(most));
+        }
+        out
     }
 
     /// The text under a span, empty where the span does not fit.

@@ -4,7 +4,13 @@
 //! what was said, not at spans, comments, the text of a number or the braces around a tagged value. Nothing here
 //! knows what a task, a frame or a unit means; the compiler does.
 
+mod reuse;
+
 use crate::span::{Span, Spanned};
+
+pub use reuse::{
+    Beside, Call, Change, Import, ImportName, Let, Parameter, Removal, Repeat, RepeatItems, RepeatMembers, Values,
+};
 
 /// One file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,14 +47,20 @@ impl PartialEq for Item {
 /// The kinds of declaration.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ItemKind {
+    /// `import "common/safety.hq" { deck }`
+    Import(Import),
     /// `param approach = 0.15 m`
     Param(Param),
+    /// `let half_turn = pi * 1 rad`
+    Let(Let),
     /// `robot canopies { .. }`
     Robot(Robot),
     /// `task reach = frame_pose { .. }`
     Task(Task),
     /// `stack autonomous { level .. }`
     Stack(Stack),
+    /// `for side in [left, right] { task touch_${side} = .. }`
+    For(RepeatItems),
     /// `run { .. }`
     Run(Run),
 }
@@ -60,6 +72,8 @@ pub struct Param {
     pub name: Spanned<String>,
     /// Its value.
     pub value: Value,
+    /// `{ min 0.05 m  max 0.3 m }`, empty where no range is given.
+    pub range: Block,
 }
 
 /// A robot.
@@ -67,6 +81,8 @@ pub struct Param {
 pub struct Robot {
     /// Its name.
     pub name: Spanned<String>,
+    /// The robot that it is made from: `from canopies`.
+    pub base: Option<Spanned<String>>,
     /// What is said of it.
     pub body: Block,
 }
@@ -76,6 +92,8 @@ pub struct Robot {
 pub struct Task {
     /// Its name.
     pub name: Spanned<String>,
+    /// `(side: arm, gain: rate = 5 /s)`
+    pub parameters: Vec<Parameter>,
     /// Type, arguments and parameters.
     pub definition: TaskDefinition,
 }
@@ -85,8 +103,10 @@ pub struct Task {
 pub struct TaskDefinition {
     /// The task type.
     pub kind: Spanned<String>,
-    /// Positional arguments in parentheses.
+    /// Arguments in parentheses, by position.
     pub args: Vec<Value>,
+    /// Arguments in parentheses by name, behind those by position.
+    pub named: Vec<Entry>,
     /// Parameters; empty where no braces were written.
     pub body: Block,
     /// The whole definition.
@@ -97,13 +117,13 @@ impl TaskDefinition {
     /// Stands where a definition was and could not be read, so that the task keeps its name; its kind is empty.
     pub(crate) fn unread(span: Span) -> TaskDefinition {
         let kind = Spanned::new(String::new(), span);
-        TaskDefinition { kind, args: Vec::new(), body: Block { span, ..Block::default() }, span }
+        TaskDefinition { kind, args: Vec::new(), named: Vec::new(), body: Block { span, ..Block::default() }, span }
     }
 }
 
 impl PartialEq for TaskDefinition {
     fn eq(&self, other: &Self) -> bool {
-        self.kind == other.kind && self.args == other.args && self.body == other.body
+        self.kind == other.kind && self.args == other.args && self.named == other.named && self.body == other.body
     }
 }
 
@@ -112,10 +132,16 @@ impl PartialEq for TaskDefinition {
 pub struct Stack {
     /// Its name.
     pub name: Spanned<String>,
+    /// `(side: arm)`
+    pub parameters: Vec<Parameter>,
+    /// The stack that it is made from: `from autonomous`.
+    pub base: Option<Call>,
     /// Settings that are not levels (`lock [torso]`).
     pub settings: Block,
     /// Levels, the most important first.
     pub levels: Vec<Level>,
+    /// What it changes in its base.
+    pub changes: Vec<Change>,
 }
 
 /// One priority level.
@@ -170,6 +196,8 @@ pub enum MemberTask {
     Name(Spanned<String>),
     /// A task without a name of its own: it has arguments or a block.
     Inline(TaskDefinition),
+    /// `for side in [left, right] { hold(side) }`
+    For(Box<RepeatMembers>),
 }
 
 /// What `hierarq run` does.
@@ -261,7 +289,7 @@ pub enum ValueKind {
     Unit(Box<Value>, Unit),
     /// `"robots/canopies.urdf"`
     Text(String),
-    /// `left_tool`, `pi`, `t`, `true`
+    /// `left_tool`, `pi`, `t`, `true`, `${side}_tool`
     Name(String),
     /// `initial(x)`, `sin(x)`, `hold(left)`
     Call(Spanned<String>, Vec<Value>),

@@ -65,7 +65,7 @@ proptest! {
     }
 
     #[test]
-    fn pieces_of_the_language(words in proptest::collection::vec("task|stack|level|run|param|robot|hard|weight|a|b|m|=|\\{|\\}|\\[|\\]|\\(|\\)|,|\\+|-|\\^|/|:|1|0.5|\"|\n| |  |- |//|#|'|&a|\\*a|<<", 0..60)) {
+    fn pieces_of_the_language(words in proptest::collection::vec("task|stack|level|run|param|robot|hard|weight|for|in|from|import|let|replace|add|remove|as|before|\\$\\{a\\}|\\.\\.|a|b|m|=|\\{|\\}|\\[|\\]|\\(|\\)|,|\\+|-|\\^|/|:|1|0.5|\"|\n| |  |- |//|#|'|&a|\\*a|<<", 0..60)) {
         let text = words.concat();
         survive(&text, Spelling::Hq);
         survive(&text, Spelling::Yaml);

@@ -58,7 +58,7 @@ proptest! {
     fn expressions_keep_their_meaning(value in trees::expr()) {
         use hierarq_dsl::tree::{Item, ItemKind, Param, Spec};
         use hierarq_dsl::{Span, Spanned};
-        let param = Param { name: Spanned::new("a".into(), Span::default()), value };
+        let param = Param { name: Spanned::new("a".into(), Span::default()), value, range: Default::default() };
         let item = Item { kind: ItemKind::Param(param), span: Span::default(), comments: Default::default() };
         let spec = Spec { version: Some(Spanned::new(1, Span::default())), items: vec![item], ..Spec::default() };
         for spelling in [Spelling::Hq, Spelling::Yaml] {

@@ -25,6 +25,7 @@ fn the_grammar_knows_the_units_of_the_vocabulary_and_no_others() {
 fn codes_rise_and_every_reported_one_is_explained() {
     assert!(PAGES.windows(2).all(|w| w[0].code < w[1].code));
     let sources = [
+        include_str!("../src/calls.rs"),
         include_str!("../src/checks.rs"),
         include_str!("../src/explain.rs"),
         include_str!("../src/expr.rs"),
@@ -32,7 +33,10 @@ fn codes_rise_and_every_reported_one_is_explained() {
         include_str!("../src/hq/blocks.rs"),
         include_str!("../src/hq/items.rs"),
         include_str!("../src/hq/levels.rs"),
+        include_str!("../src/hq/reuse.rs"),
         include_str!("../src/yaml/mod.rs"),
+        include_str!("../src/yaml/repeat.rs"),
+        include_str!("../src/yaml/reuse.rs"),
         include_str!("../src/yaml/events.rs"),
         include_str!("../src/yaml/items.rs"),
         include_str!("../src/yaml/levels.rs"),

@@ -1,6 +1,6 @@
 //! `hierarq watch SPEC`
 //!
-//! What is watched are the folders of the spec and of its URDF, because editors replace files as often as they write
+//! What is watched are the folders of the spec, of what it imports and of its URDF, because editors replace files as often as they write
 //! them. What counts is the content: a folder that stirs while both texts stay as they were changes nothing.
 
 use std::collections::BTreeSet;
@@ -10,8 +10,6 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use dsl::SourceId;
-use dsl::tree::{ItemKind, ValueKind};
 use hierarq::project;
 use notify::event::{AccessKind, AccessMode};
 use notify::{Event, EventKind, RecursiveMode, Watcher};
@@ -83,19 +81,18 @@ pub fn run(a: &Arguments) -> Outcome {
     }
 }
 
-/// The spec, and the URDFs that it names as far as it can be read.
+/// The spec, the files that it imports, and the URDFs that they name, as far as all that can be read.
 fn files(spec: &Path) -> Vec<PathBuf> {
     let mut files = vec![spec.to_path_buf()];
     let Ok((spelling, text)) = project::read(spec) else { return files };
-    let (tree, _) = dsl::parse(SourceId(0), &text, spelling);
-    for item in &tree.items {
-        if let ItemKind::Robot(robot) = &item.kind
-            && let Some(entry) = robot.body.get("urdf")
-            && let ValueKind::Text(path) = &entry.value.kind
-        {
-            files.push(spec.parent().unwrap_or(Path::new("")).join(path));
-        }
-    }
+    files.extend(compiler::files(&compiler::Input {
+        name: &spec.display().to_string(),
+        text: &text,
+        spelling,
+        folder: spec.parent().unwrap_or(Path::new("")),
+        set: &[],
+        package_paths: &[],
+    }));
     files
 }
 

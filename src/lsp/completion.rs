@@ -155,6 +155,11 @@ impl List<'_> {
                 self.kinds(1);
             }
             Slot::Stack => self.names(mentions, Class::Stack, 0),
+            Slot::Offered(names) => {
+                for name in names {
+                    self.add(name, CompletionItemKind::VARIABLE, 0, "", String::new());
+                }
+            }
             Slot::Expression { auto, state } => self.expression(mentions, *auto, *state),
             Slot::Captured(actuals, prefix) => {
                 for actual in *actuals {
@@ -242,6 +247,7 @@ impl List<'_> {
             self.add("auto", CompletionItemKind::ENUM_MEMBER, 0, "worked out by the task", String::new());
         }
         self.names(mentions, Class::Param, 0);
+        self.names(mentions, Class::Let, 0);
         let known = BUILT_IN.iter().map(|k| k.name).filter(|n| state || !PRESENT.contains(n));
         let known: Vec<&str> = known.collect();
         self.built_in(&known, 1);

@@ -8,6 +8,7 @@ use dsl::tree::{ItemKind, Spec};
 use dsl::{Diagnostic, Severity, Sources, Spelling};
 use lsp_types::{TextDocumentItem, Uri};
 
+use super::imports::{self, Imported};
 use super::mentions::{self, Mentions};
 use super::text::Text;
 use super::urdf::{self, Urdf};
@@ -24,6 +25,8 @@ pub(super) struct Analysis {
     pub mentions: Mentions,
     /// The URDF, where it can be read.
     pub urdf: Option<Rc<Urdf>>,
+    /// The files that it imports, as far as they can be read.
+    pub imports: Vec<Imported>,
 }
 
 /// An open document.
@@ -90,9 +93,10 @@ impl Document {
             let text = self.text.as_str();
             let source = Sources::default().add("", "");
             let (spec, diagnostics) = dsl::parse(source, text, spelling);
-            let urdf = self.urdf(&spec);
-            let mentions = mentions::of(&spec, text, spelling, urdf.as_deref());
-            Analysis { spec, diagnostics, mentions, urdf }
+            let imports = imports::read(&spec, self.folder());
+            let urdf = self.urdf(&spec, &imports);
+            let mentions = mentions::of(&spec, text, spelling, urdf.as_deref(), &imports);
+            Analysis { spec, diagnostics, mentions, urdf, imports }
         }))
     }
 
@@ -100,17 +104,20 @@ impl Document {
     pub fn imagine(&self, text: &str) -> Option<Mentions> {
         let source = Sources::default().add("", "");
         let (spec, _) = dsl::parse(source, text, self.spelling()?);
-        let urdf = self.analysis().and_then(|a| a.urdf.clone());
-        Some(mentions::of(&spec, text, self.spelling()?, urdf.as_deref()))
+        let analysis = self.analysis();
+        let urdf = analysis.and_then(|a| a.urdf.clone());
+        let imports = analysis.map_or(&[][..], |a| &a.imports);
+        Some(mentions::of(&spec, text, self.spelling()?, urdf.as_deref(), imports))
     }
 
-    /// The URDF that the spec names, read again where it has changed.
-    fn urdf(&self, spec: &Spec) -> Option<Rc<Urdf>> {
-        let robot = spec.items.iter().find_map(|i| match &i.kind {
-            ItemKind::Robot(r) => Some(r),
+    /// The URDF that the spec names, or one of its imports, read again where it has changed.
+    fn urdf(&self, spec: &Spec, imports: &[Imported]) -> Option<Rc<Urdf>> {
+        let own = spec.items.iter().find_map(|i| match &i.kind {
+            ItemKind::Robot(r) => super::walk::word(&r.body.get("urdf")?.value),
             _ => None,
-        })?;
-        let path = self.folder().join(super::walk::word(&robot.body.get("urdf")?.value)?);
+        });
+        let own = own.map(|path| self.folder().join(path));
+        let path = own.or_else(|| imports.iter().find_map(|i| i.urdf.clone()))?;
         let mut kept = self.urdf.borrow_mut();
         let fresh = kept.as_ref().is_some_and(|u| u.path == path && u.changed == urdf::changed(&path));
         if !fresh {

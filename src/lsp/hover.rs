@@ -24,6 +24,11 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
         What::Declared(class, name) => declared(document, analysis, *class, name)?,
         What::Link(name) => analysis.urdf.as_ref()?.links.get(name)?.about.clone(),
         What::Joint(name) => analysis.urdf.as_ref()?.joints.get(name)?.about.clone(),
+        What::Spec(written) => {
+            let file = analysis.imports.iter().find(|i| i.written == *written)?;
+            let names = super::imports::VISIBLE.iter().map(|class| file.mentions.names(*class).count());
+            format!("`{written}` declares {} names", names.sum::<usize>())
+        }
         What::File => {
             let urdf = analysis.urdf.as_ref()?;
             format!("{} links, {} joints", urdf.links.len(), urdf.joints.len())
@@ -49,9 +54,18 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
 
 fn declared(document: &Document, analysis: &Analysis, class: Class, name: &str) -> Option<String> {
     let declaration = analysis.mentions.declared.get(&(class, name.to_string()))?;
-    let whole = document.text.as_str().get(declaration.whole.clone())?;
+    let file = declaration.elsewhere.as_ref();
+    let file = file.and_then(|(written, _, whole)| {
+        Some((analysis.imports.iter().find(|i| i.written == *written)?, whole.clone()))
+    });
+    let (text, whole, spelling) = match &file {
+        Some((file, whole)) => (&file.text, whole.clone(), file.spelling),
+        None => (&document.text, declaration.whole.clone(), document.spelling()?),
+    };
+    let start = whole.start;
+    let whole = text.as_str().get(whole)?;
     // Lines after the first lose the indentation that the declaration has.
-    let column = document.text.position(declaration.whole.start).character as usize;
+    let column = text.position(start).character as usize;
     let mut lines = whole.lines().enumerate().map(|(i, l)| match l.get(..column) {
         Some(space) if i > 0 && space.trim().is_empty() => &l[column..],
         _ => l,
@@ -60,7 +74,7 @@ fn declared(document: &Document, analysis: &Analysis, class: Class, name: &str) 
     if lines.next().is_some() {
         code.push("..");
     }
-    let language = if document.spelling()? == dsl::Spelling::Hq { "hq" } else { "yaml" };
+    let language = if spelling == dsl::Spelling::Hq { "hq" } else { "yaml" };
     let short = name.rsplit('.').next().unwrap_or(name);
     let mut out = format!("{} `{short}`\n\n```{language}\n{}\n```", class.word(), code.join("\n"));
     let comments = declaration.comments.join("\n");

@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use compiler::units;
-use dsl::tree::{Block, ItemKind, MemberTask, Spec, TaskDefinition, Unit, Value, ValueKind};
+use dsl::tree::{
+    Block, Change, Item, ItemKind, Level, Member, MemberTask, Parameter, Spec, TaskDefinition, Unit, Value, ValueKind,
+};
 use lsp_types::{InlayHint, InlayHintLabel};
 
 use super::document::Document;
@@ -34,33 +36,64 @@ pub(super) fn of(document: &Document, part: Range<usize>) -> Option<Vec<InlayHin
 /// For each quantity that is not in SI, the byte behind it and its value.
 fn quantities(spec: &Spec) -> Vec<(usize, String)> {
     let mut out = Vec::new();
-    for item in &spec.items {
-        match &item.kind {
-            ItemKind::Param(p) => value(&p.value, &mut out),
-            ItemKind::Robot(r) => block(&r.body, &mut out),
-            ItemKind::Task(t) => definition(&t.definition, &mut out),
-            ItemKind::Run(r) => block(&r.body, &mut out),
-            ItemKind::Stack(s) => {
-                block(&s.settings, &mut out);
-                for level in &s.levels {
-                    block(&level.settings, &mut out);
-                    for member in &level.members {
-                        if let MemberTask::Inline(d) = &member.task {
-                            definition(d, &mut out);
-                        }
-                        if let Some(weight) = &member.weight {
-                            value(weight, &mut out);
-                        }
-                    }
-                }
-            }
-        }
-    }
+    spec.items.iter().for_each(|i| item(i, &mut out));
     out
 }
 
+fn item(item: &Item, out: &mut Vec<(usize, String)>) {
+    match &item.kind {
+        ItemKind::Import(_) => {}
+        ItemKind::Param(p) => {
+            value(&p.value, out);
+            block(&p.range, out);
+        }
+        ItemKind::Let(l) => value(&l.value, out),
+        ItemKind::Robot(r) => block(&r.body, out),
+        ItemKind::Task(t) => {
+            defaults(&t.parameters, out);
+            definition(&t.definition, out);
+        }
+        ItemKind::Run(r) => block(&r.body, out),
+        ItemKind::Stack(s) => {
+            defaults(&s.parameters, out);
+            if let Some(base) = &s.base {
+                base.args.iter().chain(base.named.iter().map(|e| &e.value)).for_each(|v| value(v, out));
+            }
+            block(&s.settings, out);
+            s.levels.iter().for_each(|l| level(l, out));
+            for change in &s.changes {
+                match change {
+                    Change::Replace(l) | Change::Add(l, _) => level(l, out),
+                    Change::Remove(_) => {}
+                }
+            }
+        }
+        ItemKind::For(f) => f.body.iter().for_each(|i| self::item(i, out)),
+    }
+}
+
+fn level(level: &Level, out: &mut Vec<(usize, String)>) {
+    block(&level.settings, out);
+    level.members.iter().for_each(|m| member(m, out));
+}
+
+fn member(member: &Member, out: &mut Vec<(usize, String)>) {
+    match &member.task {
+        MemberTask::Name(_) => {}
+        MemberTask::Inline(d) => definition(d, out),
+        MemberTask::For(f) => f.body.iter().for_each(|m| self::member(m, out)),
+    }
+    if let Some(weight) = &member.weight {
+        value(weight, out);
+    }
+}
+
+fn defaults(parameters: &[Parameter], out: &mut Vec<(usize, String)>) {
+    parameters.iter().filter_map(|p| p.default.as_ref()).for_each(|v| value(v, out));
+}
+
 fn definition(d: &TaskDefinition, out: &mut Vec<(usize, String)>) {
-    d.args.iter().for_each(|v| value(v, out));
+    d.args.iter().chain(d.named.iter().map(|e| &e.value)).for_each(|v| value(v, out));
     block(&d.body, out);
 }
 

@@ -9,6 +9,7 @@ use dsl::{Span, Spelling};
 use stdlib_tasks::params::ParamInfo;
 use stdlib_tasks::task::{Actual, TaskKind};
 
+use super::imports::Imported;
 use super::urdf::Urdf;
 use super::vocabulary::Key;
 
@@ -19,6 +20,10 @@ pub(super) const MARKER: &str = "hqCursorHereqh";
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Class {
     Param,
+    /// A named expression.
+    Let,
+    /// A parameter of a declaration, or what a repetition runs over; its name is looked up together with its owner.
+    Argument,
     Robot,
     Task,
     Stack,
@@ -36,6 +41,8 @@ impl Class {
     pub fn word(self) -> &'static str {
         match self {
             Class::Param => "param",
+            Class::Let => "let",
+            Class::Argument => "parameter",
             Class::Robot => "robot",
             Class::Task => "task",
             Class::Stack => "stack",
@@ -60,6 +67,8 @@ pub(super) enum What {
     Joint(String),
     /// The URDF itself.
     File,
+    /// A file that is imported, as written.
+    Spec(String),
     /// A task type.
     Kind(&'static TaskKind),
     /// A parameter of a task type.
@@ -94,6 +103,8 @@ pub(super) struct Declaration {
     pub whole: Range<usize>,
     /// Comments before it.
     pub comments: Vec<String>,
+    /// The imported file that declares it, as written, with the places there: of the name, and of all of it.
+    pub elsewhere: Option<(String, Range<usize>, Range<usize>)>,
 }
 
 /// What could stand where the cursor is.
@@ -113,6 +124,8 @@ pub(super) enum Slot {
     Member,
     /// A stack.
     Stack,
+    /// Names that are known.
+    Offered(Vec<String>),
     /// An expression.
     Expression {
         /// `auto` may stand in its place.
@@ -176,8 +189,9 @@ impl Mentions {
 }
 
 /// Reads a tree.
-pub(super) fn of(spec: &Spec, text: &str, spelling: Spelling, urdf: Option<&Urdf>) -> Mentions {
-    let mut walker = Walker { text, spelling, urdf, state: false, found: Mentions::default() };
+pub(super) fn of(spec: &Spec, text: &str, spelling: Spelling, urdf: Option<&Urdf>, imports: &[Imported]) -> Mentions {
+    let found = Mentions::default();
+    let mut walker = Walker { text, spelling, urdf, state: false, imports, scope: Vec::new(), found };
     walker.spec(spec);
     let mut found = walker.found;
     found.all.sort_by_key(|m| (m.place.start, m.place.end));
@@ -191,6 +205,10 @@ pub(super) struct Walker<'t> {
     pub urdf: Option<&'t Urdf>,
     /// True inside an expression in which the robot's present state may stand.
     pub state: bool,
+    /// The files that it imports.
+    pub imports: &'t [Imported],
+    /// Parameters and what repetitions run over, each with what it is looked up by; the innermost last.
+    pub scope: Vec<(String, String)>,
     pub found: Mentions,
 }
 
@@ -231,7 +249,7 @@ impl Walker<'_> {
         let (place, exact) = self.place(&name.value, name.span);
         let range = whole.range();
         let whole = range.start.min(place.start)..range.end.max(place.end);
-        let declaration = Declaration { name: place.clone(), whole, comments: comments.to_vec() };
+        let declaration = Declaration { name: place.clone(), whole, comments: comments.to_vec(), elsewhere: None };
         self.found.declared.entry((class, looked_up.clone())).or_insert(declaration);
         self.found.all.push(Mention { place, exact, declares: true, what: What::Declared(class, looked_up) });
     }
@@ -243,6 +261,15 @@ impl Walker<'_> {
             self.found.slot = Some(slot());
         }
         found
+    }
+
+    /// Notes a word that is a parameter of a declaration around it, where it is one.
+    pub fn scoped(&mut self, word: &str, span: Span) -> bool {
+        let found = self.scope.iter().rev().find(|s| s.0 == word).map(|s| s.1.clone());
+        if let Some(key) = &found {
+            self.note(word, span, What::Declared(Class::Argument, key.clone()));
+        }
+        found.is_some()
     }
 
     /// True for a declared name.

@@ -9,6 +9,7 @@ mod diagnostics;
 mod document;
 mod fixes;
 mod hover;
+mod imports;
 mod inlay;
 mod mentions;
 mod navigation;
@@ -21,6 +22,7 @@ mod uri;
 mod values;
 mod vocabulary;
 mod walk;
+mod walk_reuse;
 
 use std::io;
 

@@ -9,7 +9,7 @@ use super::mentions::{Mention, What};
 use super::urdf::Part;
 use super::uri;
 
-/// The declaration of the word at a byte: in this document, or in its URDF.
+/// The declaration of the word at a byte: in this document, in one that it imports, or in its URDF.
 pub(super) fn definition(document: &Document, byte: usize) -> Option<Location> {
     let analysis = document.analysis()?;
     let part = |parts: &BTreeMap<String, Part>, name: &str| {
@@ -20,10 +20,18 @@ pub(super) fn definition(document: &Document, byte: usize) -> Option<Location> {
     match &analysis.mentions.at(byte)?.what {
         What::Declared(class, name) => {
             let declared = analysis.mentions.declared.get(&(*class, name.clone()))?;
+            if let Some((written, place, _)) = &declared.elsewhere {
+                let file = analysis.imports.iter().find(|i| i.written == *written)?;
+                return Some(Location::new(uri::of(&file.path)?, file.text.range(place.clone())));
+            }
             Some(Location::new(document.uri.clone(), document.text.range(declared.name.clone())))
         }
         What::Link(name) => part(&analysis.urdf.as_ref()?.links, name),
         What::Joint(name) => part(&analysis.urdf.as_ref()?.joints, name),
+        What::Spec(written) => {
+            let file = analysis.imports.iter().find(|i| i.written == *written)?;
+            Some(Location::new(uri::of(&file.path)?, Range::default()))
+        }
         What::File => {
             let urdf = analysis.urdf.as_ref()?;
             Some(Location::new(uri::of(&urdf.path)?, Range::default()))
@@ -53,7 +61,8 @@ fn declared(document: &Document, byte: usize) -> Option<&Mention> {
     let mentions = &document.analysis()?.mentions;
     let mention = mentions.at(byte)?;
     let What::Declared(class, name) = &mention.what else { return None };
-    mentions.declared.contains_key(&(*class, name.clone())).then_some(mention)
+    // What another file declares has its name there.
+    mentions.declared.get(&(*class, name.clone()))?.elsewhere.is_none().then_some(mention)
 }
 
 /// The range and present text of what would be renamed.
@@ -78,7 +87,7 @@ pub(super) fn rename(document: &Document, byte: usize, new: &str) -> Result<Vec<
         return Err(format!("`{new}` is no name: names have letters, digits and `_`, and begin with a letter"));
     }
     let looked_up = match old.rsplit_once('.') {
-        Some((stack, _)) => format!("{stack}.{new}"),
+        Some((owner, _)) => format!("{owner}.{new}"),
         None => new.to_string(),
     };
     if looked_up == *old {

@@ -10,18 +10,7 @@ use super::document::Document;
 pub(super) fn of(document: &Document) -> Vec<DocumentSymbol> {
     let Some(analysis) = document.analysis() else { return Vec::new() };
     let o = Outline { document };
-    let item = |item: &dsl::tree::Item| match &item.kind {
-        ItemKind::Param(p) => o.symbol(&p.name, item.span, SymbolKind::CONSTANT, "param", Vec::new()),
-        ItemKind::Robot(r) => o.symbol(&r.name, item.span, SymbolKind::CLASS, "robot", o.robot(r)),
-        ItemKind::Task(t) => o.symbol(&t.name, item.span, SymbolKind::FUNCTION, &t.definition.kind.value, Vec::new()),
-        ItemKind::Stack(s) => o.symbol(&s.name, item.span, SymbolKind::MODULE, "stack", o.stack(s)),
-        ItemKind::Run(_) => {
-            let start = item.span.range().start;
-            let name = Spanned::new("run".to_string(), Span::new(item.span.source, start, start + "run".len()));
-            o.symbol(&name, item.span, SymbolKind::EVENT, "", Vec::new())
-        }
-    };
-    analysis.spec.items.iter().map(item).collect()
+    analysis.spec.items.iter().map(|item| o.item(item)).collect()
 }
 
 struct Outline<'d> {
@@ -29,6 +18,29 @@ struct Outline<'d> {
 }
 
 impl Outline<'_> {
+    fn item(&self, item: &dsl::tree::Item) -> DocumentSymbol {
+        let o = self;
+        match &item.kind {
+            ItemKind::Import(i) => o.symbol(&i.path, item.span, SymbolKind::FILE, "import", Vec::new()),
+            ItemKind::Let(l) => o.symbol(&l.name, item.span, SymbolKind::CONSTANT, "let", Vec::new()),
+            ItemKind::For(r) => {
+                let body = r.body.iter().map(|item| o.item(item)).collect();
+                o.symbol(&r.variable, item.span, SymbolKind::NAMESPACE, "for", body)
+            }
+            ItemKind::Param(p) => o.symbol(&p.name, item.span, SymbolKind::CONSTANT, "param", Vec::new()),
+            ItemKind::Robot(r) => o.symbol(&r.name, item.span, SymbolKind::CLASS, "robot", o.robot(r)),
+            ItemKind::Task(t) => {
+                o.symbol(&t.name, item.span, SymbolKind::FUNCTION, &t.definition.kind.value, Vec::new())
+            }
+            ItemKind::Stack(s) => o.symbol(&s.name, item.span, SymbolKind::MODULE, "stack", o.stack(s)),
+            ItemKind::Run(_) => {
+                let start = item.span.range().start;
+                let name = Spanned::new("run".to_string(), Span::new(item.span.source, start, start + "run".len()));
+                o.symbol(&name, item.span, SymbolKind::EVENT, "", Vec::new())
+            }
+        }
+    }
+
     #[allow(deprecated, reason = "the field of the protocol has no other way to be left out")]
     fn symbol(
         &self,
@@ -80,6 +92,7 @@ impl Outline<'_> {
             let detail = if l.hard.is_some() { "level, hard" } else { "level" };
             self.symbol(&l.name, l.span, SymbolKind::NAMESPACE, detail, Vec::new())
         };
-        stack.levels.iter().map(level).collect()
+        let changed = super::walk_reuse::added(stack).chain(super::walk_reuse::replaced(stack));
+        stack.levels.iter().chain(changed).map(level).collect()
     }
 }

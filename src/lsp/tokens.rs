@@ -23,11 +23,11 @@ fn kind(what: &What) -> Option<u32> {
         What::Key(_) => 0,
         What::Kind(_) => 1,
         What::Parameter(..) => 2,
-        What::Declared(Class::Param, _) => 6,
+        What::Declared(Class::Param | Class::Let | Class::Argument, _) => 6,
         What::Declared(..) => 3,
         What::BuiltIn(_) => 4,
         What::Link(_) | What::Joint(_) => 5,
-        What::File | What::Unit(_) => return None,
+        What::File | What::Spec(_) | What::Unit(_) => return None,
     })
 }
 

@@ -1,7 +1,7 @@
 //! The values of a spec, word by word: task parameters, names of parts of the robot, expressions.
 
 use dsl::Span;
-use dsl::tree::{Block, TaskDefinition, Value, ValueKind};
+use dsl::tree::{Block, Entry, TaskDefinition, Value, ValueKind};
 use stdlib_tasks::params::{ParamInfo, ParamType};
 use stdlib_tasks::task::{Actual, TaskKind};
 
@@ -17,9 +17,11 @@ impl Walker<'_> {
             return;
         }
         let Some(kind) = stdlib_tasks::find(&name.value) else {
-            for value in definition.args.iter().chain(definition.body.entries.iter().map(|e| &e.value)) {
-                self.anything(value);
+            if self.has(Class::Task, &name.value) {
+                self.note(&name.value, name.span, What::Declared(Class::Task, name.value.clone()));
             }
+            self.arguments(&format!("task {}", name.value), &definition.args, &definition.named);
+            definition.body.entries.iter().for_each(|e| self.anything(&e.value));
             return;
         };
         self.note(&name.value, name.span, What::Kind(kind));
@@ -39,7 +41,22 @@ impl Walker<'_> {
                 None => self.anything(argument),
             }
         }
-        self.parameters(kind, kind.params, &definition.body);
+        // Arguments with a name are parameters as if they stood in the braces.
+        let entries = definition.named.iter().chain(&definition.body.entries).cloned().collect();
+        self.parameters(kind, kind.params, &Block { entries, ..definition.body.clone() });
+    }
+
+    /// What is given to `owner`, a declaration with parameters.
+    pub(super) fn arguments(&mut self, owner: &str, args: &[Value], named: &[Entry]) {
+        for value in args.iter().chain(named.iter().map(|e| &e.value)) {
+            self.anything(value);
+        }
+        for e in named {
+            if !self.marked(&e.key.value, || Slot::Nothing) {
+                let what = What::Declared(Class::Argument, format!("{owner}.{}", e.key.value));
+                self.note(&e.key.value, e.key.span, what);
+            }
+        }
     }
 
     fn parameters(&mut self, kind: &'static TaskKind, infos: &'static [ParamInfo], block: &Block) {
@@ -112,7 +129,7 @@ impl Walker<'_> {
     }
 
     /// A value of which nothing is known; params in it still are params.
-    fn anything(&mut self, value: &Value) {
+    pub(super) fn anything(&mut self, value: &Value) {
         match &value.kind {
             ValueKind::Block(b) => {
                 for e in &b.entries {
@@ -121,7 +138,11 @@ impl Walker<'_> {
                 }
             }
             ValueKind::List(list) => list.iter().for_each(|v| self.anything(v)),
-            ValueKind::Name(n) if n != MARKER && !self.has(Class::Param, n) => {}
+            ValueKind::Name(n) if n != MARKER && !self.has(Class::Param, n) && !self.has(Class::Let, n) => {
+                if !self.scoped(n, value.span) && self.has(Class::Arm, n) {
+                    self.note(n, value.span, What::Declared(Class::Arm, n.clone()));
+                }
+            }
             _ => self.expression(value),
         }
     }
@@ -129,7 +150,7 @@ impl Walker<'_> {
     /// A link of the URDF.
     pub(super) fn link(&mut self, value: &Value) {
         let Some(name) = word(value) else { return };
-        if !self.marked(name, || Slot::Link) {
+        if !self.marked(name, || Slot::Link) && !self.scoped(name, value.span) {
             self.note(name, value.span, What::Link(name.to_string()));
         }
     }
@@ -137,7 +158,7 @@ impl Walker<'_> {
     /// A link, or an arm for its tip; a link of the same name goes first.
     fn frame(&mut self, value: &Value) {
         let Some(name) = word(value) else { return };
-        if self.marked(name, || Slot::Frame) {
+        if self.marked(name, || Slot::Frame) || self.scoped(name, value.span) {
             return;
         }
         let link = self.urdf.is_some_and(|u| u.links.contains_key(name));
@@ -155,7 +176,7 @@ impl Walker<'_> {
     }
 
     fn arm_name(&mut self, name: &str, span: Span) {
-        if !self.marked(name, || Slot::Arm) {
+        if !self.marked(name, || Slot::Arm) && !self.scoped(name, span) {
             self.note(name, span, What::Declared(Class::Arm, name.to_string()));
         }
     }
@@ -171,7 +192,7 @@ impl Walker<'_> {
                 }
                 _ => {
                     let Some(name) = word(item) else { continue };
-                    if self.marked(name, || Slot::Geometry) {
+                    if self.marked(name, || Slot::Geometry) || self.scoped(name, item.span) {
                         continue;
                     }
                     // In YAML, `arms.left` may be one word.
@@ -205,7 +226,7 @@ impl Walker<'_> {
 
     fn joint(&mut self, name: &str, span: Span) {
         let known = self.urdf.is_some_and(|u| u.joints.contains_key(name));
-        if name.contains(['*', '?']) {
+        if name.contains(['*', '?']) || self.scoped(name, span) {
             return;
         }
         if !known && self.has(Class::JointGroup, name) {
@@ -243,7 +264,9 @@ impl Walker<'_> {
         match &value.kind {
             ValueKind::Name(name) => {
                 let state = self.state;
-                if self.marked(name, || Slot::Expression { auto: false, state }) {
+                if self.marked(name, || Slot::Expression { auto: false, state }) || self.scoped(name, value.span) {
+                } else if self.has(Class::Let, name) {
+                    self.note(name, value.span, What::Declared(Class::Let, name.clone()));
                 } else if find(BUILT_IN, name).is_some() && !PRESENT.contains(&name.as_str()) {
                     self.note(name, value.span, What::BuiltIn(name.clone()));
                 } else {

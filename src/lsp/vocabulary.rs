@@ -22,6 +22,9 @@ pub(super) fn find(keys: &'static [Key], name: &str) -> Option<&'static Key> {
 /// What begins a declaration of a `*.hq` file.
 pub(super) static DECLARATIONS: &[Key] = &[
     key("hierarq", "The version of the language, first in every spec: `hierarq 1`."),
+    key("import", "Names of another spec: `import \"common/safety.hq\" { deck, canopies as robot }`."),
+    key("let", "A named expression, which may move: `let wave = 0.1 m * sin(t/(1 s))`."),
+    key("for", "Repeats declarations: `for side in [left, right] { task touch_${side} = .. }`."),
     key("param", "A named value that `--set` may override: `param approach = 0.15 m`."),
     key("robot", "The robot: `robot NAME { urdf \"..\"  rate 100 Hz }`."),
     key("task", "A named task: `task NAME = TYPE { .. }`."),
@@ -32,6 +35,9 @@ pub(super) static DECLARATIONS: &[Key] = &[
 /// The sections of a `*.yaml` spec.
 pub(super) static SECTIONS: &[Key] = &[
     key("hierarq", "The version of the language, first in every spec: `hierarq: 1`."),
+    key("import", "Names of other specs: `common/safety.hq: [deck, canopies as robot]`."),
+    key("lets", "Named expressions, which may move: `wave: 0.1 m * sin(t/(1 s))`."),
+    key("for", "Repeated declarations: `- { name: side, in: [left, right], tasks: { .. } }`."),
     key("params", "Named values that `--set` may override: `approach: 0.15 m`."),
     key("robots", "The robot, by name."),
     key("tasks", "Tasks by name, each `NAME: { TYPE: { .. } }`."),
@@ -108,11 +114,19 @@ pub(super) static SIMULATOR: &[Key] = &[
 pub(super) static STACK: &[Key] = &[
     key("lock", "Joints, groups and patterns that stand still while this stack runs."),
     key("level", "A level: `level NAME hard { task  task weight 2 }`. The first is the most important."),
+    key("replace", "In a stack `from` another one: another level in the place of one, `replace NAME { .. }`."),
+    key("add", "In a stack `from` another one: one more level, `add NAME { .. } before OTHER`."),
+    key("remove", "In a stack `from` another one: a level less, `remove NAME`."),
 ];
 
 /// Of a stack in YAML.
 pub(super) static STACK_YAML: &[Key] = &[
     key("lock", "Joints, groups and patterns that stand still while this stack runs."),
+    key("from", "The stack that this one is made from: a name, or `NAME(..)`."),
+    key(
+        "changes",
+        "What it changes: `- { replace: NAME, tasks: [..] }`, `- { add: NAME, before: NAME, tasks: [..] }`, `- { remove: NAME }`.",
+    ),
     key("levels", "The levels in a list, the most important first: `- { name: limits, hard: true, tasks: [..] }`."),
 ];
 

@@ -8,6 +8,7 @@ use super::vocabulary::{
     ARM, BASES, DECLARATIONS, Key, LEVEL, LEVEL_YAML, LIMIT, POINT, ROBOT, RUN, SECTIONS, SEGMENT, SIMULATOR, STACK,
     STACK_YAML, WEIGHT, find,
 };
+use super::walk_reuse::{added, replaced};
 
 /// The keys of a block.
 pub(super) fn used(block: &Block) -> Vec<String> {
@@ -60,10 +61,13 @@ impl Walker<'_> {
             ItemKind::Param(p) => {
                 self.declare((Class::Param, p.name.value.clone()), &p.name, item.span, before);
             }
+            ItemKind::Let(l) => self.declare((Class::Let, l.name.value.clone()), &l.name, item.span, before),
+            ItemKind::Import(import) => self.imported(import),
+            ItemKind::For(repeat) => repeat.body.iter().for_each(|item| self.declarations(item)),
             ItemKind::Task(t) => self.declare((Class::Task, t.name.value.clone()), &t.name, item.span, before),
             ItemKind::Stack(s) => {
                 self.declare((Class::Stack, s.name.value.clone()), &s.name, item.span, before);
-                for l in &s.levels {
+                for l in s.levels.iter().chain(added(s)) {
                     let name = format!("{}.{}", s.name.value, l.name.value);
                     self.declare((Class::Level, name), &l.name, l.span, &l.comments.before);
                 }
@@ -102,18 +106,37 @@ impl Walker<'_> {
             ItemKind::Param(p) => {
                 self.keyword("param", start, item.span);
                 self.expression(&p.value);
+                p.range.entries.iter().for_each(|e| self.expression(&e.value));
+            }
+            ItemKind::Let(l) => {
+                self.keyword("let", start, item.span);
+                self.expression(&l.value);
+            }
+            ItemKind::Import(_) => self.keyword("import", start, item.span),
+            ItemKind::For(repeat) => {
+                self.keyword("for", start, item.span);
+                self.repeat(repeat, |w, item| w.item(item));
             }
             ItemKind::Robot(r) => {
                 self.keyword("robot", start, item.span);
+                if let Some(base) = &r.base {
+                    self.robot_base(base);
+                }
                 self.robot(r);
             }
             ItemKind::Task(t) => {
                 self.keyword("task", start, item.span);
+                let outer = self.scope.len();
+                self.formals(&format!("task {}", t.name.value), &t.parameters);
                 self.definition(&t.definition);
+                self.scope.truncate(outer);
             }
             ItemKind::Stack(s) => {
                 self.keyword("stack", start, item.span);
+                let outer = self.scope.len();
+                self.formals(&format!("stack {}", s.name.value), &s.parameters);
                 self.stack(s);
+                self.scope.truncate(outer);
             }
             ItemKind::Run(r) => {
                 self.keyword("run", start, item.span);
@@ -218,9 +241,16 @@ impl Walker<'_> {
                 self.joints(&e.value);
             }
         }
-        for level in &stack.levels {
+        if let Some(base) = &stack.base {
+            if !self.marked(&base.name.value, || Slot::Stack) {
+                self.note(&base.name.value, base.name.span, What::Declared(Class::Stack, base.name.value.clone()));
+            }
+            self.arguments(&format!("stack {}", base.name.value), &base.args, &base.named);
+        }
+        for level in stack.levels.iter().chain(added(stack)).chain(replaced(stack)) {
             self.level(level);
         }
+        self.changed(stack);
     }
 
     fn level(&mut self, level: &Level) {
@@ -241,8 +271,9 @@ impl Walker<'_> {
     fn member(&mut self, member: &Member) {
         match &member.task {
             MemberTask::Inline(definition) => self.definition(definition),
+            MemberTask::For(repeat) => self.repeat(repeat, |w, member| w.member(member)),
             MemberTask::Name(name) => {
-                if self.marked(&name.value, || Slot::Member) {
+                if self.marked(&name.value, || Slot::Member) || self.scoped(&name.value, name.span) {
                     return;
                 }
                 match stdlib_tasks::find(&name.value) {

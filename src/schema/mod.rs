@@ -3,6 +3,7 @@
 //! Task types come from the registry that the compiler reads. A schema sees one file and no robot: it knows no names, and
 //! of an expression only whether a plain number has a unit that fits. `hierarq check` knows the rest.
 
+mod reuse;
 mod sections;
 mod tasks;
 mod values;
@@ -20,14 +21,23 @@ pub fn schema() -> Value {
         "additionalProperties": false,
         "properties": {
             "hierarq": { "description": "The version of the language.", "enum": [1, "1"] },
+            "import": reuse::imports(),
             "params": sections::params(),
+            "lets": reuse::lets(),
             "robots": sections::robots(),
-            "tasks": section("Tasks by name.", &json!({ "$ref": "#/$defs/task" })),
+            "tasks": reuse::tasks(),
             "stacks": sections::stacks(),
+            "for": reuse::repeats(),
             "run": sections::run(),
         },
-        "$defs": tasks::definitions(),
+        "$defs": definitions(),
     })
+}
+
+fn definitions() -> Value {
+    let mut all = tasks::definitions();
+    all.insert("repeats".to_string(), reuse::repeats_of_sections());
+    all.into()
 }
 
 /// A mapping with these keys and no others.
@@ -49,6 +59,13 @@ fn section(description: &str, of: &Value) -> Value {
         "propertyNames": { "pattern": values::NAME },
         "additionalProperties": of,
     })
+}
+
+/// A mapping of names that may have parameters.
+fn heads(description: &str, of: &Value) -> Value {
+    let mut schema = section(description, of);
+    schema["propertyNames"] = json!({ "pattern": values::HEAD });
+    schema
 }
 
 /// A schema with another description.

@@ -17,7 +17,14 @@ fn at_least_zero(d: Dimension) -> Value {
 }
 
 pub(super) fn params() -> Value {
-    let value = json!({ "type": ["number", "string", "array"] });
+    let plain = json!({ "type": ["number", "string", "array"] });
+    let ranged = keys([
+        ("value", plain, "The value."),
+        ("min", json!({ "type": ["number", "string"] }), "The smallest value that it may have."),
+        ("max", json!({ "type": ["number", "string"] }), "The largest value that it may have."),
+    ]);
+    let mut value = object(ranged, &["value"], "A value, or `{ value, min, max }`.");
+    value["type"] = json!(["number", "string", "array", "object"]);
     section("Values with a name: numbers, vectors, orientations. `--set NAME=VALUE` overrides one.", &value)
 }
 
@@ -57,6 +64,7 @@ pub(super) fn robots() -> Value {
     });
     let rate = Quantity { min: 0.1, max: 1e5, ..Quantity::any(RATE) };
     let robot = keys([
+        ("from", values::name(), "The robot that this one is made from; a key of its own replaces the other one's."),
         ("urdf", values::name(), "The path of the URDF, from the folder of the spec."),
         ("rate", values::scalar(&rate), "The rate of control, from 0.1 Hz to 100 kHz."),
         (
@@ -83,7 +91,10 @@ pub(super) fn robots() -> Value {
         ),
         ("package_path", values::name(), "A folder for `package://` addresses, from the folder of the spec."),
     ]);
-    section("The robot, by name.", &object(robot, &["urdf", "rate"], "A robot."))
+    let mut robot = object(robot, &[], "A robot.");
+    robot["if"] = json!({ "required": ["from"] });
+    robot["else"] = json!({ "required": ["urdf", "rate"] });
+    section("The robot, by name.", &robot)
 }
 
 pub(super) fn stacks() -> Value {
@@ -105,8 +116,22 @@ pub(super) fn stacks() -> Value {
             "The tasks of the level: names, or tasks in place.",
         ),
     ]);
+    let mut parts: Map<String, Value> = level.clone();
     let level = object(level, &["name", "tasks"], "A level.");
+    parts.remove("name");
+    parts.extend(keys([
+        ("replace", values::name(), "The level that this one stands for."),
+        ("add", values::name(), "The name of one more level."),
+        ("remove", values::name(), "The level that is left out."),
+        ("before", values::name(), "The level that the new one stands before."),
+        ("after", values::name(), "The level that the new one stands behind."),
+    ]));
+    let mut change = object(parts, &[], "A level that is replaced, added or removed.");
+    change["oneOf"] =
+        json!([{ "required": ["replace", "tasks"] }, { "required": ["add", "tasks"] }, { "required": ["remove"] }]);
     let stack = keys([
+        ("from", values::name(), "The stack that this one is made from: a name, or `NAME(..)`."),
+        ("changes", json!({ "type": "array", "items": change }), "What this stack changes in the one it is made from."),
         ("lock", values::names(), "Joints, groups and patterns that stand still while this stack runs."),
         (
             "levels",
@@ -114,7 +139,9 @@ pub(super) fn stacks() -> Value {
             "The levels, the most important first: what one can do without disturbing those above it, it does.",
         ),
     ]);
-    section("Hierarchies of tasks, by name.", &object(stack, &["levels"], "A hierarchy of tasks."))
+    let mut stack = object(stack, &[], "A hierarchy of tasks.");
+    stack["oneOf"] = json!([{ "required": ["levels"] }, { "required": ["from"] }]);
+    super::heads("Hierarchies of tasks, by name; one with parameters as `\"NAME(side: arm)\"`.", &stack)
 }
 
 pub(super) fn run() -> Value {

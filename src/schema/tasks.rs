@@ -10,7 +10,7 @@ use super::{described, object, values};
 use crate::catalogue;
 
 /// The definitions that the rest refers to: `task`, `member`, and the parameters of each type.
-pub(super) fn definitions() -> Value {
+pub(super) fn definitions() -> Map<String, Value> {
     let mut all = Map::new();
     all.insert("task".to_string(), task());
     all.insert("member".to_string(), member());
@@ -20,7 +20,7 @@ pub(super) fn definitions() -> Value {
             all.insert(called(kind), body(kind, kind.positional));
         }
     }
-    Value::Object(all)
+    all
 }
 
 /// The definition of a type whose first parameters stand in parentheses.
@@ -101,8 +101,14 @@ fn text() -> String {
             forms.push(format!(r"{}\(.+\)", kind.name));
         }
     }
+    // A task of the spec with its arguments.
+    let library: Vec<&str> = KINDS.iter().map(|k| k.name).collect();
+    forms.push(format!(r"(?!(?:{})\s*\(){NAME}\(.*\)", library.join("|")));
     format!(r"\s*(?:{})\s*", forms.join("|"))
 }
+
+/// A name, as a part of a pattern.
+static NAME: &str = r"(?:[A-Za-z0-9_]|\$\{[A-Za-z_][A-Za-z0-9_]*\})+";
 
 /// One type with its parameters: `{ virtual_wall: .. }` or `{ "hold(left, right)": .. }`.
 fn with_parameters() -> Value {
@@ -148,13 +154,17 @@ fn member() -> Value {
         "description": "The name of a task, a task in place, or `{ task: .., weight: .. }`.",
         "if": { "type": "object", "required": ["task"] },
         "then": object(properties, &["task"], "A task with a weight."),
-        "else": member_task(),
+        "else": {
+            "if": { "type": "object", "required": ["for"] },
+            "then": super::reuse::member_repeat(),
+            "else": member_task(),
+        },
     })
 }
 
 fn member_task() -> Value {
     let mut schema = with_parameters();
     schema["type"] = json!(["string", "object"]);
-    schema["pattern"] = json!(format!(r"^(?:\s*[A-Za-z_][A-Za-z0-9_]*\s*|{})$", text()));
+    schema["pattern"] = json!(format!(r"^(?:\s*{NAME}\s*|{})$", text()));
     described(schema, "The name of a task, or a task in place.")
 }

@@ -9,7 +9,7 @@ use runtime::{Evaluator, Fault, Program, Recorder, Simulation, Tick};
 
 /// Stems of the examples; each exists in both spellings.
 pub const EXAMPLES: &[&str] =
-    &["hello", "safety_tasks", "uncooperative_motion", "cooperative_motion", "swivel_angle", "own_tasks"];
+    &["hello", "safety_tasks", "uncooperative_motion", "cooperative_motion", "swivel_angle", "own_tasks", "both_arms"];
 
 /// A file of the `examples` folder.
 pub fn example(name: &str) -> PathBuf {

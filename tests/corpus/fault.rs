@@ -38,7 +38,7 @@ impl Fault {
 
 /// All examples, in a fixed order.
 pub fn files() -> Vec<String> {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/corpus/specs");
     let entries = std::fs::read_dir(folder).expect("the folder is there");
     let mut names: Vec<String> = entries
         .filter_map(|e| e.expect("readable").file_name().into_string().ok())

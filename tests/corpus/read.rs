@@ -27,7 +27,7 @@ fn fault(class: &str, origin: &str, line: &str) -> Fault {
         [file, find, with, codes] | [file, find, with, codes, _] => (file, find, with, codes),
         _ => panic!("{origin}: a fault has four columns, or five"),
     };
-    let text = super::text_of(&format!("examples/{file}"));
+    let text = super::text_of(&format!("tests/corpus/specs/{file}"));
     let at = place(&text, find, origin);
     let (before, after) = (&text[..at.start], &text[at.end..]);
     if let Some(elsewhere) = columns.get(4) {

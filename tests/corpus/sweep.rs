@@ -21,7 +21,7 @@ fn places(spelling: &str, pattern: &str, origin: &str) -> Vec<Place> {
     let literal = format!("{before}{word}{after}");
     let (mut seen, mut all) = (BTreeSet::new(), Vec::new());
     for file in files().into_iter().filter(|f| f.ends_with(spelling)) {
-        let text = super::text_of(&format!("examples/{file}"));
+        let text = super::text_of(&format!("tests/corpus/specs/{file}"));
         let mut start = 0;
         for line in text.split_inclusive('\n') {
             for (i, _) in line[..comment(line, &file)].match_indices(&literal) {

@@ -173,7 +173,7 @@ fn expressions_of_the_state() {
 #[test]
 fn yaml_has_the_same() {
     let mut e = Editor::ready();
-    let (text, doc) = (text("cooperative_motion.yaml"), uri("lsp_test.yaml"));
+    let (text, doc) = (text("../tests/corpus/specs/cooperative_motion.yaml"), uri("lsp_test.yaml"));
     e.open(&doc, "yaml", &text);
     assert_eq!(e.diagnostics(&doc, Some(1)), Vec::<Json>::new());
     let hover = e.at("textDocument/hover", &doc, &find(&text, "deck:\n    virtual|_wall"));

@@ -46,7 +46,7 @@ fn init_without_a_robot_brings_one() {
 fn init_finds_both_arms_of_the_vineyard_robot() {
     let spec = works("init_canopies", "canopies.hq", &["--urdf", "examples/robots/canopies.urdf"]);
     // As the examples, which people wrote, say it.
-    let written = std::fs::read_to_string("examples/cooperative_motion.hq").expect("readable");
+    let written = std::fs::read_to_string("examples/common/canopies.hq").expect("readable");
     for side in ["left", "right"] {
         for (word, link) in [
             ("shoulder", format!("arm_{side}_2_link")),

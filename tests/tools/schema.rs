@@ -9,7 +9,8 @@ use serde_json::{Value, json};
 
 use super::{hierarq, text};
 
-static EXAMPLES: &[&str] = &["hello", "safety_tasks", "uncooperative_motion", "cooperative_motion", "swivel_angle"];
+static EXAMPLES: &[&str] =
+    &["hello", "safety_tasks", "uncooperative_motion", "cooperative_motion", "swivel_angle", "both_arms"];
 
 fn printed() -> Value {
     let out = hierarq(&["schema"]);
@@ -83,6 +84,15 @@ fn what_the_printer_writes_is_valid() {
          run { duration 2 min  solver clarabel  simulator { lag 30 ms  noise 0.0005 rad  seed 7 } }\n"
             .to_string(),
     );
+    // What one spec takes from others.
+    texts.push(
+        "hierarq 1\nimport \"a.hq\" { b, c as d }\nlet wave = sin(t/(1 s))\nparam x = 1 m { min 0 m  max 2 m }\n\
+         robot e from d { rate 50 Hz }\ntask f(side: arm = left) = hold(side)\nstack g(side: arm) { level a { f(side) } }\n\
+         stack h from g(left) { add i hard { f(right) } before a  replace a { b }  remove i }\n\
+         for i in 1..3 {\n  param y_${i} = 1 m\n  task j_${i} = hold(left)\n  for k in [left, right] {\n    stack l_${i}_${k} {\n\
+               level a { for n in [1, 2] { hold(left)  joint_velocity { velocity { \"arm_${k}_*\" 0 rad/s } } } }\n    }\n  }\n}\n"
+            .to_string(),
+    );
     for text in texts {
         let (tree, diagnostics) = dsl::parse(SourceId(0), &text, Spelling::Hq);
         assert!(diagnostics.is_empty(), "{text}\n{diagnostics:?}");
@@ -115,7 +125,7 @@ fn keys(value: &Value, at: &str, out: &mut Vec<(String, String)>) {
 fn misspelt_keys_are_not_valid() {
     let validator = validator();
     let mut refused = 0;
-    for name in ["hello", "cooperative_motion"] {
+    for name in ["hello", "cooperative_motion", "uncooperative_motion", "both_arms"] {
         let good = example(name);
         let mut all = Vec::new();
         keys(&good, "", &mut all);
@@ -165,9 +175,9 @@ fn the_sections_have_the_keys_of_the_compiler() {
         format!("{bare}stacks: {{ s: {{ levels: [{{ name: a, tasks: [joint_velocity_limits]{inner} }}] }} }}\n")
     };
     let r = "/properties/robots/additionalProperties/properties";
-    let none: &[&str] = &[];
+    let (none, from): (&[&str], &[&str]) = (&[], &["from"]);
     for (place, yaml, read_before) in [
-        (r.to_string(), with("qqqqqq: 1"), none),
+        (r.to_string(), with("qqqqqq: 1"), from),
         (format!("{r}/arms/additionalProperties/properties"), with("arms: { a: { tip: tool, qqqqqq: 1 } }"), none),
         (format!("{r}/points/additionalProperties/properties"), with("points: { a: { link: tool, qqqqqq: 1 } }"), none),
         (
@@ -187,7 +197,7 @@ fn the_sections_have_the_keys_of_the_compiler() {
             format!(
                 "{bare}stacks: {{ s: {{ qqqqqq: 1, levels: [{{ name: a, tasks: [joint_velocity_limits] }}] }} }}\n"
             ),
-            &["levels"],
+            &["levels", "from", "changes"],
         ),
         (
             "/properties/stacks/additionalProperties/properties/levels/items/properties".to_string(),

@@ -107,6 +107,24 @@ fn every_save_of_spec_or_urdf_is_checked() {
 }
 
 #[test]
+fn a_save_of_an_imported_file_is_checked() {
+    let dir = folder("watch_import");
+    write(&dir.join("arm.urdf"), &urdf());
+    let library = dir.join("lib");
+    std::fs::create_dir_all(&library).expect("a folder");
+    let path = dir.join("a.hq");
+    let spec = spec("5 /s").replace("hierarq 1\n", "hierarq 1\nimport \"lib/b.yaml\" { limits }\n");
+    write(&path, &spec.replace("level l {", "level first { limits }  level l {"));
+    let mut watching = Watching::new(&["watch", utf8(&path)]);
+    watching.expect(&["HQ0211", "a.hq: 1 error; waiting"]);
+    // The file comes, has a mistake, and is mended.
+    write(&library.join("b.yaml"), "hierarq: 1\ntasks: { limits: { joint_velocity_limits: { max: 1 m } } }\n");
+    watching.expect(&["a.hq: 1 error; waiting"]);
+    write(&library.join("b.yaml"), "hierarq: 1\ntasks: { limits: joint_velocity_limits }\n");
+    watching.expect(&["a.hq: good; waiting"]);
+}
+
+#[test]
 fn a_file_that_stays_as_it_was_is_not_checked_again() {
     let dir = folder("watch_same");
     let path = dir.join("a.hq");

@@ -108,7 +108,7 @@ impl Binder<'_> {
                 op if self.graph.is_state(i) => op.renumber(|a| index[&a]),
                 _ => {
                     let slot = self.table.place(&[i]);
-                    self.numbers.push(Number { slot, dimension: NONE, span: value.span });
+                    self.numbers.push(Number { slot, dimension: NONE, span: value.span, written: true });
                     self.table.ranges.push((slot.at, f64::NEG_INFINITY, f64::INFINITY));
                     e.inputs.push(slot.at);
                     Op::Input(e.inputs.len() - 1)

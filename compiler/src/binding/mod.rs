@@ -74,7 +74,12 @@ pub struct Number {
     pub dimension: Dimension,
     /// Where it was written; inside a text of its own for a default.
     pub span: Span,
+    /// False for a default.
+    pub written: bool,
 }
+
+/// The name of the texts that defaults stand in.
+const DEFAULTS: &str = "a default of the task library";
 
 /// The task that a parameter belongs to.
 #[derive(Clone, Copy)]
@@ -90,12 +95,9 @@ struct Owner<'p> {
 }
 
 impl Binder<'_> {
-    /// Binds a task. `None` where the type is unknown or a parameter is wrong; the diagnostics say why.
+    /// Binds a task whose type is one of the library. `None` where a parameter is wrong; the diagnostics say why.
     pub fn task(&mut self, definition: &TaskDefinition, index: usize) -> Option<BoundTask> {
-        let Some(kind) = stdlib_tasks::find(&definition.kind.value) else {
-            self.diagnostics.push(unknown_kind(&definition.kind));
-            return None;
-        };
+        let kind = stdlib_tasks::find(&definition.kind.value)?;
         self.numbers.clear();
         self.forms.clear();
         self.axes.clear();
@@ -151,7 +153,8 @@ impl Binder<'_> {
             let Some(first) = definition.args.get(i) else { break };
             let value = if i + 1 == names.len() && takes_list(name) {
                 let span = first.span.to(definition.args[definition.args.len() - 1].span);
-                Value { kind: ValueKind::List(definition.args[i..].to_vec()), span }
+                let all = definition.args[i..].iter().flat_map(items_of).cloned().collect();
+                Value { kind: ValueKind::List(all), span }
             } else {
                 first.clone()
             };
@@ -245,11 +248,10 @@ impl Binder<'_> {
                 self.value(owner, value, (Kind::Scalar, q.dimension), Some(q), &what).map(Bound::Value)
             }
             ParamType::AutoScalar(q) => {
+                let known = matches!(&value.kind, ValueKind::Name(n) if self.params.knows(n));
                 match text_of(value) {
                     Some("auto") => return Some(Bound::Choice("auto".to_string())),
-                    Some(name)
-                        if !self.params.names().iter().any(|p| p == name) && !["t", "time", "pi"].contains(&name) =>
-                    {
+                    Some(name) if !known && !["t", "time", "pi"].contains(&name) => {
                         return self.wrong(value, info, &format!("{} or `auto`", q.dimension.describe()));
                     }
                     _ => {}
@@ -304,7 +306,7 @@ impl Binder<'_> {
     /// The value that a default's text means. Texts are those of the task library; a test reads them all.
     fn default(&mut self, text: &str) -> Value {
         let whole = format!("hierarq 1\nparam x = {text}\n");
-        let source = self.sources.add("a default of the task library", whole.clone());
+        let source = self.sources.add(DEFAULTS, whole.clone());
         let (spec, _) = dsl::parse(source, &whole, Spelling::Hq);
         let value = spec.items.into_iter().find_map(|i| match i.kind {
             dsl::tree::ItemKind::Param(p) => Some(p.value),
@@ -331,13 +333,4 @@ fn lacking(missing: &[(&ParamInfo, Option<String>)], what: &str, at: Span) -> Di
     }
     let texts: Vec<String> = missing.iter().map(|m| format!("`{}`: {}", m.0.name, m.0.text())).collect();
     d.help(texts.join("\n"))
-}
-
-/// The diagnostic for a task type that the library does not have.
-pub fn unknown_kind(kind: &Spanned<String>) -> Diagnostic {
-    let d = Diagnostic::error("HQ0204", kind.span, format!("there is no task type `{}`", kind.value));
-    match suggest(&kind.value, stdlib_tasks::KINDS.iter().map(|k| k.name)) {
-        Some(near) => d.help(format!("did you mean `{near}`?")),
-        None => d.help("`hierarq tasks` lists all types"),
-    }
 }

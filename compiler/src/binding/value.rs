@@ -7,7 +7,7 @@ use stdlib_tasks::dimension::{Dimension, RATE};
 use stdlib_tasks::params::{ParamInfo, Quantity};
 
 use super::scope::TaskScope;
-use super::{Binder, Number, Owner};
+use super::{Binder, DEFAULTS, Number, Owner};
 use crate::codes;
 use crate::constants::{fits, one_unit, unit_of_divisor, with_units};
 use crate::expr::{Frame, Kind, Lowering, Typed, frames};
@@ -102,7 +102,8 @@ impl Binder<'_> {
         let gain = wanted.1 == RATE && quantity.is_some();
         self.suited(typed, value, wanted, what)?;
         let slot = self.table.place(&typed.nodes);
-        self.numbers.push(Number { slot, dimension: wanted.1, span: value.span });
+        let written = self.sources.get(value.span.source).is_some_and(|s| s.name != DEFAULTS);
+        self.numbers.push(Number { slot, dimension: wanted.1, span: value.span, written });
         for (i, &n) in typed.nodes.iter().enumerate() {
             match self.graph.constant(n) {
                 Some(x) if !x.is_finite() => {
@@ -131,7 +132,7 @@ impl Binder<'_> {
                     }
                     // Said here, beside all other mistakes of the file; defaults are judged with the finished program.
                     let (period, rate) = (self.robot.period, self.robot.rate_span);
-                    if gain && value.span.source == rate.source && x * period > 1.0 + 1e-12 {
+                    if gain && written && x * period > 1.0 + 1e-12 {
                         self.diagnostics.push(codes::overshoot(value.span, x, (period, rate), owner.kind.nature));
                         return None;
                     }

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use dsl::tree::{Item, ItemKind, MemberTask, Param, Robot, Run, Stack, Task, Value};
+use dsl::tree::{ItemKind, MemberTask, Param, Robot, Run, Stack, Task, Value};
 use dsl::{Diagnostic, Span, Spanned, Spelling};
 
 use super::Lowerer;
+use crate::expand::{Class, Expanded, Named};
 use crate::names::{list, suggest};
 
 /// The declarations of a spec by kind.
@@ -16,52 +17,36 @@ pub(super) struct Declared<'t> {
     pub tasks: Vec<&'t Task>,
     pub stacks: Vec<&'t Stack>,
     pub runs: Vec<(&'t Run, Span)>,
+    /// False where something of the spec is missing.
+    pub whole: bool,
 }
 
 impl Lowerer<'_> {
-    pub(super) fn collect<'t>(&mut self, items: &'t [Item]) -> Declared<'t> {
-        let mut d = Declared::default();
-        for item in items {
-            match &item.kind {
-                ItemKind::Param(p) => d.params.push(p),
-                ItemKind::Robot(r) => {
-                    if let Some(first) = d.robots.first() {
-                        self.push(
-                            Diagnostic::error("HQ0202", r.name.span, "a spec has one robot for now")
-                                .label(first.name.span, "the first one")
-                                .help("write one spec for each robot"),
-                        );
-                    } else {
-                        d.robots.push(r);
-                    }
-                }
-                ItemKind::Task(t) => {
-                    if let Some(first) = d.tasks.iter().find(|o| o.name == t.name).map(|o| o.name.span) {
-                        self.push(twice(&t.name, first));
-                    } else {
-                        d.tasks.push(t);
-                    }
-                }
-                ItemKind::Stack(s) => {
-                    if let Some(first) = d.stacks.iter().find(|o| o.name == s.name).map(|o| o.name.span) {
-                        self.push(twice(&s.name, first));
-                    } else {
-                        d.stacks.push(s);
-                    }
-                }
-                ItemKind::Run(r) => {
-                    if let Some((_, first)) = d.runs.first() {
-                        let d2 = Diagnostic::error("HQ0202", item.span, "there is already a `run`")
-                            .label(*first, "the first one")
-                            .help("keep one of them");
-                        self.push(d2);
-                    } else {
-                        d.runs.push((r, item.span));
-                    }
-                }
-            }
+    pub(super) fn collect<'t>(&mut self, expanded: &'t Expanded) -> Declared<'t> {
+        let params = expanded.values.iter().filter_map(|v| match v {
+            Named::Param(p) => Some(p),
+            Named::Let(_) => None,
+        });
+        for other in expanded.robots.iter().skip(1) {
+            self.push(
+                Diagnostic::error("HQ0202", other.name.span, "a spec has one robot for now")
+                    .label(expanded.robots[0].name.span, "the first one")
+                    .help("write one spec for each robot"),
+            );
         }
-        d
+        for (_, other) in expanded.runs.iter().skip(1) {
+            let d = Diagnostic::error("HQ0202", *other, "there is already a `run`");
+            self.push(d.label(expanded.runs[0].1, "the first one").help("keep one of them"));
+        }
+        self.failed = expanded.failed.clone();
+        Declared {
+            params: params.collect(),
+            robots: expanded.robots.iter().take(1).collect(),
+            tasks: expanded.tasks.iter().collect(),
+            stacks: expanded.stacks.iter().collect(),
+            runs: expanded.runs.iter().take(1).map(|(run, at)| (run, *at)).collect(),
+            whole: expanded.whole,
+        }
     }
 
     /// Values given with `--set`.
@@ -80,11 +65,12 @@ impl Lowerer<'_> {
             if declared.params.iter().any(|p| p.name.value == *name) {
                 out.insert(name.clone(), param.value);
             } else {
-                let names = declared.params.iter().map(|p| p.name.value.as_str());
+                // Those of other files that are not imported by name have a name that cannot be written.
+                let names = declared.params.iter().map(|p| p.name.value.as_str()).filter(|n| !n.contains('.'));
                 let d = Diagnostic::error("HQ0201", param.name.span, format!("the spec has no param `{name}`"));
                 let d = match suggest(name, names.clone()) {
                     Some(near) => d.help(format!("did you mean `{near}`?")),
-                    None if declared.params.is_empty() => {
+                    None if names.clone().next().is_none() => {
                         d.help("it has no params at all: declare one, `param NAME = VALUE`")
                     }
                     None => d.help(format!("it has {}", list(names, 12))),
@@ -97,27 +83,38 @@ impl Lowerer<'_> {
 
     /// Warns of what nothing uses. `complete` says that all tasks could be bound; otherwise a parameter may be used in
     /// what was not looked at.
-    pub(super) fn unused(&mut self, declared: &Declared, complete: bool) {
-        for p in &declared.params {
-            let name = p.name.value.as_str();
-            if complete && self.params.symbols.contains_key(name) && !self.params.used.contains(name) {
-                let d = Diagnostic::warning("HQ0203", p.name.span, format!("param `{name}` is never used"));
-                self.push(d.help("use it, or remove it"));
+    pub(super) fn unused(&mut self, declared: &Declared, expanded: &Expanded, complete: bool) {
+        // What another file brings along is its own affair.
+        let place = |class: Class, name: &Spanned<String>| match expanded.imported.get(&(class, name.value.clone())) {
+            Some(at) => Some((*at, true)),
+            None => (!name.value.contains('.')).then_some((name.span, false)),
+        };
+        let advice = |imported: bool, own: &'static str| if imported { "do not import it" } else { own };
+        for value in &expanded.values {
+            let (word, name) = match value {
+                Named::Param(p) => ("param", &p.name),
+                Named::Let(l) => ("let", &l.name),
+            };
+            let known = self.params.symbols.contains_key(&name.value) && !self.params.used.contains(&name.value);
+            if let Some((at, imported)) = place(Class::Value, name).filter(|_| complete && known) {
+                let d = Diagnostic::warning("HQ0203", at, format!("{word} `{}` is never used", name.value));
+                self.push(d.help(advice(imported, "use it, or remove it")));
             }
         }
         let members: Vec<&str> = (declared.stacks.iter().flat_map(|s| &s.levels).flat_map(|l| &l.members))
             .filter_map(|m| match &m.task {
                 MemberTask::Name(n) => Some(n.value.as_str()),
-                MemberTask::Inline(_) => None,
+                MemberTask::Inline(_) | MemberTask::For(_) => None,
             })
             .collect();
         for t in &declared.tasks {
-            let name = &t.name.value;
-            if !members.contains(&name.as_str()) && !self.meant.contains(name) && !declared.stacks.is_empty() {
-                self.push(
-                    Diagnostic::warning("HQ0203", t.name.span, format!("task `{}` stands in no stack", t.name.value))
-                        .help("add it to a level, or remove it"),
-                );
+            let name = &t.name;
+            let used = members.contains(&name.value.as_str()) || self.meant.contains(&name.value);
+            if let Some((at, imported)) =
+                place(Class::Task, name).filter(|_| !used && !declared.stacks.is_empty() && declared.whole)
+            {
+                let d = Diagnostic::warning("HQ0203", at, format!("task `{}` stands in no stack", name.value));
+                self.push(d.help(advice(imported, "add it to a level, or remove it")));
             }
         }
     }

@@ -1,19 +1,21 @@
 //! From a tree to a program: declarations collected, names bound, stacks laid out.
 
 mod declared;
+mod given;
 mod run;
 mod stack;
 mod values;
 
 use std::path::{Path, PathBuf};
 
-use dsl::tree::{Spec, Stack, TaskDefinition};
+use dsl::tree::{Stack, TaskDefinition};
 use dsl::{Diagnostic, SourceId, Span, Spelling};
 use runtime::program::{FORMAT, Program, RobotProgram, RunProgram, StackProgram, TaskProgram};
 
 use crate::binding::{BoundTask, Table};
 use crate::checks;
 use crate::constants::{Constants, Params};
+use crate::expand::{Expanded, Named, expand};
 use crate::expr::Graph;
 use crate::report::Report;
 use crate::robot_binding::{self, BoundRobot, Files};
@@ -67,27 +69,40 @@ pub fn compile(input: &Input) -> Compiled {
     let source = report.sources.add(input.name, input.text);
     let (spec, mut diagnostics) = dsl::parse(source, input.text, input.spelling);
     if let Some(refusal) = bounds::spec(&spec) {
-        diagnostics.push(refusal);
-        report.diagnostics = diagnostics;
-        report.finish();
-        return Compiled { program: None, report };
+        return refused(report, diagnostics, refusal);
     }
-    let form = diagnostics.len();
-    let program = Lowerer::new(input, source, &mut report.sources, &mut diagnostics).spec(&spec);
+    let (form, whole) = (diagnostics.len(), spec.clone());
+    let empty = spec.items.is_empty();
+    let expanded = expand(input, source, spec, &mut report.sources, &mut diagnostics);
+    if let Some(refusal) = bounds::stacks(&expanded.stacks).filter(|_| expanded.usable) {
+        return refused(report, diagnostics, refusal);
+    }
+    let program = Lowerer::new(input, source, &mut report.sources, &mut diagnostics).spec(&expanded, empty);
     if let Some(program) = &program {
-        pointless::spec(&spec, program, &mut diagnostics);
+        pointless::spec(&expanded, program, &mut diagnostics);
     }
-    follow_ons::remove(&mut diagnostics, form, &spec, &report.sources);
-    overridden::blame(input, &mut diagnostics, &report.sources);
-    if input.spelling == Spelling::Yaml {
-        for d in &mut diagnostics {
+    follow_ons::remove(&mut diagnostics, form, &whole, &report.sources);
+    for d in &mut diagnostics {
+        let spelling = expanded.spellings.get(&report.sources.text_of(d.primary.span.source));
+        if *spelling.unwrap_or(&input.spelling) == Spelling::Yaml {
             d.help = d.help.as_deref().map(in_yaml);
         }
     }
     report.diagnostics = diagnostics;
     report.finish();
+    if overridden::blame(input, &mut report.diagnostics, &report.sources) {
+        report.finish();
+    }
     let program = program.filter(|_| report.errors() == 0);
     Compiled { program, report }
+}
+
+/// The outcome for a spec that is too large to be looked at.
+fn refused(mut report: Report, mut diagnostics: Vec<Diagnostic>, refusal: Diagnostic) -> Compiled {
+    diagnostics.push(refusal);
+    report.diagnostics = diagnostics;
+    report.finish();
+    Compiled { program: None, report }
 }
 
 struct Lowerer<'a> {
@@ -100,6 +115,8 @@ struct Lowerer<'a> {
     params: Params,
     /// Tasks that a misspelt name in a stack probably meant.
     meant: Vec<String>,
+    /// Tasks that could not be expanded.
+    failed: std::collections::BTreeSet<String>,
 }
 
 impl<'a> Lowerer<'a> {
@@ -118,6 +135,7 @@ impl<'a> Lowerer<'a> {
             table: Table::default(),
             params: Params::default(),
             meant: Vec::new(),
+            failed: std::collections::BTreeSet::new(),
         }
     }
 
@@ -125,12 +143,20 @@ impl<'a> Lowerer<'a> {
         self.diagnostics.push(d);
     }
 
-    fn spec(&mut self, spec: &Spec) -> Option<Program> {
-        let declared = self.collect(&spec.items);
+    /// The program of a spec; `empty` says that nothing could be read of it.
+    fn spec(&mut self, expanded: &Expanded, empty: bool) -> Option<Program> {
+        let declared = self.collect(expanded);
+        // What other files should have brought would be missed everywhere.
+        if !expanded.usable {
+            return None;
+        }
         let overrides = self.overrides(&declared);
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-        for p in &declared.params {
-            constants.declare(p, overrides.get(&p.name.value), self.diagnostics);
+        for value in &expanded.values {
+            match value {
+                Named::Param(p) => constants.declare(p, overrides.get(&p.name.value), self.diagnostics),
+                Named::Let(l) => constants.declare_let(l, self.diagnostics),
+            }
         }
         let robot = declared.robots.first().and_then(|r| {
             let mut files = Files {
@@ -143,23 +169,21 @@ impl<'a> Lowerer<'a> {
         });
         let run = declared.runs.first().map(|(r, span)| run_settings(r, *span, &mut constants, self.diagnostics));
         // A file that could not be read at all has said so already.
-        if declared.robots.is_empty() && (!spec.items.is_empty() || self.diagnostics.is_empty()) {
+        if declared.robots.is_empty() && expanded.whole && (!empty || self.diagnostics.is_empty()) {
             self.push(
                 Diagnostic::error("HQ0206", Span::new(self.source, 0, 0), "this spec declares no robot")
-                    .help("write `robot NAME { urdf \"..\"  rate 100 Hz }`"),
+                    .help("write `robot NAME { urdf \"..\"  rate 100 Hz }`, or import one"),
             );
         }
+        let refused = self.given(&expanded.given);
         let definitions = definitions(&declared);
         let bound = match &robot {
-            Some(robot) => self.tasks(&definitions, robot),
-            None => {
-                self.kinds(&definitions);
-                Vec::new()
-            }
+            Some(robot) => self.tasks(&definitions, robot, &refused),
+            None => Vec::new(),
         };
         let (stacks, run) = self.hierarchy(&declared, &definitions, robot.as_ref(), run);
-        let complete = robot.is_some() && bound.iter().all(Option::is_some);
-        self.unused(&declared, complete);
+        let complete = robot.is_some() && bound.iter().all(Option::is_some) && expanded.whole;
+        self.unused(&declared, expanded, complete);
         if self.diagnostics.iter().any(|d| d.severity == dsl::Severity::Error) {
             return None;
         }
@@ -182,7 +206,8 @@ impl<'a> Lowerer<'a> {
         for s in &declared.stacks {
             stacks.push(self.stack(s, robot, &names, &declared.tasks, &mut inline));
         }
-        if let (true, Some(robot)) = (declared.stacks.is_empty(), declared.robots.first()) {
+        let none = declared.stacks.is_empty() && declared.whole;
+        if let (true, Some(robot)) = (none, declared.robots.first()) {
             let text = "this spec has no stack, so the robot has nothing to hold to";
             self.push(
                 Diagnostic::error("HQ0601", robot.name.span, text).help("write `stack NAME { level NAME { task } }`"),

@@ -9,19 +9,21 @@ use stdlib_tasks::dimension::NONE;
 
 use super::Lowerer;
 use super::declared::{Declared, twice};
-use crate::binding::{Binder, BoundTask, unknown_kind};
+use crate::binding::{Binder, BoundTask};
 use crate::constants::Constants;
 use crate::forms::{check_keys, items_of};
 use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints};
 
 impl Lowerer<'_> {
-    /// Binds tasks: `None` for one that failed.
+    /// Binds tasks: `None` for one that failed. `refused` are values whose mistake is known.
     pub(super) fn tasks(
         &mut self,
         definitions: &[(String, TaskDefinition)],
         robot: &BoundRobot,
+        refused: &[Span],
     ) -> Vec<Option<BoundTask>> {
+        let before = self.diagnostics.len();
         let mut binder = Binder {
             robot,
             params: &mut self.params,
@@ -34,16 +36,16 @@ impl Lowerer<'_> {
             forms: BTreeMap::new(),
             diagnostics: self.diagnostics,
         };
-        definitions.iter().enumerate().map(|(i, (_, d))| binder.task(d, i)).collect()
-    }
-
-    /// Where no robot is to be had, at least the types of tasks can be looked at.
-    pub(super) fn kinds(&mut self, definitions: &[(String, TaskDefinition)]) {
-        for (_, d) in definitions {
-            if stdlib_tasks::find(&d.kind.value).is_none() {
-                self.push(unknown_kind(&d.kind));
-            }
-        }
+        let bound = definitions.iter().enumerate().map(|(i, (_, d))| binder.task(d, i)).collect();
+        // What was given for a parameter and refused is not refused again wherever the parameter stands.
+        let again = |d: &Diagnostic| {
+            let at = d.primary.span;
+            refused.iter().any(|r| r.source == at.source && r.start <= at.start && at.end <= r.end)
+        };
+        let mut found = self.diagnostics.split_off(before);
+        found.retain(|d| !again(d));
+        self.diagnostics.extend(found);
+        bound
     }
 
     pub(super) fn stack(
@@ -100,7 +102,8 @@ impl Lowerer<'_> {
                         *inline += 1;
                         *inline - 1
                     }
-                    MemberTask::Inline(_) => continue,
+                    MemberTask::Inline(_) | MemberTask::For(_) => continue,
+                    MemberTask::Name(n) if self.failed.contains(&n.value) => continue,
                     MemberTask::Name(n) => match names[..declared].iter().position(|x| *x == n.value) {
                         Some(t) => t,
                         None => {
@@ -138,6 +141,8 @@ impl Lowerer<'_> {
     }
 
     fn unknown_task(&mut self, name: &Spanned<String>, names: &[&str]) {
+        // Those of other files have a name that cannot be written.
+        let names: Vec<&str> = names.iter().copied().filter(|n| !n.contains('.')).collect();
         let d = Diagnostic::error("HQ0201", name.span, format!("there is no task `{}`", name.value));
         let d = if let Some(near) = suggest(&name.value, names.iter().copied()) {
             // The task that was meant is not left over.
@@ -190,12 +195,13 @@ pub(super) fn definitions(declared: &Declared) -> Vec<(String, TaskDefinition)> 
 fn in_place(task: &MemberTask, declared: &[&Task]) -> Option<TaskDefinition> {
     match task {
         MemberTask::Inline(d) => Some(d.clone()),
+        MemberTask::For(_) => None,
         MemberTask::Name(n) if declared.iter().any(|t| t.name == *n) => None,
         MemberTask::Name(n) => {
             let kind = stdlib_tasks::find(&n.value)?;
             let kind = Spanned::new(kind.name.to_string(), n.span);
             let body = dsl::tree::Block { span: n.span, ..Default::default() };
-            Some(TaskDefinition { kind, args: Vec::new(), body, span: n.span })
+            Some(TaskDefinition { kind, args: Vec::new(), named: Vec::new(), body, span: n.span })
         }
     }
 }

@@ -12,7 +12,7 @@ use super::lookup::joints;
 use super::{Files, JointGroups};
 use crate::constants::{Constants, joint_dimension};
 use crate::forms::{items_of, text_of};
-use crate::names::suggest;
+use crate::paths::{instead_of, io_reason};
 use crate::units;
 
 /// Largest URDF that is read, in bytes.
@@ -64,11 +64,7 @@ pub(super) fn open((path_text, span): (&str, Span), base: Base, robot: &Robot, f
         Err(why) => {
             let d = Diagnostic::error("HQ0401", span, format!("cannot read `{path_text}`: {why}"))
                 .note("paths are relative to the file that names them")
-                .help(match nearby(&path) {
-                    _ if path.is_dir() => "name a file inside it".to_string(),
-                    Some(near) => near,
-                    None => format!("looked for {}", path.display()),
-                });
+                .help(instead_of(&path));
             files.diagnostics.push(d);
             return None;
         }
@@ -192,12 +188,7 @@ pub(super) fn positions(
 
 /// The bytes of a file, or why they are not to be had. A device or a pipe might never end.
 fn read(path: &Path) -> Result<Vec<u8>, &'static str> {
-    let reason = |e: std::io::Error| match e.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file",
-        std::io::ErrorKind::PermissionDenied => "permission denied",
-        _ => "the system refuses",
-    };
-    let about = std::fs::metadata(path).map_err(reason)?;
+    let about = std::fs::metadata(path).map_err(|e| io_reason(&e))?;
     if about.is_dir() {
         return Err("it is a folder");
     }
@@ -207,17 +198,5 @@ fn read(path: &Path) -> Result<Vec<u8>, &'static str> {
     if about.len() > MAX_URDF_BYTES {
         return Err("it is larger than 64 MiB");
     }
-    std::fs::read(path).map_err(reason)
-}
-
-/// A file of nearly this name in the same folder.
-fn nearby(path: &Path) -> Option<String> {
-    let wanted = path.file_name()?.to_str()?.to_string();
-    let mut names: Vec<String> = std::fs::read_dir(path.parent()?)
-        .ok()?
-        .take(1000)
-        .filter_map(|e| e.ok()?.file_name().into_string().ok())
-        .collect();
-    names.sort();
-    suggest(&wanted, names.iter().map(String::as_str)).map(|n| format!("did you mean `{n}`?"))
+    std::fs::read(path).map_err(|e| io_reason(&e))
 }

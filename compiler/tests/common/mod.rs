@@ -69,7 +69,10 @@ pub fn whole(body: &str, spelling: Spelling, robot: bool, stack: bool) -> String
     }
     if stack && !begins(if hq { "stack " } else { "stacks:" }) {
         let tasks: Vec<&str> = if hq {
-            body.lines().filter_map(|l| l.strip_prefix("task ")?.split([' ', ':']).next()).collect()
+            body.lines()
+                .filter_map(|l| l.strip_prefix("task ")?.split([' ', ':']).next())
+                .filter(|t| !t.contains('('))
+                .collect()
         } else {
             let inside =
                 body.lines().skip_while(|l| !l.starts_with("tasks:")).skip(1).take_while(|l| l.starts_with(' '));
@@ -107,9 +110,12 @@ impl Case {
             return compile_text(&self.text, self.spelling, &examples(), &self.set);
         }
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(self.title.replace(' ', "_"));
-        std::fs::create_dir_all(&folder).expect("a folder");
-        for (name, text) in &self.files {
+        // The robot of cases that declare none.
+        let urdf = std::fs::read_to_string(examples().join("robots/arm7.urdf")).expect("a URDF");
+        let urdf = ("robots/arm7.urdf".to_string(), urdf);
+        for (name, text) in self.files.iter().chain([&urdf]) {
             let path = folder.join(name);
+            std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
             // Tests that run side by side compile the same case: a file is never seen half written.
             if std::fs::read_to_string(&path).is_ok_and(|old| old == *text) {
                 continue;

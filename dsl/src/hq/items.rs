@@ -1,17 +1,15 @@
-//! Declarations: `hierarq`, `param`, `robot`, `task`, `stack`, `run`.
+//! Declarations: `hierarq`, `param`, `robot`, `task`, `stack`, `run`; the others stand in `reuse`.
 
 use super::Reader;
 use crate::explain::{self, After, clip};
 use crate::expr::{Place, missing};
 use crate::grammar::{Pair, Rule};
-use crate::tree::{
-    Block, Comments, Entry, Item, ItemKind, Param, Robot, Run, Spec, Stack, Task, TaskDefinition, Value,
-};
+use crate::tree::{Block, Comments, Item, ItemKind, Param, Robot, Run, Spec, Stack, Task, TaskDefinition, Value};
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned, checks};
 
 /// The words that begin a declaration.
-pub(super) const KEYWORDS: &[&str] = &["param", "robot", "task", "stack", "run"];
+pub(crate) const KEYWORDS: &[&str] = &["import", "param", "let", "robot", "task", "stack", "for", "run"];
 
 /// The header is missing; `line` is what to write.
 pub(crate) fn no_header(span: Span, line: &str) -> Diagnostic {
@@ -29,10 +27,14 @@ pub(crate) fn bad_version(span: Span, written: &str) -> Diagnostic {
 
 /// The parts of a declaration, by kind.
 #[derive(Default)]
-struct Parts<'p> {
+pub(super) struct Parts<'p> {
     name: Option<Spanned<String>>,
     mark: Option<Span>,
+    formals: Option<Pair<'p>>,
+    from: Option<Pair<'p>>,
     body: Option<Pair<'p>>,
+    /// The range of a `param`.
+    range: Option<Pair<'p>>,
     junk: Option<Span>,
 }
 
@@ -92,9 +94,10 @@ impl Reader<'_> {
         let start = self.of(&pair).range().start;
         let word = |n: usize| self.span(start, start + n);
         let keyword = match pair.as_rule() {
+            Rule::import => word(6),
             Rule::param | Rule::robot | Rule::stack => word(5),
             Rule::task => word(4),
-            Rule::run => word(3),
+            Rule::run | Rule::let_ | Rule::repeat => word(3),
             _ => return self.stray(pair, items),
         };
         if let Some(rest) = pair.into_inner().next() {
@@ -107,22 +110,43 @@ impl Reader<'_> {
         let mut comments = Comments::default();
         self.pool.before(keyword.range().start, &mut comments.before);
         let rule = pair.as_rule();
-        let end = self.base + pair.as_str().trim_end().len() + pair.as_span().start();
+        let mut end = self.base + pair.as_str().trim_end().len() + pair.as_span().start();
+        let kind = match rule {
+            Rule::import_rest => self.import(pair, keyword, &mut comments).map(ItemKind::Import),
+            Rule::repeat_rest => self.repeat(pair, keyword, &mut comments).map(ItemKind::For),
+            _ => self.named(pair, keyword, &mut end, &mut comments),
+        };
+        let end = end.max(keyword.range().end);
+        self.pool.behind(end, &[';'], &mut comments.behind);
+        if let Some(kind) = kind {
+            items.push(Item { kind, span: self.span(keyword.range().start, end), comments });
+        }
+    }
+
+    /// What is declared, of the declarations that begin with a name.
+    /// `end` is where it ends; a body that lacks its opening brace moves it.
+    fn named(&mut self, pair: Pair<'_>, keyword: Span, end: &mut usize, comments: &mut Comments) -> Option<ItemKind> {
+        let rule = pair.as_rule();
         let mut parts = Parts::default();
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::name => parts.name = Some(self.place().spanned(&part)),
                 Rule::mark => parts.mark = Some(self.of(&part)),
                 Rule::junk => parts.junk = Some(self.of(&part)),
+                Rule::formals => parts.formals = Some(part),
+                Rule::from => parts.from = Some(part),
+                Rule::block if rule == Rule::param_rest => parts.range = Some(part),
                 _ => parts.body = Some(part),
             }
         }
-        let unclosed = parts.junk.is_none()
+        // Inside a repetition, the next brace is that of the repetition.
+        let unclosed = !self.nested
+            && parts.junk.is_none()
             && match &parts.body {
-                None => matches!(rule, Rule::robot_rest | Rule::stack_rest | Rule::run_rest),
+                None => parts.from.is_none() && matches!(rule, Rule::robot_rest | Rule::stack_rest | Rule::run_rest),
                 Some(body) => rule == Rule::task_rest && body.clone().into_inner().all(|p| p.as_rule() != Rule::block),
             };
-        let headless = if unclosed { self.headless(end) } else { None };
+        let headless = if unclosed { self.headless(*end) } else { None };
         if let Some(block) = &headless {
             let what = self.text.get(keyword.range()).unwrap_or("");
             self.no_brace(&format!("`{what}`"), keyword, block);
@@ -133,16 +157,24 @@ impl Reader<'_> {
             parts.body = block.pair(if rule == Rule::stack_rest { Rule::stack_body } else { Rule::block });
         }
         let mut kind = match rule {
-            Rule::param_rest => self.param(parts, keyword, &mut comments).map(ItemKind::Param),
-            Rule::task_rest => self.task(parts, keyword, &mut comments).map(ItemKind::Task),
+            Rule::param_rest => self.param(parts, keyword, comments).map(ItemKind::Param),
+            Rule::let_rest => self.let_(parts, keyword, comments).map(ItemKind::Let),
+            Rule::task_rest => self.task(parts, keyword, comments).map(ItemKind::Task),
             Rule::robot_rest => {
                 self.no_mark(&parts, "robot");
                 let name = self.name(&parts, keyword);
-                let body = self.body(parts, keyword, "robot", &mut comments);
-                name.map(|name| ItemKind::Robot(Robot { name, body }))
+                let base = parts.from.take().and_then(|from| self.from(from, "robot"));
+                if let Some(call) = base.as_ref().filter(|call| call.span != call.name.span) {
+                    let at = Span::new(self.source, call.name.span.range().end, call.span.range().end);
+                    let diagnostic = Diagnostic::error("HQ0128", at, "a robot takes nothing in parentheses");
+                    self.diags.push(diagnostic.help("write what differs in braces: `{ home { .. } }`"));
+                }
+                let mut body = self.body(parts, keyword, "robot", comments);
+                checks::reserved(&mut body, &["from"], "robot", &mut self.diags);
+                name.map(|name| ItemKind::Robot(Robot { name, base: base.map(|call| call.name), body }))
             }
-            Rule::stack_rest => self.stack(parts, keyword, &mut comments).map(ItemKind::Stack),
-            _ => Some(ItemKind::Run(Run { body: self.body(parts, keyword, "run", &mut comments) })),
+            Rule::stack_rest => self.stack(parts, keyword, comments).map(ItemKind::Stack),
+            _ => Some(ItemKind::Run(Run { body: self.body(parts, keyword, "run", comments) })),
         };
         if let (Some(ItemKind::Task(task)), Some(block)) = (&mut kind, &headless) {
             self.base = block.open;
@@ -151,14 +183,11 @@ impl Reader<'_> {
             }
         }
         self.base = base;
-        if let Some(block) = &headless {
+        if let Some(block) = headless {
             self.read = block.end;
+            *end = block.end;
         }
-        let end = headless.map_or(end, |block| block.end).max(keyword.range().end);
-        self.pool.behind(end, &[';'], &mut comments.behind);
-        if let Some(kind) = kind {
-            items.push(Item { kind, span: self.span(keyword.range().start, end), comments });
-        }
+        kind
     }
 
     fn name(&mut self, parts: &Parts<'_>, keyword: Span) -> Option<Spanned<String>> {
@@ -212,10 +241,29 @@ impl Reader<'_> {
         }
     }
 
-    fn param(&mut self, parts: Parts<'_>, keyword: Span, comments: &mut Comments) -> Option<Param> {
+    fn param(&mut self, mut parts: Parts<'_>, keyword: Span, comments: &mut Comments) -> Option<Param> {
+        let range = parts.range.take();
+        let (name, value) = self.named_value(parts, keyword, "param", comments);
+        let at = value.span.range().end;
+        let mut range = match range {
+            Some(pair) => self.block(pair, &mut comments.behind),
+            None => Block { span: self.span(at, at), ..Block::default() },
+        };
+        checks::range(&mut range, &mut self.diags);
+        name.map(|name| Param { name, value, range })
+    }
+
+    /// `NAME = VALUE`; the range of a `param` is left.
+    pub(super) fn named_value(
+        &mut self,
+        parts: Parts<'_>,
+        keyword: Span,
+        what: &str,
+        comments: &mut Comments,
+    ) -> (Option<Spanned<String>>, Value) {
         let name = self.name(&parts, keyword);
-        self.equals(&parts, "param");
-        let shown = name.as_ref().map_or("param", |n| n.value.as_str());
+        self.equals(&parts, what);
+        let shown = name.as_ref().map_or(what, |n| n.value.as_str());
         let at = name.as_ref().map_or(keyword, |n| n.span);
         let value = match (parts.body, parts.junk) {
             (Some(body), junk) => {
@@ -236,17 +284,18 @@ impl Reader<'_> {
                 if name.is_some() {
                     self.diags.push(
                         Diagnostic::error("HQ0107", at, format!("`{shown}` has no value"))
-                            .help(format!("write `param {shown} = 0.5 m`, with the value you mean")),
+                            .help(format!("write `{what} {shown} = 0.5 m`, with the value you mean")),
                     );
                 }
                 missing(at)
             }
         };
-        name.map(|name| Param { name, value })
+        (name, value)
     }
 
-    fn task(&mut self, parts: Parts<'_>, keyword: Span, comments: &mut Comments) -> Option<Task> {
+    fn task(&mut self, mut parts: Parts<'_>, keyword: Span, comments: &mut Comments) -> Option<Task> {
         let name = self.name(&parts, keyword);
+        let parameters = parts.formals.take().map(|pair| self.parameters(pair)).unwrap_or_default();
         self.equals(&parts, "task");
         let junk = parts.junk;
         let definition = parts.body.map(|body| self.definition(body, &mut comments.behind));
@@ -268,7 +317,8 @@ impl Reader<'_> {
             }
             (Some(_), None) => {}
         }
-        Some(Task { name: name?, definition: definition.unwrap_or_else(|| TaskDefinition::unread(at)) })
+        let definition = definition.unwrap_or_else(|| TaskDefinition::unread(at));
+        Some(Task { name: name?, parameters, definition })
     }
 
     /// A node `definition`: `kind(args) { .. }`.
@@ -280,50 +330,11 @@ impl Reader<'_> {
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::name => kind = self.place().spanned(&part),
-                Rule::task_args => (args, named) = self.arguments(part),
+                Rule::actuals => (args, named) = self.arguments(part),
                 _ => body = self.block(part, behind),
             }
         }
-        self.merge(named, &mut body);
-        TaskDefinition { kind, args, body, span }
-    }
-
-    /// A node `task_args`: arguments without a name, and those with one, which are entries of the block.
-    pub(super) fn arguments(&mut self, pair: Pair<'_>) -> (Vec<Value>, Vec<Entry>) {
-        let (mut args, mut named) = (Vec::new(), Vec::new());
-        for arg in pair.into_inner() {
-            if arg.as_rule() != Rule::named {
-                let value = self.expr(arg);
-                if let Some(last) = named.last() {
-                    let last: &Entry = last;
-                    self.diags.push(
-                        Diagnostic::error(
-                            "HQ0113",
-                            value.span,
-                            "an argument without a name stands before those with one",
-                        )
-                        .label(last.key.span, "has a name")
-                        .help("give it its name too: `NAME: value`"),
-                    );
-                }
-                args.push(value);
-                continue;
-            }
-            let mut parts = arg.into_inner();
-            if let (Some(name), Some(value)) = (parts.next(), parts.next()) {
-                let key = self.place().spanned(&name);
-                named.push(Entry { key, value: self.expr(value), comments: Comments::default() });
-            }
-        }
-        (args, named)
-    }
-
-    /// Puts named arguments before the entries of a block.
-    pub(super) fn merge(&mut self, named: Vec<Entry>, body: &mut Block) {
-        if !named.is_empty() {
-            body.entries.splice(0..0, named);
-            checks::duplicates(&body.entries, &mut self.diags);
-        }
+        TaskDefinition { kind, args, named, body, span }
     }
 
     /// The block of a robot or a run.
@@ -348,13 +359,18 @@ impl Reader<'_> {
         Block { span: keyword, ..Block::default() }
     }
 
-    fn stack(&mut self, parts: Parts<'_>, keyword: Span, comments: &mut Comments) -> Option<Stack> {
+    fn stack(&mut self, mut parts: Parts<'_>, keyword: Span, comments: &mut Comments) -> Option<Stack> {
         self.no_mark(&parts, "stack");
         let name = self.name(&parts, keyword);
-        let mut settings = Block { span: keyword, ..Block::default() };
-        let mut levels = Vec::new();
+        let parameters = parts.formals.take().map(|pair| self.parameters(pair)).unwrap_or_default();
+        let from = parts.from.is_some();
+        let base = parts.from.take().and_then(|pair| self.from(pair, "stack"));
+        let at = name.as_ref().map_or(keyword, |n| n.span);
+        let settings = Block { span: keyword, ..Block::default() };
+        let name = name.unwrap_or_else(|| crate::calls::nameless(keyword));
+        let mut stack = Stack { name, parameters, base, settings, levels: Vec::new(), changes: Vec::new() };
         match (parts.body, parts.junk) {
-            (Some(body), _) => self.stack_body(body, &mut settings, &mut levels, &mut comments.behind),
+            (Some(body), _) => self.stack_body(body, &mut stack, &mut comments.behind),
             (None, Some(junk)) => {
                 self.explain(junk, After::Start("a block in braces"), false);
             }
@@ -363,9 +379,10 @@ impl Reader<'_> {
                     .help("write `{ level NAME { .. } }` behind its name"),
             ),
         }
-        checks::duplicates(&settings.entries, &mut self.diags);
-        checks::reserved(&mut settings, &["level", "levels"], "stack", &mut self.diags);
-        Some(Stack { name: name?, settings, levels })
+        checks::duplicates(&stack.settings.entries, &mut self.diags);
+        checks::reserved(&mut stack.settings, checks::STACK_WORDS, "stack", &mut self.diags);
+        checks::changes(&mut stack, at, from, &mut self.diags);
+        (!stack.name.value.is_empty()).then_some(stack)
     }
 
     /// Text at the top level that begins no declaration.
@@ -385,16 +402,19 @@ impl Reader<'_> {
             self.unread.push(span);
             self.diags.push(if word == "level" {
                 diagnostic.note("a level stands inside the braces of a stack").help("write `stack NAME { level .. }`")
-            } else if word == "import" {
-                diagnostic.note("this version of the language has no `import`").help("copy the declarations for now")
             } else {
-                diagnostic.note("declarations begin with `param`, `robot`, `task`, `stack` or `run`")
+                let words =
+                    "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `for` or `run`";
+                diagnostic.note(words)
             });
             return;
         };
         self.diags.push(diagnostic.help(format!("did you mean `{meant}`?")));
         let rule = match meant {
+            "import" => Rule::import_rest,
             "param" => Rule::param_rest,
+            "let" => Rule::let_rest,
+            "for" => Rule::repeat_rest,
             "robot" => Rule::robot_rest,
             "task" => Rule::task_rest,
             "stack" => Rule::stack_rest,

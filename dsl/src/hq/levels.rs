@@ -4,56 +4,98 @@ use super::Reader;
 use crate::explain::{self, After};
 use crate::expr::{Place, missing};
 use crate::grammar::{Pair, Rule};
-use crate::tree::{Block, Comments, Entry, Level, Member, MemberTask, Value};
+use crate::tree::{
+    Beside, Block, Change, Comments, Entry, Level, Member, MemberTask, Removal, RepeatMembers, Stack, TaskDefinition,
+    Value,
+};
 use crate::words::{has_block, nearest};
 use crate::{Diagnostic, Span, Spanned, checks};
 
 impl Reader<'_> {
     /// The braces of a stack.
-    pub(super) fn stack_body(
-        &mut self,
-        pair: Pair<'_>,
-        settings: &mut Block,
-        levels: &mut Vec<Level>,
-        behind: &mut Option<String>,
-    ) {
+    pub(super) fn stack_body(&mut self, pair: Pair<'_>, stack: &mut Stack, behind: &mut Option<String>) {
         let span = self.of(&pair);
-        settings.span = span;
+        stack.settings.span = span;
         self.pool.behind(span.range().start + 1, &[], behind);
         let mut open = false;
         for part in pair.into_inner() {
             match part.as_rule() {
-                Rule::entry => self.entry(part, &mut settings.entries),
-                Rule::level => {
-                    if let Some(level) = self.level(part) {
-                        levels.push(level);
-                    }
-                }
+                Rule::entry => self.entry(part, &mut stack.settings.entries),
+                Rule::level => stack.levels.extend(self.level(part, "level").map(|l| l.0)),
+                Rule::change => stack.changes.extend(self.change(part)),
+                Rule::removal => stack.changes.extend(self.removal(part)),
                 _ => open = true,
             }
         }
         if open {
             self.unclosed(span.range().start, span.range().end);
         } else {
-            self.pool.before(span.range().end - 1, &mut settings.closing_comments.before);
+            self.pool.before(span.range().end - 1, &mut stack.settings.closing_comments.before);
         }
     }
 
-    fn level(&mut self, pair: Pair<'_>) -> Option<Level> {
+    /// `replace NAME { .. }`, `add NAME { .. } before NAME`.
+    fn change(&mut self, pair: Pair<'_>) -> Option<Change> {
+        let word = if pair.as_str().starts_with("add") { "add" } else { "replace" };
+        let (level, beside) = self.level(pair, word)?;
+        match (word, beside) {
+            ("add", beside) => Some(Change::Add(level, beside)),
+            (_, Some(beside)) => {
+                let message = "a level that is replaced keeps its place";
+                let diagnostic = Diagnostic::error("HQ0126", beside.level.span, message);
+                self.diags.push(diagnostic.help("to move a level, remove it and add it where it belongs"));
+                Some(Change::Replace(level))
+            }
+            _ => Some(Change::Replace(level)),
+        }
+    }
+
+    /// `remove NAME`.
+    fn removal(&mut self, pair: Pair<'_>) -> Option<Change> {
+        let span = self.of(&pair);
+        let mut comments = Comments::default();
+        self.pool.before(span.range().start, &mut comments.before);
+        let level = pair.into_inner().next().map(|part| self.place().spanned(&part));
+        if level.is_none() {
+            let at = self.span(span.range().start, span.range().start + "remove".len());
+            let diagnostic = Diagnostic::error("HQ0116", at, "`remove` names no level");
+            self.diags.push(diagnostic.help("write the name of the level behind `remove`"));
+        }
+        self.pool.behind(span.range().end, &[',', ';'], &mut comments.behind);
+        Some(Change::Remove(Removal { level: level?, span, comments }))
+    }
+
+    /// `before NAME`, `after NAME`.
+    fn beside(&mut self, pair: Pair<'_>) -> Option<Beside> {
+        let span = self.of(&pair);
+        let before = pair.as_str().starts_with("before");
+        let level = pair.into_inner().find(|part| part.as_rule() == Rule::name).map(|part| self.place().spanned(&part));
+        if level.is_none() {
+            let word = if before { "before" } else { "after" };
+            let diagnostic = Diagnostic::error("HQ0116", span, format!("`{word}` names no level"));
+            self.diags.push(diagnostic.help(format!("write the name of a level behind `{word}`")));
+        }
+        Some(Beside { before, level: level? })
+    }
+
+    /// A level, behind the word that begins it.
+    fn level(&mut self, pair: Pair<'_>, word: &str) -> Option<(Level, Option<Beside>)> {
         let whole = self.of(&pair);
         let start = whole.range().start;
-        let keyword = self.span(start, start + "level".len());
+        let keyword = self.span(start, start + word.len());
         let span = self.span(start, start + pair.as_str().trim_end().len());
         let mut comments = Comments::default();
         self.pool.before(start, &mut comments.before);
-        let (mut name, mut hard, mut members) = (None, None, None);
+        let (mut name, mut hard, mut members, mut beside) = (None, None, None, None);
         let mut settings = Block { span, ..Block::default() };
         for part in pair.into_inner() {
             let at = self.of(&part);
             match part.as_rule() {
+                Rule::change_word => {}
                 Rule::name => name = Some(self.place().spanned(&part)),
                 Rule::hard => self.hard(&mut hard, at),
                 Rule::setting => self.setting(part, &mut settings.entries, &mut hard),
+                Rule::beside => beside = self.beside(part),
                 Rule::level_body => {
                     members = Some(self.members(part, &mut comments, &mut settings.closing_comments));
                 }
@@ -67,25 +109,26 @@ impl Reader<'_> {
             }
         }
         checks::duplicates(&settings.entries, &mut self.diags);
-        checks::reserved(&mut settings, &["name", "tasks"], "level", &mut self.diags);
+        checks::reserved(&mut settings, checks::LEVEL_WORDS, "level", &mut self.diags);
         if let Some(name) = name.as_ref().filter(|n| n.value == "hard") {
             self.diags.push(checks::hard_is_no_name(name.span));
             hard.get_or_insert(name.span);
         }
         if name.is_none() {
             self.diags.push(
-                Diagnostic::error("HQ0116", keyword, "this `level` has no name")
-                    .help("write the name behind `level`: letters, digits and `_`"),
+                Diagnostic::error("HQ0116", keyword, format!("this `{word}` has no name"))
+                    .help(format!("write the name behind `{word}`: letters, digits and `_`")),
             );
         }
         if members.is_none() {
             self.diags.push(
-                Diagnostic::error("HQ0117", keyword, "this `level` has no braces with its tasks")
-                    .help("write `level NAME { task_a  task_b }`"),
+                Diagnostic::error("HQ0117", keyword, format!("this `{word}` has no braces with its tasks"))
+                    .help(format!("write `{word} NAME {{ task_a  task_b }}`")),
             );
         }
         self.pool.behind(span.range().end, &[',', ';'], &mut comments.behind);
-        Some(Level { name: name?, hard, settings, members: members.unwrap_or_default(), span, comments })
+        let level = Level { name: name?, hard, settings, members: members.unwrap_or_default(), span, comments };
+        Some((level, beside))
     }
 
     fn hard(&mut self, hard: &mut Option<Span>, at: Span) {
@@ -188,6 +231,7 @@ impl Reader<'_> {
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::member => members.extend(self.member(part)),
+                Rule::member_repeat => members.extend(self.member_repeat(part)),
                 _ => open = true,
             }
         }
@@ -211,7 +255,7 @@ impl Reader<'_> {
             let span = self.of(&part);
             match part.as_rule() {
                 Rule::name => name = Some(self.place().spanned(&part)),
-                Rule::task_args => args = Some(self.arguments(part)),
+                Rule::actuals => args = Some(self.arguments(part)),
                 Rule::block => body = Some(self.block(part, &mut comments.behind)),
                 Rule::weight => weight = Some(self.weight(part)),
                 _ => {
@@ -228,14 +272,27 @@ impl Reader<'_> {
         self.pool.before(end, &mut comments.before);
         self.pool.behind(end, &[',', ';'], &mut comments.behind);
         let task = if args.is_some() || body.is_some() {
-            let mut body = body.unwrap_or(Block { span: self.span(end, end), ..Block::default() });
+            let body = body.unwrap_or(Block { span: self.span(end, end), ..Block::default() });
             let (args, named) = args.unwrap_or_default();
-            self.merge(named, &mut body);
-            MemberTask::Inline(crate::tree::TaskDefinition { kind: name, args, body, span })
+            MemberTask::Inline(TaskDefinition { kind: name, args, named, body, span })
         } else {
             MemberTask::Name(name)
         };
         Some(Member { task, weight, span, comments })
+    }
+
+    /// `for side in [left, right] { hold(side) }`
+    fn member_repeat(&mut self, pair: Pair<'_>) -> Option<Member> {
+        let whole = self.of(&pair);
+        let start = whole.range().start;
+        let span = self.span(start, start + pair.as_str().trim_end().len());
+        let (mut comments, mut closing_comments) = (Comments::default(), Comments::default());
+        self.pool.before(start, &mut comments.before);
+        let head = self.repeat_head(pair, self.span(start, start + "for".len()));
+        let body = head.body.map(|part| self.members(part, &mut comments, &mut closing_comments)).unwrap_or_default();
+        self.pool.behind(span.range().end, &[',', ';'], &mut comments.behind);
+        let repeat = RepeatMembers { variable: head.variable?, values: head.values?, body, closing_comments };
+        Some(Member { task: MemberTask::For(Box::new(repeat)), weight: None, span, comments })
     }
 
     fn weight(&mut self, pair: Pair<'_>) -> Value {

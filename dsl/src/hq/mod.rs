@@ -4,6 +4,7 @@ mod blocks;
 mod headless;
 mod items;
 mod levels;
+mod reuse;
 
 pub(crate) use items::{bad_version, no_header};
 
@@ -25,7 +26,8 @@ pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
         return (Spec::default(), vec![refusal]);
     }
     let pool = Pool::new(text, scan.comments);
-    let mut reader = Reader { source, text, base: begin, pool, diags: scan.diagnostics, unread: Vec::new(), read: 0 };
+    let mut reader =
+        Reader { source, text, base: begin, pool, diags: scan.diagnostics, unread: Vec::new(), read: 0, nested: false };
     let mut spec = reader.spec(begin);
     spec.unread = reader.unread;
     (spec, crate::checks::finish(reader.diags))
@@ -43,6 +45,8 @@ struct Reader<'t> {
     unread: Vec<Span>,
     /// What stands before this byte has been read already.
     read: usize,
+    /// True inside a repetition.
+    nested: bool,
 }
 
 impl<'t> Reader<'t> {

@@ -1,9 +1,9 @@
 //! The printer of `*.hq` texts.
 
+use super::hq_levels as levels;
+use super::hq_reuse as reuse;
 use super::{Lines, OneLine, WIDTH, expr, has_block, no_comments};
-use crate::tree::{
-    Block, Comments, Entry, ItemKind, Level, Member, MemberTask, Spec, Stack, TaskDefinition, Value, ValueKind,
-};
+use crate::tree::{Block, Entry, Item, ItemKind, Spec, TaskDefinition, Value, ValueKind};
 use crate::words::is_pattern;
 
 /// Writes a tree.
@@ -14,36 +14,7 @@ pub(crate) fn print(spec: &Spec) -> String {
         lines.out.push_str(&format!("hierarq {}", version.value));
         lines.end(&spec.opening_comments.behind);
     }
-    let mut last_was_param = false;
-    for item in &spec.items {
-        let is_param = matches!(item.kind, ItemKind::Param(_));
-        let grouped = is_param && last_was_param;
-        if !grouped && !lines.out.is_empty() {
-            lines.out.push('\n');
-        }
-        last_was_param = is_param;
-        lines.before(&item.comments.before, 0);
-        let behind = &item.comments.behind;
-        match &item.kind {
-            ItemKind::Param(param) => {
-                lines.out.push_str(&format!("param {} = ", param.name.value));
-                value(&param.value, behind, 0, &mut lines);
-            }
-            ItemKind::Robot(robot) => {
-                lines.out.push_str(&format!("robot {} ", robot.name.value));
-                block(&robot.body, behind, 0, robot.body.entries.len() > 2, &mut lines);
-            }
-            ItemKind::Task(task) => {
-                lines.out.push_str(&format!("task {} = ", task.name.value));
-                definition(&task.definition, behind, 0, false, &mut lines);
-            }
-            ItemKind::Stack(it) => stack(it, behind, &mut lines),
-            ItemKind::Run(run) => {
-                lines.out.push_str("run ");
-                block(&run.body, behind, 0, false, &mut lines);
-            }
-        }
-    }
+    items(&spec.items, 0, &mut lines);
     if !spec.closing_comments.before.is_empty() {
         if !lines.out.is_empty() {
             lines.out.push('\n');
@@ -51,6 +22,74 @@ pub(crate) fn print(spec: &Spec) -> String {
         lines.before(&spec.closing_comments.before, 0);
     }
     lines.out
+}
+
+/// Declarations one below the other: short ones of a kind together, the others apart.
+pub(super) fn items(items: &[Item], indent: usize, lines: &mut Lines) {
+    let group = |kind: &ItemKind| match kind {
+        ItemKind::Param(_) => Some(0),
+        ItemKind::Let(_) => Some(1),
+        ItemKind::Import(_) => Some(2),
+        _ => None,
+    };
+    let mut last = None;
+    for (i, item) in items.iter().enumerate() {
+        let own = group(&item.kind);
+        let grouped = own.is_some() && own == last;
+        // The first of a block follows its brace.
+        let first = if indent == 0 { lines.out.is_empty() } else { i == 0 };
+        if !grouped && !first {
+            lines.out.push('\n');
+        }
+        last = own;
+        lines.before(&item.comments.before, indent);
+        lines.indent(indent);
+        let behind = &item.comments.behind;
+        match &item.kind {
+            ItemKind::Import(it) => reuse::import(it, behind, indent, lines),
+            ItemKind::Param(param) => {
+                lines.out.push_str(&format!("param {} = ", param.name.value));
+                if empty(&param.range) {
+                    value(&param.value, behind, indent, lines);
+                } else {
+                    value(&param.value, &None, indent, lines);
+                    lines.out.truncate(lines.out.len() - 1);
+                    lines.out.push(' ');
+                    block(&param.range, behind, indent, false, lines);
+                }
+            }
+            ItemKind::Let(it) => {
+                lines.out.push_str(&format!("let {} = ", it.name.value));
+                value(&it.value, behind, indent, lines);
+            }
+            ItemKind::Robot(robot) => {
+                lines.out.push_str(&format!("robot {} ", robot.name.value));
+                if let Some(base) = &robot.base {
+                    lines.out.push_str(&format!("from {} ", base.value));
+                }
+                block(&robot.body, behind, indent, robot.body.entries.len() > 2, lines);
+            }
+            ItemKind::Task(task) => {
+                let parameters = reuse::parameters(&task.parameters);
+                lines.out.push_str(&format!("task {}{parameters} = ", task.name.value));
+                definition(&task.definition, behind, indent, false, lines);
+            }
+            ItemKind::Stack(it) => levels::stack(it, behind, indent, lines),
+            ItemKind::For(it) => {
+                lines.out.push_str(&reuse::repeat_head(&it.variable, &it.values));
+                lines.out.push_str(" {");
+                lines.end(behind);
+                self::items(&it.body, indent + 2, lines);
+                lines.before(&it.closing_comments.before, indent + 2);
+                lines.indent(indent);
+                lines.out.push_str("}\n");
+            }
+            ItemKind::Run(run) => {
+                lines.out.push_str("run ");
+                block(&run.body, behind, indent, false, lines);
+            }
+        }
+    }
 }
 
 /// A value that ends its line.
@@ -130,7 +169,7 @@ fn tagged_or_block(body: &Block, behind: &Option<String>, indent: usize, lines: 
 }
 
 /// A block that ends its line.
-fn block(body: &Block, behind: &Option<String>, indent: usize, tall: bool, lines: &mut Lines) {
+pub(super) fn block(body: &Block, behind: &Option<String>, indent: usize, tall: bool, lines: &mut Lines) {
     let mut line = OneLine::new(WIDTH.saturating_sub(lines.column()));
     if !tall && one_line_block(body, &mut line).is_some() {
         lines.out.push_str(&line.text);
@@ -145,7 +184,7 @@ fn block(body: &Block, behind: &Option<String>, indent: usize, tall: bool, lines
     lines.out.push_str("}\n");
 }
 
-fn entries(body: &Block, indent: usize, lines: &mut Lines) {
+pub(super) fn entries(body: &Block, indent: usize, lines: &mut Lines) {
     for entry in &body.entries {
         lines.before(&entry.comments.before, indent);
         lines.indent(indent);
@@ -159,7 +198,7 @@ fn entries(body: &Block, indent: usize, lines: &mut Lines) {
     }
 }
 
-fn one_line_block(body: &Block, line: &mut OneLine) -> Option<()> {
+pub(super) fn one_line_block(body: &Block, line: &mut OneLine) -> Option<()> {
     if !no_comments(&body.closing_comments) {
         return None;
     }
@@ -219,11 +258,15 @@ fn one_line_value(value: &Value, line: &mut OneLine) -> Option<()> {
     }
 }
 
-fn head(definition: &TaskDefinition, parentheses: bool) -> String {
+/// True where something stands in parentheses.
+pub(super) fn takes_arguments(definition: &TaskDefinition) -> bool {
+    !definition.args.is_empty() || !definition.named.is_empty()
+}
+
+pub(super) fn head(definition: &TaskDefinition, parentheses: bool) -> String {
     let mut text = definition.kind.value.clone();
-    if !definition.args.is_empty() || parentheses {
-        let args: Vec<String> = definition.args.iter().map(expr::text).collect();
-        text.push_str(&format!("({})", args.join(", ")));
+    if takes_arguments(definition) || parentheses {
+        text.push_str(&reuse::arguments(&definition.args, &definition.named));
     }
     text
 }
@@ -234,140 +277,12 @@ pub(super) fn empty(body: &Block) -> bool {
 }
 
 /// `kind(args) { .. }` at the end of a line; a member without arguments needs its braces to be one in place.
-fn definition(it: &TaskDefinition, behind: &Option<String>, indent: usize, member: bool, lines: &mut Lines) {
+pub(super) fn definition(it: &TaskDefinition, behind: &Option<String>, indent: usize, member: bool, lines: &mut Lines) {
     lines.out.push_str(&head(it, false));
-    if !empty(&it.body) || (member && it.args.is_empty()) {
+    if !empty(&it.body) || (member && !takes_arguments(it)) {
         lines.out.push(' ');
         block(&it.body, behind, indent, false, lines);
     } else {
         lines.end(behind);
-    }
-}
-
-fn stack(it: &Stack, behind: &Option<String>, lines: &mut Lines) {
-    lines.out.push_str(&format!("stack {} {{", it.name.value));
-    lines.end(behind);
-    entries(&it.settings, 2, lines);
-    for item in &it.levels {
-        level(item, lines);
-    }
-    lines.before(&it.settings.closing_comments.before, 2);
-    lines.out.push_str("}\n");
-}
-
-fn level(it: &Level, lines: &mut Lines) {
-    lines.before(&it.comments.before, 2);
-    // Comments on the settings of a level exist in YAML only; here they stand before the level.
-    for entry in &it.settings.entries {
-        lines.before(&entry.comments.before, 2);
-        lines.before(entry.comments.behind.as_slice(), 2);
-    }
-    lines.indent(2);
-    lines.out.push_str(&format!("level {}", it.name.value));
-    if it.hard.is_some() {
-        lines.out.push_str(" hard");
-    }
-    let mut last: Option<&Value> = None;
-    for entry in &it.settings.entries {
-        lines.out.push_str(if last.is_some_and(|v| expr::swallows(v, &entry.key.value)) { ", " } else { " " });
-        lines.out.push_str(&format!("{} {}", entry.key.value, expr::text(&entry.value)));
-        last = Some(&entry.value);
-    }
-    lines.out.push(' ');
-    let mut line = OneLine::new(WIDTH.saturating_sub(lines.column()));
-    if one_line_members(it, &mut line).is_some() {
-        lines.out.push_str(&line.text);
-        lines.end(&it.comments.behind);
-        return;
-    }
-    lines.out.push('{');
-    lines.end(&it.comments.behind);
-    for (i, member) in it.members.iter().enumerate() {
-        let next = it.members.get(i + 1);
-        lines.before(&member.comments.before, 4);
-        lines.indent(4);
-        member_line(member, next, lines);
-    }
-    lines.before(&it.settings.closing_comments.before, 4);
-    lines.indent(2);
-    lines.out.push_str("}\n");
-}
-
-fn one_line_members(it: &Level, line: &mut OneLine) -> Option<()> {
-    if !no_comments(&it.settings.closing_comments) {
-        return None;
-    }
-    if it.members.is_empty() {
-        return line.push("{}");
-    }
-    line.push("{ ")?;
-    for (i, member) in it.members.iter().enumerate() {
-        if !no_comments(&member.comments) {
-            return None;
-        }
-        if i > 0 {
-            line.push(if needs_comma(&it.members[i - 1], member, true) { ", " } else { "  " })?;
-        }
-        match &member.task {
-            MemberTask::Name(name) => line.push(name)?,
-            MemberTask::Inline(it) => {
-                line.push(&head(it, false))?;
-                if !empty(&it.body) || it.args.is_empty() {
-                    line.push(" ")?;
-                    one_line_block(&it.body, line)?;
-                }
-            }
-        }
-        if let Some(weight) = &member.weight {
-            line.push(" weight ")?;
-            line.push(&expr::text(weight))?;
-        }
-    }
-    line.push(" }")
-}
-
-/// True where a member would be read as a part of the one before it.
-fn needs_comma(last: &Member, next: &Member, same_line: bool) -> bool {
-    let name = |member: &Member| match &member.task {
-        MemberTask::Name(name) => name.value.clone(),
-        MemberTask::Inline(it) => it.kind.value.clone(),
-    };
-    let next = name(next);
-    next == "weight"
-        || (name(last) == "level" && last.weight.is_none())
-        || (same_line && last.weight.as_ref().is_some_and(|w| expr::swallows(w, &next)))
-}
-
-fn member_line(member: &Member, next: Option<&Member>, lines: &mut Lines) {
-    let start = lines.out.len();
-    let quiet = Comments::default();
-    let comma = next.is_some_and(|next| needs_comma(member, next, false));
-    let suffix = match &member.weight {
-        Some(weight) => format!(" weight {}", expr::text(weight)),
-        None => String::new(),
-    } + if comma { "," } else { "" };
-    match &member.task {
-        MemberTask::Name(name) => {
-            lines.out.push_str(name);
-            lines.out.push_str(&suffix);
-            lines.end(&member.comments.behind);
-        }
-        MemberTask::Inline(it) => {
-            definition(it, &quiet.behind, 4, true, lines);
-            let tall = lines.out[start..].trim_end().contains('\n');
-            lines.out.truncate(lines.out.len() - 1);
-            if tall && let Some(text) = &member.comments.behind {
-                let first = start + lines.out[start..].find('\n').unwrap_or(0);
-                let mut note = Lines::new('/');
-                note.out.push_str("  ");
-                note.comment(text);
-                lines.out.insert_str(first, &note.out);
-                lines.out.push_str(&suffix);
-                lines.out.push('\n');
-            } else {
-                lines.out.push_str(&suffix);
-                lines.end(&member.comments.behind);
-            }
-        }
     }
 }

@@ -3,7 +3,11 @@
 
 mod expr;
 mod hq;
+mod hq_levels;
+mod hq_reuse;
 mod yaml;
+mod yaml_levels;
+mod yaml_reuse;
 
 pub(crate) use hq::print as hq;
 pub(crate) use yaml::print as yaml;

@@ -1,9 +1,10 @@
 //! The printer of YAML texts: declarations grouped by kind, short mappings and sequences on one line.
 
+use super::hq::takes_arguments;
+use super::yaml_levels as levels;
+use super::yaml_reuse as reuse;
 use super::{Lines, OneLine, WIDTH, expr, no_comments};
-use crate::tree::{
-    Block, Entry, Item, ItemKind, Level, Member, MemberTask, Spec, Stack, TaskDefinition, Value, ValueKind,
-};
+use crate::tree::{Block, Entry, Item, ItemKind, Spec, TaskDefinition, Value, ValueKind};
 use crate::words::{is_glob, is_pattern, is_text_key};
 
 /// Writes a tree.
@@ -14,18 +15,7 @@ pub(crate) fn print(spec: &Spec) -> String {
         lines.out.push_str(&format!("hierarq: {}", version.value));
         lines.end(&spec.opening_comments.behind);
     }
-    section(spec, "params:\n", |kind| matches!(kind, ItemKind::Param(_)), &mut lines);
-    section(spec, "robots:\n", |kind| matches!(kind, ItemKind::Robot(_)), &mut lines);
-    section(spec, "tasks:\n", |kind| matches!(kind, ItemKind::Task(_)), &mut lines);
-    section(spec, "stacks:\n", |kind| matches!(kind, ItemKind::Stack(_)), &mut lines);
-    for item in &spec.items {
-        if let ItemKind::Run(run) = &item.kind {
-            blank(&mut lines);
-            lines.before(&item.comments.before, 0);
-            lines.out.push_str("run:");
-            block(&run.body, &item.comments.behind, 0, &mut lines);
-        }
-    }
+    sections(&spec.items, 0, &mut lines);
     if !spec.closing_comments.before.is_empty() {
         blank(&mut lines);
         lines.before(&spec.closing_comments.before, 0);
@@ -39,49 +29,88 @@ fn blank(lines: &mut Lines) {
     }
 }
 
-fn section(spec: &Spec, title: &str, of_kind: fn(&ItemKind) -> bool, lines: &mut Lines) {
-    let mut first = true;
-    for item in spec.items.iter().filter(|item| of_kind(&item.kind)) {
-        if first {
-            blank(lines);
-            lines.out.push_str(title);
+/// Whether a declaration belongs to a section.
+type OfKind = fn(&ItemKind) -> bool;
+
+/// Declarations grouped by kind, each group below its title; an empty line between groups at the top.
+pub(super) fn sections(items: &[Item], indent: usize, lines: &mut Lines) {
+    let kinds: [(&str, OfKind); 7] = [
+        ("import", |kind| matches!(kind, ItemKind::Import(_))),
+        ("params", |kind| matches!(kind, ItemKind::Param(_))),
+        ("lets", |kind| matches!(kind, ItemKind::Let(_))),
+        ("robots", |kind| matches!(kind, ItemKind::Robot(_))),
+        ("tasks", |kind| matches!(kind, ItemKind::Task(_))),
+        ("stacks", |kind| matches!(kind, ItemKind::Stack(_))),
+        ("for", |kind| matches!(kind, ItemKind::For(_))),
+    ];
+    for (title, of_kind) in kinds {
+        let mut first = true;
+        for item in items.iter().filter(|item| of_kind(&item.kind)) {
+            if first {
+                if indent == 0 {
+                    blank(lines);
+                }
+                lines.indent(indent);
+                lines.out.push_str(&format!("{title}:\n"));
+            }
+            first = false;
+            declaration(item, indent + 2, lines);
         }
-        first = false;
-        declaration(item, lines);
+    }
+    for item in items {
+        if let ItemKind::Run(run) = &item.kind {
+            blank(lines);
+            lines.before(&item.comments.before, indent);
+            lines.out.push_str("run:");
+            block(&run.body, &item.comments.behind, indent, lines);
+        }
     }
 }
 
-fn declaration(item: &Item, lines: &mut Lines) {
-    lines.before(&item.comments.before, 2);
-    lines.indent(2);
+fn declaration(item: &Item, indent: usize, lines: &mut Lines) {
+    lines.before(&item.comments.before, indent);
+    lines.indent(indent);
     let behind = &item.comments.behind;
     match &item.kind {
+        ItemKind::Import(it) => reuse::import(it, behind, indent, lines),
         ItemKind::Param(param) => {
             lines.out.push_str(&format!("{}:", key(&param.name)));
-            value(&param.value, behind, 2, false, lines);
+            if super::hq::empty(&param.range) {
+                value(&param.value, behind, indent, false, lines);
+            } else {
+                reuse::ranged(param, behind, indent, lines);
+            }
+        }
+        ItemKind::Let(it) => {
+            lines.out.push_str(&format!("{}:", key(&it.name)));
+            value(&it.value, behind, indent, false, lines);
         }
         ItemKind::Robot(robot) => {
             lines.out.push_str(&format!("{}:", key(&robot.name)));
-            block(&robot.body, behind, 2, lines);
+            match &robot.base {
+                None => block(&robot.body, behind, indent, lines),
+                Some(base) => block(&reuse::with_base(&robot.body, base), behind, indent, lines),
+            }
         }
         ItemKind::Task(task) => {
-            lines.out.push_str(&format!("{}:", key(&task.name)));
-            definition(&task.definition, behind, 2, lines);
+            lines.out.push_str(&format!("{}:", reuse::head_key(&task.name, &task.parameters)));
+            definition(&task.definition, behind, indent, lines);
         }
-        ItemKind::Stack(it) => stack(it, behind, lines),
+        ItemKind::Stack(it) => levels::stack(it, behind, indent, lines),
+        ItemKind::For(it) => reuse::repeat(it, behind, indent, lines),
         ItemKind::Run(_) => {}
     }
 }
 
 /// A key: names need no quotes, except those that YAML reads as something else; patterns have them.
-fn key(name: &str) -> String {
+pub(super) fn key(name: &str) -> String {
     let lower = name.to_ascii_lowercase();
     let other = matches!(lower.as_str(), "null" | "true" | "false" | "yes" | "no" | "on" | "off" | "y" | "n");
-    if other || is_pattern(name) { format!("\"{name}\"") } else { name.to_owned() }
+    if other || is_pattern(name) || name.contains('$') { format!("\"{name}\"") } else { name.to_owned() }
 }
 
 /// A value behind `key:` that ends its line.
-fn value(it: &Value, behind: &Option<String>, indent: usize, text_key: bool, lines: &mut Lines) {
+pub(super) fn value(it: &Value, behind: &Option<String>, indent: usize, text_key: bool, lines: &mut Lines) {
     if let ValueKind::Block(body) = &it.kind {
         return block(body, behind, indent, lines);
     }
@@ -111,7 +140,7 @@ fn value(it: &Value, behind: &Option<String>, indent: usize, text_key: bool, lin
 }
 
 /// A block behind `key:`.
-fn block(body: &Block, behind: &Option<String>, indent: usize, lines: &mut Lines) {
+pub(super) fn block(body: &Block, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     let mut line = OneLine::new(WIDTH.saturating_sub(lines.column() + 1));
     if one_line_block(body, &mut line).is_some() {
         lines.out.push_str(&format!(" {}", line.text));
@@ -131,7 +160,7 @@ fn block(body: &Block, behind: &Option<String>, indent: usize, lines: &mut Lines
     lines.before(&body.closing_comments.before, indent + 2);
 }
 
-fn entries(body: &Block, indent: usize, lines: &mut Lines) {
+pub(super) fn entries(body: &Block, indent: usize, lines: &mut Lines) {
     for it in &body.entries {
         entry(it, indent, lines);
     }
@@ -144,7 +173,7 @@ fn entry(it: &Entry, indent: usize, lines: &mut Lines) {
     value(&it.value, &it.comments.behind, indent, is_text_key(&it.key), lines);
 }
 
-fn one_line(it: &Value, text_key: bool, line: &mut OneLine) -> Option<()> {
+pub(super) fn one_line(it: &Value, text_key: bool, line: &mut OneLine) -> Option<()> {
     match &it.kind {
         ValueKind::Block(body) => one_line_block(body, line),
         ValueKind::List(items) => {
@@ -159,7 +188,7 @@ fn one_line(it: &Value, text_key: bool, line: &mut OneLine) -> Option<()> {
     }
 }
 
-fn one_line_block(body: &Block, line: &mut OneLine) -> Option<()> {
+pub(super) fn one_line_block(body: &Block, line: &mut OneLine) -> Option<()> {
     if !no_comments(&body.closing_comments) {
         return None;
     }
@@ -191,7 +220,7 @@ fn scalar(it: &Value, text_key: bool, flow: bool) -> String {
 }
 
 /// The text itself, for keys whose value is text.
-fn yaml_text(text: &str) -> String {
+pub(super) fn yaml_text(text: &str) -> String {
     let tame = |c: char| c.is_ascii_alphanumeric() || "_./- ".contains(c);
     let plain = text.chars().all(tame)
         && text.starts_with(|c: char| c.is_ascii_alphanumeric() || "_./".contains(c))
@@ -205,7 +234,7 @@ fn is_null(text: &str) -> bool {
     matches!(text, "null" | "Null" | "NULL" | "~" | "")
 }
 
-fn plain_or_quoted(text: &str, flow: bool) -> String {
+pub(super) fn plain_or_quoted(text: &str, flow: bool) -> String {
     let first = text.chars().next().is_some_and(|c| c.is_ascii_alphanumeric() || "_-(".contains(c));
     let inside = !text.contains(": ")
         && !text.contains(" #")
@@ -217,7 +246,7 @@ fn plain_or_quoted(text: &str, flow: bool) -> String {
     if first && inside && !is_null(text) { text.to_owned() } else { double_quoted(text) }
 }
 
-fn double_quoted(text: &str) -> String {
+pub(super) fn double_quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {
         match c {
@@ -235,18 +264,17 @@ fn double_quoted(text: &str) -> String {
 }
 
 /// `kind` or `kind(args)` as a YAML scalar.
-fn head(it: &TaskDefinition, flow: bool) -> String {
-    if it.args.is_empty() {
+pub(super) fn head(it: &TaskDefinition, flow: bool) -> String {
+    if !takes_arguments(it) {
         return key(&it.kind);
     }
-    let args: Vec<String> = it.args.iter().map(expr::text).collect();
-    plain_or_quoted(&format!("{}({})", it.kind.value, args.join(", ")), flow)
+    plain_or_quoted(&super::hq::head(it, false), flow)
 }
 
 /// A definition as a key: quoted where it has arguments.
-fn head_key(it: &TaskDefinition) -> String {
+pub(super) fn head_key(it: &TaskDefinition) -> String {
     let text = head(it, true);
-    if it.args.is_empty() || text.starts_with('"') { text } else { double_quoted(&text) }
+    if !takes_arguments(it) || text.starts_with('"') { text } else { double_quoted(&text) }
 }
 
 fn definition(it: &TaskDefinition, behind: &Option<String>, indent: usize, lines: &mut Lines) {
@@ -266,129 +294,10 @@ fn definition(it: &TaskDefinition, behind: &Option<String>, indent: usize, lines
 }
 
 /// `{ kind: { .. } }`
-fn one_line_definition(it: &TaskDefinition, line: &mut OneLine) -> Option<()> {
+pub(super) fn one_line_definition(it: &TaskDefinition, line: &mut OneLine) -> Option<()> {
     line.push("{ ")?;
     line.push(&head_key(it))?;
     line.push(": ")?;
     one_line_block(&it.body, line)?;
     line.push(" }")
-}
-
-fn stack(it: &Stack, behind: &Option<String>, lines: &mut Lines) {
-    lines.out.push_str(&format!("{}:", key(&it.name)));
-    lines.end(behind);
-    entries(&it.settings, 4, lines);
-    if it.levels.is_empty() {
-        lines.out.push_str("    levels: []\n");
-    } else {
-        lines.out.push_str("    levels:\n");
-    }
-    for item in &it.levels {
-        level(item, lines);
-    }
-    lines.before(&it.settings.closing_comments.before, 4);
-}
-
-fn level(it: &Level, lines: &mut Lines) {
-    lines.before(&it.comments.before, 6);
-    lines.out.push_str(&format!("      - name: {}", key(&it.name)));
-    lines.end(&it.comments.behind);
-    if it.hard.is_some() {
-        lines.out.push_str("        hard: true\n");
-    }
-    entries(&it.settings, 8, lines);
-    lines.out.push_str("        tasks:");
-    let mut line = OneLine::new(WIDTH.saturating_sub(lines.column() + 1));
-    if one_line_members(it, &mut line).is_some() {
-        lines.out.push_str(&format!(" {}\n", line.text));
-    } else {
-        lines.out.push('\n');
-        for member in &it.members {
-            member_lines(member, lines);
-        }
-    }
-    lines.before(&it.settings.closing_comments.before, 8);
-}
-
-fn one_line_members(it: &Level, line: &mut OneLine) -> Option<()> {
-    line.push("[")?;
-    for (i, member) in it.members.iter().enumerate() {
-        if !no_comments(&member.comments) {
-            return None;
-        }
-        line.push(if i > 0 { ", " } else { "" })?;
-        one_line_member(member, line)?;
-    }
-    line.push("]")
-}
-
-fn one_line_member(member: &Member, line: &mut OneLine) -> Option<()> {
-    if needs_wrapper(member) {
-        line.push("{ task: ")?;
-        one_line_task(&member.task, line)?;
-        if let Some(weight) = &member.weight {
-            line.push(", weight: ")?;
-            one_line(weight, false, line)?;
-        }
-        return line.push(" }");
-    }
-    one_line_task(&member.task, line)
-}
-
-/// True where a member is written `{ task: .., weight: .. }`.
-fn needs_wrapper(member: &Member) -> bool {
-    let confusing = match &member.task {
-        MemberTask::Inline(it) => matches!(it.kind.value.as_str(), "task" | "weight"),
-        MemberTask::Name(_) => false,
-    };
-    member.weight.is_some() || confusing
-}
-
-fn one_line_task(task: &MemberTask, line: &mut OneLine) -> Option<()> {
-    match task {
-        MemberTask::Name(name) => line.push(&key(name)),
-        MemberTask::Inline(it) if !it.args.is_empty() && super::hq::empty(&it.body) => line.push(&head(it, true)),
-        MemberTask::Inline(it) => one_line_definition(it, line),
-    }
-}
-
-fn member_lines(member: &Member, lines: &mut Lines) {
-    lines.before(&member.comments.before, 10);
-    lines.out.push_str("          -");
-    let behind = &member.comments.behind;
-    let mut line = OneLine::new(WIDTH.saturating_sub(lines.column() + 1));
-    if one_line_member(member, &mut line).is_some() {
-        lines.out.push_str(&format!(" {}", line.text));
-        return lines.end(behind);
-    }
-    if needs_wrapper(member) {
-        lines.out.push_str(" task:");
-        match &member.task {
-            MemberTask::Name(name) => {
-                lines.out.push_str(&format!(" {}", key(name)));
-                lines.end(behind);
-            }
-            MemberTask::Inline(it) => inline_task(it, behind, 12, lines),
-        }
-        if let Some(weight) = &member.weight {
-            lines.out.push_str("            weight:");
-            value(weight, &None, 12, false, lines);
-        }
-        return;
-    }
-    if let MemberTask::Inline(it) = &member.task {
-        lines.out.push_str(&format!(" {}:", head_key(it)));
-        block(&it.body, behind, 12, lines);
-    }
-}
-
-fn inline_task(it: &TaskDefinition, behind: &Option<String>, indent: usize, lines: &mut Lines) {
-    if !it.args.is_empty() && super::hq::empty(&it.body) {
-        lines.out.push_str(&format!(" {}", head(it, false)));
-        return lines.end(behind);
-    }
-    lines.end(behind);
-    lines.indent(indent + 2);
-    lines.out.push_str(&format!("{}:", head_key(it)));
-    block(&it.body, &None, indent + 2, lines);
 }

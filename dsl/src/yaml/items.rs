@@ -1,17 +1,20 @@
-//! The sections of a spec: `hierarq`, `params`, `robots`, `tasks`, `stacks`, `run`.
+//! The sections of a spec: `hierarq`, `params`, `lets`, `robots`, `tasks`, `stacks`, `run`; the others stand in `reuse`.
 
 use super::Reader;
 use super::events::{Kind, Node, NodeId};
 use crate::explain::clip;
 use crate::hq::{bad_version, no_header};
-use crate::tree::{Block, Item, ItemKind, Param, Robot, Run, Spec, Task, TaskDefinition, ValueKind};
+use crate::tree::{Block, Comments, Item, ItemKind, Let, Parameter, Robot, Run, Spec, Task, TaskDefinition, ValueKind};
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned};
 
 /// The sections that hold declarations by name.
-const LISTS: &[&str] = &["params", "robots", "tasks", "stacks"];
+const LISTS: &[&str] = &["params", "lets", "robots", "tasks", "stacks"];
 
-const SECTIONS: &[&str] = &["hierarq", "params", "robots", "tasks", "stacks", "run"];
+const SECTIONS: &[&str] = &["hierarq", "import", "params", "lets", "robots", "tasks", "stacks", "for", "run"];
+
+/// A declaration of a section: its name, its key, what it takes, and its node.
+pub(super) type Head = (Spanned<String>, Span, Vec<Parameter>, NodeId);
 
 impl Reader<'_> {
     pub(super) fn spec(&mut self) -> Spec {
@@ -42,7 +45,8 @@ impl Reader<'_> {
                 if !told {
                     self.too_far_left(&section, key.span);
                 }
-                self.one(&section.value, key, value, &mut spec.items);
+                let at = key.span;
+                self.one(&section.value, (key, at, Vec::new(), value), &mut spec.items);
                 empty = Some((section, true));
                 continue;
             }
@@ -62,7 +66,7 @@ impl Reader<'_> {
                     let Some(meant) = meant else {
                         self.diags
                             .push(diagnostic.note(
-                                "a spec has the keys `hierarq`, `params`, `robots`, `tasks`, `stacks` and `run`",
+                                "a spec has the keys `hierarq`, `import`, `params`, `lets`, `robots`, `tasks`, `stacks`, `for` and `run`",
                             ));
                         continue;
                     };
@@ -82,6 +86,8 @@ impl Reader<'_> {
                     self.pool.behind(span.range().end, &[], &mut comments.behind);
                     spec.items.push(Item { kind: ItemKind::Run(Run { body }), span, comments });
                 }
+                "import" => self.imports(&key, value, &mut spec.items),
+                "for" => self.repeats(value, &mut spec.items),
                 section => self.section(section, &key, value, &mut spec.items),
             }
         }
@@ -133,7 +139,7 @@ impl Reader<'_> {
         Block { span: self.span(id), ..Block::default() }
     }
 
-    fn section(&mut self, section: &str, title: &Spanned<String>, id: NodeId, items: &mut Vec<Item>) {
+    pub(super) fn section(&mut self, section: &str, title: &Spanned<String>, id: NodeId, items: &mut Vec<Item>) {
         if self.is_null(id) {
             return;
         }
@@ -142,27 +148,33 @@ impl Reader<'_> {
             self.wrong_shape(id, "a mapping of names", &help);
             return;
         }
-        let pairs = self.distinct(id);
-        let mut left: &[(Spanned<String>, NodeId)] = &pairs;
-        while let [(name, value), rest @ ..] = left {
+        let all: Vec<Head> = match section {
+            "tasks" | "stacks" => self.heads(id),
+            _ => {
+                let plain = |(name, value): (Spanned<String>, NodeId)| (name.clone(), name.span, Vec::new(), value);
+                self.distinct(id).into_iter().map(plain).collect()
+            }
+        };
+        let mut left: &[Head] = &all;
+        while let [head, rest @ ..] = left {
             left = rest;
             // `arm:` with nothing below it, and its parts beside it.
-            let blocks = matches!(section, "robots" | "stacks") && self.is_null(*value);
-            let parts = rest.iter().take_while(|(_, v)| blocks && !self.is_null(*v)).count();
-            let flat = rest[..parts].iter().any(|(_, v)| !matches!(self.node(*v).kind, Kind::Mapping(_)));
+            let blocks = matches!(section, "robots" | "stacks") && self.is_null(head.3);
+            let parts = rest.iter().take_while(|h| blocks && !self.is_null(h.3)).count();
+            let flat = rest[..parts].iter().any(|h| !matches!(self.node(h.3).kind, Kind::Mapping(_)));
             if let Some(first) = rest.first().filter(|_| flat) {
-                self.too_far_left(name, first.0.span);
+                self.too_far_left(&head.0, first.1);
                 left = &rest[parts..];
-                let span = first.0.span;
-                let lines = span.start..=rest[parts - 1].0.span.start;
+                let span = first.1;
+                let lines = span.start..=rest[parts - 1].1.start;
                 let mut entries = self.pairs(id);
                 entries.retain(|(key, _)| lines.contains(&self.span(*key).start));
                 self.document.nodes.push(Node { kind: Kind::Mapping(entries), span, flow: false });
                 let value = self.document.nodes.len() - 1;
-                self.one(section, name.clone(), value, items);
+                self.one(section, (head.0.clone(), head.1, head.2.clone(), value), items);
                 continue;
             }
-            self.one(section, name.clone(), *value, items);
+            self.one(section, head.clone(), items);
         }
     }
 
@@ -183,37 +195,37 @@ impl Reader<'_> {
     }
 
     /// One declaration of a section.
-    fn one(&mut self, section: &str, name: Spanned<String>, value: NodeId, items: &mut Vec<Item>) {
-        let mut comments = self.key_comments(name.span);
-        let later = self.later(value, name.span);
+    fn one(&mut self, section: &str, (name, key, parameters, value): Head, items: &mut Vec<Item>) {
+        let mut comments = self.key_comments(key);
+        let later = self.later(value, key);
         let kind = match section {
-            "params" => {
-                let id = value;
-                // The keys that take text are keys of blocks; a parameter may have any name.
-                let key = Some(&name).filter(|n| !crate::words::is_text_key(&n.value));
-                let mut value = self.value(id, key);
-                if matches!(value.kind, ValueKind::Block(_)) {
-                    self.wrong_shape(id, "a value", "a parameter is a single value, such as `0.5 m`");
-                    value.kind = ValueKind::Missing;
-                }
-                self.pool.before(later.range().end, &mut comments.before);
-                Some(ItemKind::Param(Param { name: name.clone(), value }))
-            }
+            "params" => ItemKind::Param(self.param(&name, value, &mut comments)),
+            "lets" => ItemKind::Let(self.let_(&name, value, &mut comments)),
             "robots" => {
-                let body = self.mapping(value, &name, "robot");
-                Some(ItemKind::Robot(Robot { name: name.clone(), body }))
+                let mut body = self.mapping(value, &name, "robot");
+                let base = self.robot_base(&mut body, &mut comments);
+                ItemKind::Robot(Robot { name, base, body })
             }
             "tasks" => {
                 let read = self.definition(value, &name, &mut comments.behind).map(|(definition, _)| definition);
-                let definition = read.unwrap_or_else(|| TaskDefinition::unread(name.span.to(later)));
-                Some(ItemKind::Task(Task { name: name.clone(), definition }))
+                let definition = read.unwrap_or_else(|| TaskDefinition::unread(key.to(later)));
+                ItemKind::Task(Task { name, parameters, definition })
             }
-            _ => Some(ItemKind::Stack(self.stack(value, &name))),
+            _ => ItemKind::Stack(self.stack(value, &name, parameters)),
         };
         self.pool.behind(later.range().end, &[','], &mut comments.behind);
-        if let Some(kind) = kind {
-            items.push(Item { kind, span: name.span.to(later), comments });
+        items.push(Item { kind, span: key.to(later), comments });
+    }
+
+    fn let_(&mut self, name: &Spanned<String>, id: NodeId, comments: &mut Comments) -> Let {
+        let key = Some(name).filter(|n| !crate::words::is_text_key(&n.value));
+        let mut value = self.value(id, key);
+        if matches!(value.kind, ValueKind::Block(_)) {
+            self.wrong_shape(id, "a value", "`lets` names single values, such as `pi * 1 rad`");
+            value.kind = ValueKind::Missing;
         }
+        self.pool.before(self.later(id, name.span).range().end, &mut comments.before);
+        Let { name: name.clone(), value }
     }
 
     /// `kind`, `kind(args)` or `{ kind: { .. } }`. The flag tells whether parentheses stood behind the kind.

@@ -1,39 +1,60 @@
 //! The levels of a stack and their members.
 
 use super::Reader;
-use super::events::{Kind, NodeId, Style};
+use super::events::{Kind, NodeId};
 use crate::explain::clip;
-use crate::tree::{Block, Comments, Entry, Level, Member, MemberTask, Stack, TaskDefinition, Value, ValueKind};
-use crate::words::{has_block, is_name, nearest};
+use crate::tree::{
+    Beside, Block, Comments, Entry, Level, Member, MemberTask, Parameter, Stack, TaskDefinition, Value, ValueKind,
+};
+use crate::words::{has_block, nearest};
 use crate::{Diagnostic, Span, Spanned, checks};
 
 impl Reader<'_> {
-    /// A stack: settings, and the sequence `levels`.
-    pub(super) fn stack(&mut self, id: NodeId, name: &Spanned<String>) -> Stack {
-        let mut settings = Block { span: self.span(id), ..Block::default() };
+    /// A stack: settings, and the sequence `levels`, or `from` and the sequence `changes`.
+    pub(super) fn stack(&mut self, id: NodeId, name: &Spanned<String>, parameters: Vec<Parameter>) -> Stack {
+        let settings = Block { span: self.span(id), ..Block::default() };
+        let (levels, changes) = (Vec::new(), Vec::new());
+        let mut stack = Stack { name: name.clone(), parameters, base: None, settings, levels, changes };
         if !matches!(self.node(id).kind, Kind::Mapping(_)) {
             self.wrong_shape(id, "a mapping with `levels`", "write `levels:` and, below it, `- name: ..`");
-            return Stack { name: name.clone(), settings, levels: Vec::new() };
+            return stack;
         }
-        let mut levels: Option<Vec<Level>> = None;
+        let (mut has_levels, mut from) = (false, false);
         for (key, value) in self.distinct(id) {
-            if key.value == "levels" {
-                levels = Some(self.levels(value, &key));
-            } else {
-                let entry = self.setting(key, value);
-                settings.entries.push(entry);
+            match key.value.as_str() {
+                "levels" => {
+                    has_levels = true;
+                    stack.levels = self.levels(value, &key);
+                }
+                "from" => {
+                    from = true;
+                    let mut comments = Comments::default();
+                    self.pool.before(key.span.range().start, &mut comments.before);
+                    stack.base = self.call(value, key.span);
+                    self.pool.behind(self.later(value, key.span).range().end, &[','], &mut comments.behind);
+                    let closing = &mut stack.settings.closing_comments.before;
+                    // Comments around `from` go to what follows it.
+                    closing.extend(comments.before);
+                    closing.extend(comments.behind);
+                }
+                "changes" => stack.changes = self.changes(value),
+                _ => {
+                    let entry = self.setting(key, value);
+                    stack.settings.entries.push(entry);
+                }
             }
         }
-        self.closing(id, &mut settings.closing_comments);
-        let meant_levels = settings.get("level").is_some();
-        checks::reserved(&mut settings, &["level"], "stack", &mut self.diags);
-        if levels.is_none() && !meant_levels {
+        self.closing(id, &mut stack.settings.closing_comments);
+        let meant_levels = stack.settings.get("level").is_some();
+        checks::reserved(&mut stack.settings, checks::STACK_WORDS, "stack", &mut self.diags);
+        if !has_levels && !meant_levels && !from && stack.changes.is_empty() {
             self.diags.push(
                 Diagnostic::error("HQ0117", name.span, format!("the stack `{}` has no `levels`", clip(&name.value)))
                     .help("write `levels:` and, below it, `- name: ..`"),
             );
         }
-        Stack { name: name.clone(), settings, levels: levels.unwrap_or_default() }
+        checks::changes(&mut stack, name.span, from, &mut self.diags);
+        stack
     }
 
     /// `key: value`, as in any block.
@@ -61,10 +82,11 @@ impl Reader<'_> {
                 return Vec::new();
             }
         };
-        items.into_iter().filter_map(|item| self.level(item)).collect()
+        items.into_iter().filter_map(|item| self.level(item, "name").map(|l| l.0)).collect()
     }
 
-    fn level(&mut self, id: NodeId) -> Option<Level> {
+    /// A level, its name behind the key `word`: `name`, or the `replace` or `add` of a change.
+    pub(super) fn level(&mut self, id: NodeId, word: &str) -> Option<(Level, Option<Beside>)> {
         if !self.enter(id) {
             return None;
         }
@@ -74,13 +96,13 @@ impl Reader<'_> {
             return None;
         }
         let span = self.span(id);
-        let (mut name, mut hard, mut members) = (None, None, None);
+        let (mut name, mut hard, mut members, mut beside) = (None, None, None, None);
         let mut settings = Block { span, ..Block::default() };
         let mut comments = Comments::default();
         self.pool.before(span.range().start, &mut comments.before);
         let pairs = self.distinct(id);
         let absent: Vec<&str> =
-            ["name", "tasks"].into_iter().filter(|word| pairs.iter().all(|(key, _)| key.value != *word)).collect();
+            [word, "tasks"].into_iter().filter(|word| pairs.iter().all(|(key, _)| key.value != *word)).collect();
         for (key, value) in pairs {
             // A slip in a key that is needed: said once, and read as what was meant.
             let meant = nearest(&key.value, &absent).filter(|_| key.value != "hard");
@@ -89,7 +111,7 @@ impl Reader<'_> {
                 self.diags.push(Diagnostic::error("HQ0132", key.span, text).help(format!("did you mean `{meant}`?")));
             }
             match meant.unwrap_or(key.value.as_str()) {
-                "name" => {
+                key_word if key_word == word => {
                     name = self.name(value, "the level");
                     if let Some(name) = name.as_ref().filter(|n: &&Spanned<String>| n.value == "hard") {
                         self.diags.push(checks::hard_is_no_name(name.span));
@@ -106,6 +128,13 @@ impl Reader<'_> {
                     self.pool.behind(key.span.range().end, &[':', '['], &mut comments.behind);
                     members = Some(self.members(value));
                 }
+                place @ ("before" | "after") if word == "add" => {
+                    self.pool.before(key.span.range().start, &mut comments.before);
+                    let before = place == "before";
+                    let level = self.name(value, "a level");
+                    self.pool.behind(self.later(value, key.span).range().end, &[','], &mut comments.behind);
+                    beside = level.map(|level| Beside { before, level }).or(beside);
+                }
                 _ => {
                     let entry = self.setting(key, value);
                     if has_block(&entry.value) {
@@ -121,7 +150,7 @@ impl Reader<'_> {
             }
         }
         self.closing(id, &mut settings.closing_comments);
-        checks::reserved(&mut settings, &["level"], "level", &mut self.diags);
+        checks::reserved(&mut settings, checks::LEVEL_WORDS, "level", &mut self.diags);
         let first = self.text.get(span.range()).and_then(|t| t.chars().next()).map_or(1, char::len_utf8);
         let at = Span { end: span.start + first as u32, ..span };
         if name.is_none()
@@ -132,7 +161,8 @@ impl Reader<'_> {
         if members.is_none() {
             self.diags.push(Diagnostic::error("HQ0117", at, "this level has no `tasks`").help(help));
         }
-        Some(Level { name: name?, hard, settings, members: members.unwrap_or_default(), span, comments })
+        let level = Level { name: name?, hard, settings, members: members.unwrap_or_default(), span, comments };
+        Some((level, beside))
     }
 
     fn hard(&mut self, key: Span, value: NodeId) -> Option<Span> {
@@ -151,7 +181,7 @@ impl Reader<'_> {
         }
     }
 
-    fn members(&mut self, id: NodeId) -> Vec<Member> {
+    pub(super) fn members(&mut self, id: NodeId) -> Vec<Member> {
         let items = match &self.node(id).kind {
             Kind::Sequence(items) => items.clone(),
             _ => {
@@ -165,6 +195,9 @@ impl Reader<'_> {
     fn member(&mut self, id: NodeId) -> Option<Member> {
         if !self.enter(id) {
             return None;
+        }
+        if let Some(repeat) = self.member_repeat(id) {
+            return Some(repeat);
         }
         let span = self.span(id);
         let mut comments = Comments::default();
@@ -207,11 +240,7 @@ impl Reader<'_> {
 
     /// A name, `kind(args)`, or `{ kind: { .. } }`.
     fn member_task(&mut self, id: NodeId, comments: &mut Comments) -> Option<MemberTask> {
-        if let Some((text, style)) = self.scalar(id)
-            && style != Style::Block
-            && is_name(text)
-            && !self.is_null(id)
-        {
+        if let Some((text, _)) = self.scalar(id).filter(|_| self.plain_name(id) && !self.is_null(id)) {
             let name = Spanned::new(text.to_owned(), self.span(id));
             return Some(MemberTask::Name(name));
         }

@@ -3,6 +3,8 @@
 mod events;
 mod items;
 mod levels;
+mod repeat;
+mod reuse;
 mod scalars;
 mod syntax;
 

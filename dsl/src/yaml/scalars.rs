@@ -2,18 +2,19 @@
 
 use super::Reader;
 use super::events::{NodeId, Style};
+use crate::calls;
 use crate::explain::{self, After};
-use crate::expr::{self, Place, missing};
+use crate::expr::{Place, missing};
 use crate::grammar::{Grammar, Pair, Rule};
 use crate::limits::{MAX_DEPTH, too_deep};
-use crate::tree::{Block, TaskDefinition, Value, ValueKind};
+use crate::tree::{Block, Entry, TaskDefinition, Value, ValueKind};
 use crate::words::is_glob;
 use crate::{Diagnostic, Spanned};
 use pest::Parser;
 
 impl Reader<'_> {
     /// What a scalar says and where: byte-exact where the source spells it the same way.
-    fn spelled(&self, id: NodeId) -> (String, Place) {
+    pub(super) fn spelled(&self, id: NodeId) -> (String, Place) {
         let span = self.span(id);
         let Some((value, style)) = self.scalar(id) else { return (String::new(), Place::Whole(span)) };
         let range = span.range();
@@ -29,7 +30,7 @@ impl Reader<'_> {
     }
 
     /// Problems that the grammar must not see: brackets nested too deeply, comments of the other spelling.
-    fn unfit(&self, text: &str, place: Place) -> Option<Diagnostic> {
+    pub(super) fn unfit(&self, text: &str, place: Place) -> Option<Diagnostic> {
         let bytes = text.as_bytes();
         let (mut depth, mut at) = (0usize, 0usize);
         while let Some(&byte) = bytes.get(at) {
@@ -61,7 +62,7 @@ impl Reader<'_> {
     }
 
     /// Words a diagnostic about an expression for readers of YAML.
-    fn report(&mut self, mut diagnostic: Diagnostic) -> &'static str {
+    pub(super) fn report(&mut self, mut diagnostic: Diagnostic) -> &'static str {
         if diagnostic.code == "HQ0108" {
             diagnostic.help = Some("one key and one value stand on a line; quote a text as `'\"..\"'`".to_owned());
         } else if diagnostic.code == "HQ0110" {
@@ -91,16 +92,7 @@ impl Reader<'_> {
         let (mut value, mut rest) = (None, None);
         for part in parsed.into_inner() {
             if part.as_rule() == Rule::within {
-                let mut diags = std::mem::take(&mut self.diags);
-                value = Some(expr::value(part, place, &mut diags, &mut |block, diags| {
-                    let span = place.of(&block);
-                    diags.push(
-                        Diagnostic::error("HQ0113", span, "no block of the native spelling can stand in YAML")
-                            .help("write a YAML mapping"),
-                    );
-                    missing(span)
-                }));
-                self.diags = diags;
+                value = Some(self.flat(part, place));
             } else {
                 rest = Some(part.as_span().start());
             }
@@ -138,12 +130,12 @@ impl Reader<'_> {
         for part in parsed.into_inner() {
             match part.as_rule() {
                 Rule::name => kind = Some(place.spanned(&part)),
-                Rule::task_args => args = Some(part),
+                Rule::actuals => args = Some(part),
                 _ => rest = part.as_span().start(),
             }
         }
         let called = args.is_some();
-        let args = args.map(|args| self.args(args, place)).unwrap_or_default();
+        let (args, named) = args.map(|args| self.args(args, place)).unwrap_or_default();
         if !text[rest..].trim().is_empty() || kind.is_none() {
             let start = if kind.is_some() && !called { 0 } else { rest };
             let diagnostic = if text.trim().is_empty() {
@@ -156,26 +148,13 @@ impl Reader<'_> {
         }
         let kind = kind?;
         let span = span.to(body.span);
-        Some((TaskDefinition { kind, args, body, span }, called))
+        Some((TaskDefinition { kind, args, named, body, span }, called))
     }
 
-    fn args(&mut self, args: Pair<'_>, place: Place) -> Vec<Value> {
-        let mut values = Vec::new();
-        for arg in args.into_inner() {
-            if arg.as_rule() == Rule::named {
-                self.diags.push(
-                    Diagnostic::error("HQ0113", place.of(&arg), "an argument with a name has no place in YAML")
-                        .help("write it as a key below the task: `KIND(..): { key: value }`"),
-                );
-                continue;
-            }
-            let mut diags = std::mem::take(&mut self.diags);
-            values.push(expr::value(arg, place, &mut diags, &mut |block, _| Value {
-                kind: ValueKind::Missing,
-                span: place.of(&block),
-            }));
-            self.diags = diags;
-        }
-        values
+    fn args(&mut self, args: Pair<'_>, place: Place) -> (Vec<Value>, Vec<Entry>) {
+        let mut diags = Vec::new();
+        let out = calls::arguments(args, place, &mut |part| self.flat(part, place), &mut diags);
+        self.diags.extend(diags);
+        out
     }
 }

@@ -18,10 +18,15 @@ fn value(kind: ValueKind) -> Value {
 fn name() -> impl Strategy<Value = String> {
     static SPECIAL: &[&str] = &[
         "m", "s", "h", "g", "N", "param", "task", "tasks", "stack", "level", "levels", "run", "hard", "weight", "name",
-        "null", "true", "on", "no", "hierarq", "e3", "_", "w",
+        "null", "true", "on", "no", "hierarq", "e3", "_", "w", "from", "let", "import", "in", "as", "min", "value",
+        "add", "before", "for",
     ];
-    prop_oneof![3 => "[a-zA-Z_][a-zA-Z0-9_]{0,8}", 1 => prop::sample::select(SPECIAL).prop_map(str::to_owned)]
-        .prop_filter("an operator", |n| !["and", "or", "not"].contains(&n.as_str()))
+    prop_oneof![
+        6 => "[a-zA-Z_][a-zA-Z0-9_]{0,8}",
+        2 => prop::sample::select(SPECIAL).prop_map(str::to_owned),
+        1 => "[a-z_]{0,3}\\$\\{[a-z_]{1,3}\\}[a-z0-9]{0,2}"
+    ]
+    .prop_filter("an operator", |n| !["and", "or", "not"].contains(&n.as_str()))
 }
 
 fn text() -> impl Strategy<Value = String> {
@@ -102,7 +107,7 @@ fn text_value() -> impl Strategy<Value = Value> {
 
 fn entry(inner: BoxedStrategy<Value>) -> impl Strategy<Value = Entry> {
     let plain = (name(), inner).prop_filter("takes text", |(key, _)| !TEXT_KEYS.contains(&key.as_str()));
-    let patterns = ("[a-z_]{0,3}[*?][a-z0-9_*?]{0,3}", expr());
+    let patterns = ("[a-z_]{0,3}[*?][a-z0-9_*?]{0,3}(\\$\\{k\\})?", expr());
     let texts = (prop::sample::select(TEXT_KEYS).prop_map(str::to_owned), text_value());
     (prop_oneof![6 => plain, 1 => patterns, 1 => texts], comments()).prop_map(|((key, value), comments)| Entry {
         key: spanned(key),
@@ -140,24 +145,89 @@ fn any_value() -> BoxedStrategy<Value> {
     .boxed()
 }
 
-fn block() -> impl Strategy<Value = Block> {
-    block_of(any_value()).prop_map(|b| Block { tagged: false, ..b })
+fn block() -> BoxedStrategy<Block> {
+    block_of(any_value()).prop_map(|b| Block { tagged: false, ..b }).boxed()
 }
 
-fn definition() -> impl Strategy<Value = TaskDefinition> {
-    (name(), prop::collection::vec(expr(), 0..3), prop_oneof![Just(Block::default()), block()])
-        .prop_map(|(kind, args, body)| TaskDefinition { kind: spanned(kind), args, body, span: Span::default() })
+fn named() -> BoxedStrategy<Vec<Entry>> {
+    let one =
+        (name(), expr()).prop_map(|(key, value)| Entry { key: spanned(key), value, comments: Comments::default() });
+    prop_oneof![2 => Just(Vec::new()), 1 => prop::collection::vec(one, 0..3).prop_map(|all| distinct(all, &[]))].boxed()
 }
 
-fn member() -> impl Strategy<Value = Member> {
+fn definition() -> BoxedStrategy<TaskDefinition> {
+    // `for` in the place of a kind begins a repetition.
+    let kind = name().prop_filter("no kind", |n| n != "for");
+    (kind, prop::collection::vec(expr(), 0..3), named(), prop_oneof![Just(Block::default()), block()])
+        .prop_map(|(kind, args, named, body)| TaskDefinition {
+            kind: spanned(kind),
+            args,
+            named,
+            body,
+            span: Span::default(),
+        })
+        .boxed()
+}
+
+fn parameters() -> BoxedStrategy<Vec<Parameter>> {
+    let one = (name(), name(), prop::option::of(expr())).prop_map(|(name, ty, default)| Parameter {
+        name: spanned(name),
+        ty: spanned(ty),
+        default,
+        span: Span::default(),
+    });
+    let some = prop::collection::vec(one, 0..3).prop_map(|mut all| {
+        let mut seen = BTreeSet::new();
+        all.retain(|p| seen.insert(p.name.value.clone()));
+        all
+    });
+    prop_oneof![2 => Just(Vec::new()), 1 => some].boxed()
+}
+
+fn call() -> BoxedStrategy<Call> {
+    (name(), prop::collection::vec(expr(), 0..3), named())
+        .prop_map(|(name, args, named)| Call { name: spanned(name), args, named, span: Span::default() })
+        .boxed()
+}
+
+fn values() -> BoxedStrategy<Values> {
+    let list = prop::collection::vec(expr(), 0..3).prop_map(|items| Values::List(value(ValueKind::List(items))));
+    let named = name().prop_map(|n| Values::List(value(ValueKind::Name(n))));
+    prop_oneof![2 => list, 1 => named, 2 => (expr(), expr()).prop_map(|(a, b)| Values::Range(a, b))].boxed()
+}
+
+fn range() -> BoxedStrategy<Block> {
+    let entry = |key: &'static str| {
+        (expr(), comments()).prop_map(move |(value, comments)| Entry { key: spanned(key.to_owned()), value, comments })
+    };
+    let some = (prop::option::of(entry("min")), prop::option::of(entry("max")), before());
+    let some = some.prop_map(|(min, max, closing_comments)| {
+        let entries: Vec<Entry> = min.into_iter().chain(max).collect();
+        // Comments of a range stand between its entries.
+        let closing_comments = if entries.is_empty() { Comments::default() } else { closing_comments };
+        Block { entries, closing_comments, ..Block::default() }
+    });
+    prop_oneof![2 => Just(Block::default()), 1 => some].boxed()
+}
+
+fn plain_member() -> BoxedStrategy<Member> {
     let task =
         prop_oneof![name().prop_map(|n| MemberTask::Name(spanned(n))), definition().prop_map(MemberTask::Inline),];
-    (task, prop::option::of(expr()), comments()).prop_map(|(task, weight, comments)| Member {
-        task,
-        weight,
-        comments,
-        span: Span::default(),
-    })
+    (task, prop::option::of(expr()), comments())
+        .prop_map(|(task, weight, comments)| Member { task, weight, comments, span: Span::default() })
+        .boxed()
+}
+
+fn member() -> BoxedStrategy<Member> {
+    let repeat = |inner: BoxedStrategy<Member>| {
+        (name(), values(), prop::collection::vec(inner, 0..3), before(), comments()).prop_map(
+            |(variable, values, body, closing_comments, comments)| {
+                let repeat = RepeatMembers { variable: spanned(variable), values, body, closing_comments };
+                Member { task: MemberTask::For(Box::new(repeat)), weight: None, comments, span: Span::default() }
+            },
+        )
+    };
+    prop_oneof![6 => plain_member(), 1 => repeat(prop_oneof![4 => plain_member(), 1 => repeat(plain_member().boxed())].boxed())].boxed()
 }
 
 fn settings(
@@ -175,54 +245,133 @@ fn settings(
     })
 }
 
-fn level() -> impl Strategy<Value = Level> {
-    let settings = settings(&["name", "tasks", "hard", "level", "hrad"], expr().boxed(), false).prop_map(|mut b| {
+fn level() -> BoxedStrategy<Level> {
+    let settings = settings(
+        &["name", "tasks", "hard", "level", "hrad", "replace", "add", "remove", "before", "after"],
+        expr().boxed(),
+        false,
+    )
+    .prop_map(|mut b| {
         // A key that looks like `hard` misspelt is taken for that.
         b.entries.retain(|e| e.key.len() != 4 && e.key.len() != 3 && e.key.len() != 5);
         b
     });
     let name = name().prop_filter("a level cannot be called `hard`", |n| n != "hard");
-    (name, any::<bool>(), settings, prop::collection::vec(member(), 0..4), comments()).prop_map(
-        |(name, hard, settings, members, comments)| Level {
+    (name, any::<bool>(), settings, prop::collection::vec(member(), 0..4), comments())
+        .prop_map(|(name, hard, settings, members, comments)| Level {
             name: spanned(name),
             hard: hard.then(Span::default),
             settings,
             members,
             comments,
             span: Span::default(),
-        },
-    )
+        })
+        .boxed()
 }
 
-fn item() -> impl Strategy<Value = ItemKind> {
+fn stack() -> BoxedStrategy<Stack> {
+    const RESERVED: &[&str] = &["level", "levels", "from", "changes", "replace", "add", "remove"];
+    let beside = (any::<bool>(), name()).prop_map(|(before, level)| Beside { before, level: spanned(level) });
+    let removal = (name(), comments()).prop_map(|(level, comments)| {
+        Change::Remove(Removal { level: spanned(level), span: Span::default(), comments })
+    });
+    let change = prop_oneof![
+        level().prop_map(Change::Replace),
+        (level(), prop::option::of(beside)).prop_map(|(level, beside)| Change::Add(level, beside)),
+        removal
+    ];
+    let plain = prop::collection::vec(level(), 0..3).prop_map(|levels| (None, levels, Vec::new()));
+    let made =
+        (call(), prop::collection::vec(change, 0..3)).prop_map(|(base, changes)| (Some(base), Vec::new(), changes));
+    let content = prop_oneof![2 => plain, 1 => made];
+    (name(), parameters(), settings(RESERVED, any_value(), true), content)
+        .prop_map(|(name, parameters, settings, (base, levels, changes))| Stack {
+            name: spanned(name),
+            parameters,
+            base,
+            settings,
+            levels,
+            changes,
+        })
+        .boxed()
+}
+
+fn import() -> BoxedStrategy<Import> {
+    let one = (name(), prop::option::of(name()), comments()).prop_map(|(name, alias, comments)| ImportName {
+        name: spanned(name),
+        alias: alias.map(spanned),
+        comments,
+    });
+    let path = text().prop_map(|t| format!("{t}.hq"));
+    (path, prop::collection::vec(one, 0..4), before())
+        .prop_map(|(path, names, closing_comments)| Import { path: spanned(path), names, closing_comments })
+        .boxed()
+}
+
+/// What may be repeated.
+fn repeated() -> BoxedStrategy<ItemKind> {
     prop_oneof![
-        (name(), expr()).prop_map(|(n, value)| ItemKind::Param(Param { name: spanned(n), value })),
-        (name(), block()).prop_map(|(n, body)| ItemKind::Robot(Robot { name: spanned(n), body })),
-        (name(), definition()).prop_map(|(n, definition)| ItemKind::Task(Task { name: spanned(n), definition })),
-        (name(), settings(&["level", "levels"], any_value(), true), prop::collection::vec(level(), 0..3))
-            .prop_map(|(n, settings, levels)| ItemKind::Stack(Stack { name: spanned(n), settings, levels })),
-        block().prop_map(|body| ItemKind::Run(Run { body })),
+        (name(), expr(), range()).prop_map(|(n, value, range)| ItemKind::Param(Param {
+            name: spanned(n),
+            value,
+            range
+        })),
+        (name(), expr()).prop_map(|(n, value)| ItemKind::Let(Let { name: spanned(n), value })),
+        (name(), parameters(), definition()).prop_map(|(n, parameters, definition)| ItemKind::Task(Task {
+            name: spanned(n),
+            parameters,
+            definition
+        })),
+        stack().prop_map(ItemKind::Stack),
     ]
+    .boxed()
+}
+
+fn repeat(inner: BoxedStrategy<ItemKind>) -> impl Strategy<Value = ItemKind> {
+    let body = prop::collection::vec((inner, comments()), 0..3).prop_map(unique);
+    (name(), values(), body, before()).prop_map(|(variable, values, body, closing_comments)| {
+        ItemKind::For(RepeatItems { variable: spanned(variable), values, body, closing_comments })
+    })
+}
+
+fn item() -> BoxedStrategy<ItemKind> {
+    let nested = prop_oneof![4 => repeated(), 1 => repeat(repeated().boxed())].boxed();
+    let robot = (name(), prop::option::of(name()), block()).prop_map(|(n, base, mut body)| {
+        body.entries.retain(|e| e.key.value != "from");
+        ItemKind::Robot(Robot { name: spanned(n), base: base.map(spanned), body })
+    });
+    prop_oneof![
+        4 => repeated(),
+        1 => import().prop_map(ItemKind::Import),
+        1 => robot,
+        1 => repeat(nested),
+        1 => block().prop_map(|body| ItemKind::Run(Run { body })),
+    ]
+    .boxed()
+}
+
+/// Without what has the kind and name of an earlier one.
+fn unique(items: Vec<(ItemKind, Comments)>) -> Vec<Item> {
+    let mut seen = BTreeSet::new();
+    let distinct = |kind: &ItemKind| match kind {
+        ItemKind::Import(i) => (5, i.path.value.clone()),
+        ItemKind::Param(p) => (0, p.name.value.clone()),
+        ItemKind::Let(l) => (6, l.name.value.clone()),
+        ItemKind::Robot(r) => (1, r.name.value.clone()),
+        ItemKind::Task(t) => (2, t.name.value.clone()),
+        ItemKind::Stack(s) => (3, s.name.value.clone()),
+        ItemKind::For(_) => (7, String::new()),
+        ItemKind::Run(_) => (4, String::new()),
+    };
+    let new = items.into_iter().filter(|(kind, _)| matches!(kind, ItemKind::For(_)) || seen.insert(distinct(kind)));
+    new.map(|(kind, comments)| Item { kind, comments, span: Span::default() }).collect()
 }
 
 /// A spec whose names differ within their kind, with one run at most: what both spellings can say.
 pub fn spec() -> impl Strategy<Value = Spec> {
     (prop::collection::vec((item(), comments()), 0..6), comments(), before()).prop_map(
         |(items, opening_comments, closing_comments)| {
-            let mut seen = BTreeSet::new();
-            let items = items
-                .into_iter()
-                .filter(|(kind, _)| {
-                    seen.insert(match kind {
-                        ItemKind::Param(p) => (0, p.name.value.clone()),
-                        ItemKind::Robot(r) => (1, r.name.value.clone()),
-                        ItemKind::Task(t) => (2, t.name.value.clone()),
-                        ItemKind::Stack(s) => (3, s.name.value.clone()),
-                        ItemKind::Run(_) => (4, String::new()),
-                    })
-                })
-                .map(|(kind, comments)| Item { kind, comments, span: Span::default() })
-                .collect();
+            let items = unique(items);
             Spec { opening_comments, version: Some(spanned(1)), items, closing_comments, unread: Vec::new() }
         },
     )

@@ -1,0 +1,313 @@
+//! What gets into the program: all that the spec declares or imports by name, and what that uses.
+
+use std::path::Path;
+
+use dsl::tree::{Entry, ItemKind, Let, Param, Robot, Spec, Stack, Task, Value, ValueKind};
+use dsl::{Diagnostic, SourceId, Span, Spanned};
+
+use super::fill::{Frame, parts};
+use super::module::{Target, declared, parameters};
+use super::{Class, Expander, MAX_DEPTH, Named};
+use crate::forms::text_of;
+use crate::names::{list, suggest};
+use crate::paths::tidy;
+
+impl Expander<'_> {
+    /// Expands the spec itself, module 0.
+    pub(super) fn spec(&mut self, source: SourceId, spec: Spec) {
+        self.read(source, spec);
+        let imported: Vec<((Class, String), Target)> =
+            self.modules[0].scope.iter().map(|(key, target)| (key.clone(), target.clone())).collect();
+        // Imports in the order written, so that programs do not depend on how names sort.
+        let mut imported: Vec<(Class, String, Span)> = imported
+            .into_iter()
+            .filter_map(|((class, name), target)| match target {
+                Target::Imported { at, .. } => Some((class, name, at)),
+                _ => None,
+            })
+            .collect();
+        imported.sort_by_key(|(class, _, at)| (at.start, *class));
+        for (class, name, at) in &imported {
+            if let Ok((m, i)) = self.find(0, *class, name) {
+                let there = declared(&self.modules[m].items[i].kind).map(|d| d.1.value.clone()).unwrap_or_default();
+                if let Some(other) = self.visible.get(&(m, *class, there.clone())) {
+                    let d = Diagnostic::error("HQ0202", *at, format!("`{there}` is imported already, as `{other}`"));
+                    self.fail(d.help("import it once"));
+                    continue;
+                }
+                self.visible.insert((m, *class, there), name.clone());
+                self.out.imported.insert((*class, name.clone()), *at);
+            }
+        }
+        let own = (0..self.modules[0].items.len()).filter_map(|i| {
+            let (class, _) = declared(&self.modules[0].items[i].kind)?;
+            Some((class, (0, i)))
+        });
+        let own: Vec<(Class, (usize, usize))> = own.collect();
+        let all = imported.iter().filter_map(|(class, name, _)| Some((*class, self.find(0, *class, name).ok()?)));
+        let all: Vec<(Class, (usize, usize))> = all.chain(own).collect();
+        for class in [Class::Robot, Class::Value, Class::Task, Class::Stack] {
+            for (_, found) in all.iter().filter(|a| a.0 == class) {
+                self.emit(*found);
+            }
+        }
+        let runs = std::mem::take(&mut self.modules[0].items);
+        for item in &runs {
+            if let ItemKind::Run(run) = &item.kind {
+                let body = self.block(&run.body, &mut Frame::of(0));
+                self.out.runs.push((dsl::tree::Run { body }, item.span));
+            }
+        }
+        self.modules[0].items = runs;
+        self.unused(&all);
+    }
+
+    /// Brings a declaration of the spec into the program; those with parameters wait for their uses.
+    fn emit(&mut self, (m, i): (usize, usize)) {
+        let kind = &self.modules[m].items[i].kind;
+        if !parameters(kind).is_empty() {
+            return;
+        }
+        // A second one of the same name was reported.
+        let Some((class, name)) = declared(kind) else { return };
+        let (name, span) = (name.value.clone(), name.span);
+        if class != Class::Robot && self.find(m, class, &name) != Ok((m, i)) {
+            return;
+        }
+        match kind.clone() {
+            ItemKind::Robot(robot) => self.emit_robot(m, &robot),
+            ItemKind::Param(_) | ItemKind::Let(_) => {
+                self.emit_value((m, i), span);
+            }
+            ItemKind::Task(_) => {
+                self.emit_task((m, i));
+            }
+            ItemKind::Stack(stack) => self.emit_stack((m, i), &stack),
+            ItemKind::Import(_) | ItemKind::For(_) | ItemKind::Run(_) => {}
+        }
+    }
+
+    /// The name that a declaration has in the program.
+    fn program_name(&self, m: usize, class: Class, name: &str) -> String {
+        match self.visible.get(&(m, class, name.to_string())) {
+            Some(visible) => visible.clone(),
+            None if m == 0 => name.to_string(),
+            None => format!("{}.{name}", self.modules[m].stem),
+        }
+    }
+
+    /// A value and, before it, those that it uses. `at` is the place that asks for it.
+    pub(super) fn emit_value(&mut self, found: (usize, usize), at: Span) -> Option<String> {
+        // Values that wait for those above them; a list, because chains of them may be long.
+        let mut open = vec![(found, at)];
+        while let Some((found, _)) = open.last().copied() {
+            let key = self.value_key(found)?;
+            match self.emitted.get(&key) {
+                Some(Some(_)) => {
+                    open.pop();
+                }
+                Some(None) => {
+                    self.copy_value(found, key, false);
+                    open.pop();
+                }
+                None => {
+                    self.emitted.insert(key.clone(), None);
+                    let uses = self.uses_of(found);
+                    let mut circle = false;
+                    for (other, at) in uses {
+                        let Some(used) = self.value_key(other) else { continue };
+                        match self.emitted.get(&used) {
+                            Some(Some(_)) => {}
+                            Some(None) => {
+                                circle = true;
+                                let d = Diagnostic::error("HQ0216", at, format!("`{}` is defined by itself", used.2));
+                                self.fail(d.help("write what it is without naming it"));
+                            }
+                            None => open.push((other, at)),
+                        }
+                    }
+                    if circle {
+                        self.copy_value(found, key, true);
+                    }
+                }
+            }
+        }
+        let key = self.value_key(found)?;
+        self.emitted.get(&key).cloned().flatten()
+    }
+
+    fn value_key(&self, (m, i): (usize, usize)) -> Option<(usize, Class, String)> {
+        let (class, name) = declared(&self.modules[m].items[i].kind)?;
+        Some((m, class, name.value.clone()))
+    }
+
+    /// The values that a value names.
+    fn uses_of(&self, (m, i): (usize, usize)) -> Vec<((usize, usize), Span)> {
+        let mut open: Vec<&Value> = match &self.modules[m].items[i].kind {
+            ItemKind::Param(p) => std::iter::once(&p.value).chain(p.range.entries.iter().map(|e| &e.value)).collect(),
+            ItemKind::Let(l) => vec![&l.value],
+            _ => Vec::new(),
+        };
+        let mut out = Vec::new();
+        while let Some(value) = open.pop() {
+            if let ValueKind::Name(name) = &value.kind {
+                out.extend(self.find(m, Class::Value, name).ok().map(|found| (found, value.span)));
+            }
+            open.extend(parts(value));
+        }
+        out
+    }
+
+    /// Brings a value into the program, behind those that it uses; without what it is where that is `broken`.
+    fn copy_value(&mut self, (m, i): (usize, usize), key: (usize, Class, String), broken: bool) {
+        let kind = self.modules[m].items[i].kind.clone();
+        let Some((_, written)) = declared(&kind) else { return };
+        let mut frame = Frame::of(m);
+        let own = self.name(written, &mut frame);
+        let name = Spanned::new(self.program_name(m, Class::Value, &own.value), own.span);
+        self.emitted.insert(key, Some(name.value.clone()));
+        let mut value = |e: &mut Self, value: &Value| match broken {
+            true => Value { kind: ValueKind::Missing, span: value.span },
+            false => e.value(value, &mut frame),
+        };
+        let named = match &kind {
+            ItemKind::Param(p) => {
+                let own = value(self, &p.value);
+                let range = if broken { Default::default() } else { self.block(&p.range, &mut frame) };
+                Named::Param(Param { name, value: own, range })
+            }
+            ItemKind::Let(l) => Named::Let(Let { name, value: value(self, &l.value) }),
+            _ => return,
+        };
+        self.out.values.push(named);
+    }
+
+    /// A task without parameters; `None` where it cannot be had, and the diagnostics say why.
+    pub(super) fn emit_task(&mut self, (m, i): (usize, usize)) -> Option<String> {
+        let ItemKind::Task(task) = self.modules[m].items[i].kind.clone() else { return None };
+        let key = (m, Class::Task, task.name.value.clone());
+        if let Some(known) = self.emitted.get(&key) {
+            return known.clone();
+        }
+        let mut frame = Frame::of(m);
+        let own = self.name(&task.name, &mut frame);
+        let name = Spanned::new(self.program_name(m, Class::Task, &own.value), own.span);
+        self.emitted.insert(key, Some(name.value.clone()));
+        match self.definition(&task.definition, &mut frame) {
+            Some(definition) => self.out.tasks.push(Task { name: name.clone(), parameters: Vec::new(), definition }),
+            None => {
+                self.out.failed.insert(name.value.clone());
+            }
+        }
+        Some(name.value)
+    }
+
+    fn emit_stack(&mut self, (m, i): (usize, usize), stack: &Stack) {
+        let key = (m, Class::Stack, stack.name.value.clone());
+        if self.emitted.contains_key(&key) {
+            return;
+        }
+        let mut frame = Frame::of(m);
+        let own = self.name(&stack.name, &mut frame);
+        let name = Spanned::new(self.program_name(m, Class::Stack, &own.value), own.span);
+        self.emitted.insert(key, Some(name.value.clone()));
+        if let Some(expanded) = self.stack((m, i), &mut frame) {
+            self.out.stacks.push(Stack { name, ..expanded });
+        }
+    }
+
+    /// A robot of the spec; one that another is made from is none.
+    fn emit_robot(&mut self, m: usize, robot: &Robot) {
+        let Some(body) = self.robot_body(m, robot, &mut Vec::new()) else { return };
+        let visible = self.program_name(m, Class::Robot, &robot.name.value);
+        let is_base = |item: &dsl::tree::Item| match &item.kind {
+            ItemKind::Robot(r) => r.base.as_ref().is_some_and(|b| b.value == visible),
+            _ => false,
+        };
+        if !self.modules[0].items.iter().any(is_base) {
+            let name = Spanned::new(visible, robot.name.span);
+            self.out.robots.push(Robot { name, base: None, body });
+        }
+    }
+
+    /// What is said of a robot, in place of what is said of its base.
+    fn robot_body(&mut self, m: usize, robot: &Robot, seen: &mut Vec<(usize, String)>) -> Option<dsl::tree::Block> {
+        seen.push((m, robot.name.value.clone()));
+        let mut own = self.block(&robot.body, &mut Frame::of(m));
+        self.paths(m, &mut own.entries);
+        let Some(base) = &robot.base else { return Some(own) };
+        let (bm, bi) = match self.find(m, Class::Robot, &base.value) {
+            Ok(found) => found,
+            Err(failed) => {
+                self.unknown(m, Class::Robot, base, failed);
+                return None;
+            }
+        };
+        let ItemKind::Robot(other) = self.modules[bm].items[bi].kind.clone() else { return None };
+        if seen.contains(&(bm, other.name.value.clone())) || seen.len() >= MAX_DEPTH {
+            let d = Diagnostic::error("HQ0216", base.span, format!("`{}` is made from itself", base.value));
+            self.fail(d.label(other.name.span, "declared here").help("make it from another robot"));
+            return None;
+        }
+        let mut body = self.robot_body(bm, &other, seen)?;
+        for entry in own.entries {
+            match body.entries.iter_mut().find(|e| e.key == entry.key) {
+                Some(known) => *known = entry,
+                None => body.entries.push(entry),
+            }
+        }
+        Some(dsl::tree::Block { span: own.span, ..body })
+    }
+
+    /// Paths that a file writes are relative to it; in the program they are relative to the spec.
+    fn paths(&self, m: usize, entries: &mut [Entry]) {
+        let folder = &self.modules[m].folder;
+        if folder.as_os_str().is_empty() {
+            return;
+        }
+        for e in entries.iter_mut().filter(|e| matches!(e.key.value.as_str(), "urdf" | "package_path")) {
+            if let Some(path) = text_of(&e.value) {
+                let path = tidy(&folder.join(Path::new(path)), self.input.folder);
+                let kind = ValueKind::Text(path.to_string_lossy().into_owned());
+                e.value = Value { kind, span: e.value.span };
+            }
+        }
+    }
+
+    /// Reports a robot or stack that something is made from and that is not there.
+    pub(super) fn unknown(&mut self, m: usize, class: Class, name: &Spanned<String>, failed: bool) {
+        self.out.whole = false;
+        if failed {
+            return;
+        }
+        let word = class.word();
+        let mut names = self.names(m, class, false);
+        names.extend(self.names(m, class, true));
+        let d = Diagnostic::error("HQ0201", name.span, format!("there is no {word} `{}`", name.value));
+        self.push(match suggest(&name.value, names.iter().map(String::as_str)) {
+            Some(near) => d.help(format!("did you mean `{near}`?")),
+            None if names.is_empty() => d.help(format!("declare the {word}, or import it")),
+            None => d.help(format!("declared are {}", list(names.iter().map(String::as_str), 8))),
+        });
+    }
+
+    /// Warns of tasks and stacks with parameters that nothing uses; of what else is not used, those warn who look for
+    /// uses.
+    fn unused(&mut self, all: &[(Class, (usize, usize))]) {
+        if !self.out.whole {
+            return;
+        }
+        for (class, (m, i)) in all {
+            let kind = &self.modules[*m].items[*i].kind;
+            let Some((_, name)) = declared(kind).filter(|_| !parameters(kind).is_empty()) else { continue };
+            if self.used.contains(&(*m, *class, name.value.clone())) {
+                continue;
+            }
+            let visible = self.program_name(*m, *class, &name.value);
+            let imported = self.out.imported.get(&(*class, visible.clone())).copied();
+            let at = imported.unwrap_or(name.span);
+            let d = Diagnostic::warning("HQ0203", at, format!("{} `{visible}` is never used", class.word()));
+            self.push(d.help(if imported.is_some() { "do not import it" } else { "use it, or remove it" }));
+        }
+    }
+}

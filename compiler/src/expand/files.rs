@@ -1,0 +1,140 @@
+//! The files of a spec: read once each, with everything that they import.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use dsl::tree::{Import, ItemKind, Spec};
+use dsl::{Diagnostic, SourceId, Spanned, Spelling};
+
+use super::module::Module;
+use super::{Expander, MAX_DEPTH};
+use crate::paths::{instead_of, io_reason, tidy};
+
+/// Most files that a spec may import.
+const MAX_FILES: usize = 200;
+
+impl Expander<'_> {
+    /// Reads the spec and all that it imports. The spec is module 0.
+    pub(super) fn read(&mut self, source: SourceId, spec: Spec) {
+        // A spec that stands in a file may not import itself.
+        let own = Path::new(self.input.name).canonicalize().ok().filter(|p| p.is_file());
+        if let Some(own) = &own {
+            self.files.insert(own.clone(), None);
+        }
+        self.out.spellings.insert(source, self.input.spelling);
+        self.module(String::new(), PathBuf::new(), spec, 0);
+        if let Some(own) = own {
+            self.files.insert(own, Some(0));
+        }
+    }
+
+    /// Makes a module of a tree, after those that it imports; gives its index.
+    fn module(&mut self, stem: String, folder: PathBuf, spec: Spec, depth: usize) -> usize {
+        let m = self.modules.len();
+        let (scope, missing, items) = (Default::default(), Vec::new(), Vec::new());
+        self.modules.push(Module { stem, folder, items, scope, missing });
+        let mut imports: Vec<(Import, Option<usize>)> = Vec::new();
+        for item in &spec.items {
+            let ItemKind::Import(import) = &item.kind else { continue };
+            if let Some((first, _)) = imports.iter().find(|(i, _)| i.path == import.path) {
+                let text = format!("`{}` is imported twice", import.path.value);
+                let d = Diagnostic::error("HQ0202", import.path.span, text).label(first.path.span, "first here");
+                self.fail(d.help("write all its names in one import"));
+            }
+            let from = self.import(m, &import.path, depth);
+            imports.push((import.clone(), from));
+        }
+        self.modules[m].items = self.unrolled(m, &spec.items);
+        self.scope(m, &imports);
+        m
+    }
+
+    /// The module that an import names; `None` where it cannot be had, and the diagnostics say why.
+    fn import(&mut self, importer: usize, path: &Spanned<String>, depth: usize) -> Option<usize> {
+        let at = path.span;
+        let refuse = |e: &mut Self, d: Diagnostic| {
+            e.out.usable = false;
+            e.fail(d);
+            None
+        };
+        let from_spec = tidy(&self.modules[importer].folder.join(&path.value), self.input.folder);
+        let on_disk = self.input.folder.join(&from_spec);
+        let Some(spelling) = Spelling::of_path(&from_spec) else {
+            let text = format!("`{}` is no spec: its name ends neither in .hq nor in .yaml", path.value);
+            return refuse(self, Diagnostic::error("HQ0211", at, text).help("import a spec"));
+        };
+        let cannot = |e: &std::io::Error| {
+            Diagnostic::error("HQ0211", at, format!("cannot read `{}`: {}", path.value, io_reason(e)))
+                .note("paths are relative to the file that names them")
+                .help(instead_of(&on_disk))
+        };
+        let canonical = match on_disk.canonicalize() {
+            Ok(canonical) => canonical,
+            Err(e) => {
+                self.modules[importer].missing.push(on_disk.clone());
+                return refuse(self, cannot(&e));
+            }
+        };
+        match self.files.get(&canonical) {
+            Some(Some(known)) => return Some(*known),
+            Some(None) => {
+                let d = Diagnostic::error("HQ0212", at, format!("`{}` imports itself in the end", path.value));
+                let d = d.note("a file that is imported, and those that it imports, cannot import the first one again");
+                return refuse(self, d.help("move what both need to a file of its own"));
+            }
+            None => {}
+        }
+        if self.files.len() >= MAX_FILES || depth >= MAX_DEPTH {
+            let text = format!("more than {MAX_FILES} files are imported, or {MAX_DEPTH} through each other");
+            return refuse(self, Diagnostic::error("HQ0218", at, text).help("bring some of them together in one file"));
+        }
+        let bytes = match read(&on_disk) {
+            Ok(bytes) => bytes,
+            Err(e) => return refuse(self, cannot(&e)),
+        };
+        let name = from_spec.to_string_lossy().into_owned();
+        let text = match dsl::limits::decode(SourceId::default(), &bytes) {
+            Ok(text) => text.to_string(),
+            // The reader says that it is too large.
+            Err(_) if bytes.len() > dsl::limits::MAX_BYTES => String::from_utf8_lossy(&bytes).into_owned(),
+            Err(d) => {
+                let text = format!("`{}` cannot be read: {}", path.value, d.message);
+                return refuse(self, Diagnostic::error("HQ0211", at, text).help("save the file as UTF-8"));
+            }
+        };
+        self.files.insert(canonical.clone(), None);
+        let real = self.sources.add(name, text.clone());
+        self.out.spellings.insert(real, spelling);
+        let source = self.sources.instance(real, at, "imported here");
+        let (spec, diagnostics) = dsl::parse(source, &text, spelling);
+        if diagnostics.iter().any(|d| d.severity == dsl::Severity::Error) {
+            self.out.whole = false;
+        }
+        self.diagnostics.extend(diagnostics);
+        let stem = self.stem(&from_spec);
+        let folder = from_spec.parent().map(Path::to_path_buf).unwrap_or_default();
+        let module = self.module(stem, folder, spec, depth + 1);
+        self.files.insert(canonical, Some(module));
+        Some(module)
+    }
+
+    /// What the names of a file begin with that are not visible; different for each file.
+    fn stem(&self, path: &Path) -> String {
+        let own = path.file_stem().map_or_else(|| "file".to_string(), |s| s.to_string_lossy().replace(['.', '@'], "_"));
+        let taken = |s: &str| self.modules.iter().any(|m| m.stem == s);
+        if !taken(&own) {
+            return own;
+        }
+        (2..=MAX_FILES + 1).map(|i| format!("{own}_{i}")).find(|s| !taken(s)).unwrap_or(own)
+    }
+}
+
+/// The bytes of a file, one more than a text may have at most.
+fn read(path: &Path) -> std::io::Result<Vec<u8>> {
+    if path.is_dir() {
+        return Err(std::io::ErrorKind::IsADirectory.into());
+    }
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)?.take(dsl::limits::MAX_BYTES as u64 + 1).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}

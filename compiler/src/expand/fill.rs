@@ -1,0 +1,322 @@
+//! Copies of trees in which parameters have their arguments, holes such as `${side}` their text, and names of values the
+//! name that the value has in the program.
+
+use std::collections::BTreeMap;
+
+use dsl::tree::{Block, Comments, Entry, TaskDefinition, Value, ValueKind};
+use dsl::{Diagnostic, SourceId, Span, Spanned};
+
+use super::{Class, Expander};
+use crate::forms::{text_of, written};
+use crate::names::suggest;
+
+/// What a parameter, or the name of a repetition, stands for.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Bound {
+    /// A value, copied already.
+    Value(Value),
+    /// A task, copied already.
+    Task(dsl::tree::MemberTask),
+}
+
+/// Highest tree that is put in the place of a name.
+const MAX_HEIGHT: usize = 128;
+
+/// What parameters stand for, by name.
+pub(super) type Bindings = BTreeMap<String, Bound>;
+
+/// Where a copy is made.
+#[derive(Clone, Debug)]
+pub(super) struct Frame {
+    /// The module whose names count.
+    pub module: usize,
+    /// Parameters.
+    pub bound: Bindings,
+    /// The use that the copy is made for, and what it is.
+    used: Option<(Span, &'static str)>,
+    /// Texts, and their instances for this use.
+    instances: BTreeMap<SourceId, SourceId>,
+    /// False while repetitions are unrolled and names have no meaning yet.
+    resolve: bool,
+}
+
+impl Frame {
+    /// For declarations as they stand in a module.
+    pub fn of(module: usize) -> Frame {
+        Frame { module, bound: Bindings::new(), used: None, instances: BTreeMap::new(), resolve: true }
+    }
+
+    /// For a declaration of a module that is used somewhere, with arguments.
+    pub fn used(module: usize, bound: Bindings, at: Span) -> Frame {
+        Frame { bound, used: Some((at, "used here")), ..Frame::of(module) }
+    }
+
+    /// Before names have a meaning.
+    pub fn unresolved(module: usize) -> Frame {
+        Frame { resolve: false, ..Frame::of(module) }
+    }
+
+    /// True where the tree is copied for a use, and not taken as it stands.
+    pub fn copies(&self) -> bool {
+        self.used.is_some()
+    }
+
+    /// The same with one more name, for one value of a repetition.
+    pub fn with(&self, name: &str, value: Value, at: Span) -> Frame {
+        let mut bound = self.bound.clone();
+        bound.insert(name.to_string(), Bound::Value(value));
+        Frame { bound, used: Some((at, "for this value")), instances: BTreeMap::new(), ..self.clone() }
+    }
+}
+
+impl Expander<'_> {
+    /// A place in the copy.
+    pub(super) fn at(&mut self, span: Span, frame: &mut Frame) -> Span {
+        let Some((used, what)) = frame.used else { return span };
+        let sources = &mut *self.sources;
+        let source = frame.instances.entry(span.source).or_insert_with(|| sources.instance(span.source, used, what));
+        Span { source: *source, ..span }
+    }
+
+    /// A name with its holes filled.
+    pub(super) fn name(&mut self, name: &Spanned<String>, frame: &mut Frame) -> Spanned<String> {
+        let span = self.at(name.span, frame);
+        Spanned::new(self.filled(&name.value, true, span, frame), span)
+    }
+
+    /// A text with its holes filled; in a name, they take only what can be a part of one.
+    fn filled(&mut self, text: &str, name: bool, span: Span, frame: &Frame) -> String {
+        let Some((before, mut rest)) = text.split_once("${") else { return text.to_string() };
+        let mut out = before.to_string();
+        loop {
+            let Some((hole, after)) = rest.split_once('}').filter(|(h, _)| is_name(h)) else {
+                // In a text, `${` may stand for itself.
+                out.push_str("${");
+                match rest.split_once("${") {
+                    Some((between, next)) => {
+                        out.push_str(between);
+                        rest = next;
+                        continue;
+                    }
+                    None => {
+                        out.push_str(rest);
+                        return out;
+                    }
+                }
+            };
+            match self.hole(hole, name, span, frame) {
+                Ok(text) => out.push_str(&text),
+                // Until names have a meaning, parameters of the declaration around it are left.
+                Err(None) if !frame.resolve => out.push_str(&format!("${{{hole}}}")),
+                Err(None) => {
+                    let d = Diagnostic::error("HQ0219", span, format!("nothing is called `{hole}` in `${{{hole}}}`"));
+                    let near = suggest(hole, frame.bound.keys().map(String::as_str)).map(str::to_string);
+                    self.fail(match near {
+                        Some(near) => d.help(format!("did you mean `${{{near}}}`?")),
+                        None => d.help("name what a `for` around it runs over, or a parameter of the declaration"),
+                    });
+                    out.push_str("missing");
+                }
+                Err(Some(d)) => {
+                    self.fail(*d);
+                    out.push_str("missing");
+                }
+            }
+            match after.split_once("${") {
+                Some((between, next)) => {
+                    out.push_str(between);
+                    rest = next;
+                }
+                None => {
+                    out.push_str(after);
+                    return out;
+                }
+            }
+        }
+    }
+
+    /// The text for a hole; `Err(None)` where nothing has its name.
+    fn hole(&self, hole: &str, name: bool, span: Span, frame: &Frame) -> Result<String, Option<Box<Diagnostic>>> {
+        let text = match frame.bound.get(hole) {
+            None => return Err(None),
+            Some(Bound::Value(value)) => match &value.kind {
+                ValueKind::Number(n) => Some(n.text.clone()),
+                ValueKind::Missing => return Ok("missing".to_string()),
+                _ => text_of(value).map(str::to_string),
+            },
+            Some(Bound::Task(dsl::tree::MemberTask::Name(task))) => Some(written(&task.value).to_string()),
+            Some(Bound::Task(_)) => None,
+        };
+        let part = |t: &String| !name || (!t.is_empty() && t.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_'));
+        text.filter(part).ok_or_else(|| {
+            let d = Diagnostic::error(
+                "HQ0219",
+                span,
+                format!("`${{{hole}}}` is filled by something that is no part of a name"),
+            );
+            let d = match frame.bound.get(hole) {
+                Some(Bound::Value(value)) => d.label(value.span, "this"),
+                _ => d,
+            };
+            Some(Box::new(d.help("give a name or a whole number there")))
+        })
+    }
+
+    /// A value.
+    pub(super) fn value(&mut self, value: &Value, frame: &mut Frame) -> Value {
+        // What stands where it was written is no copy.
+        if frame.copies() && !self.count(value.span) {
+            return Value { kind: ValueKind::Missing, span: value.span };
+        }
+        let span = self.at(value.span, frame);
+        let one = |e: &mut Self, v: &Value, frame: &mut Frame| Box::new(e.value(v, frame));
+        let kind = match &value.kind {
+            ValueKind::Number(_) | ValueKind::Missing => value.kind.clone(),
+            ValueKind::Text(text) => ValueKind::Text(self.filled(text, false, span, frame)),
+            ValueKind::Name(name) => return self.named(name, span, frame),
+            ValueKind::Unit(of, unit) => {
+                let unit = dsl::tree::Unit { span: self.at(unit.span, frame), ..unit.clone() };
+                ValueKind::Unit(one(self, of, frame), unit)
+            }
+            ValueKind::Call(function, args) => {
+                let function = self.name(function, frame);
+                ValueKind::Call(function, args.iter().map(|a| self.value(a, frame)).collect())
+            }
+            ValueKind::Field(of, field) => {
+                let of = one(self, of, frame);
+                ValueKind::Field(of, self.name(field, frame))
+            }
+            ValueKind::List(items) => ValueKind::List(items.iter().map(|i| self.value(i, frame)).collect()),
+            ValueKind::Block(block) => ValueKind::Block(self.block(block, frame)),
+            ValueKind::In(of, axes) => {
+                let of = one(self, of, frame);
+                let at = self.at(axes.span, frame);
+                let named = self.named(&axes.value, at, frame);
+                ValueKind::In(of, Spanned::new(text_of(&named).unwrap_or(&axes.value).to_string(), at))
+            }
+            ValueKind::Negate(of) => ValueKind::Negate(one(self, of, frame)),
+            ValueKind::Not(of) => ValueKind::Not(one(self, of, frame)),
+            ValueKind::Binary(op, left, right) => {
+                let op = Spanned::new(op.value, self.at(op.span, frame));
+                let left = one(self, left, frame);
+                ValueKind::Binary(op, left, one(self, right, frame))
+            }
+        };
+        Value { kind, span }
+    }
+
+    /// What a name stands for: an argument, or the name that a value has in the program.
+    fn named(&mut self, name: &str, span: Span, frame: &mut Frame) -> Value {
+        match frame.bound.get(name) {
+            Some(Bound::Value(value)) => {
+                // Counted first: copies of copies grow fast.
+                let kind = if self.count_copy(value) { value.kind.clone() } else { ValueKind::Missing };
+                return Value { kind, span: value.span };
+            }
+            Some(Bound::Task(_)) => {
+                let d = Diagnostic::error("HQ0215", span, format!("`{name}` is a task, and a value is needed here"));
+                self.fail(d.help("a task stands in a level"));
+                return Value { kind: ValueKind::Missing, span };
+            }
+            None => {}
+        }
+        let name = self.filled(name, true, span, frame);
+        let target = if frame.resolve { self.value_name(frame.module, &name, span) } else { None };
+        let kind = match target {
+            Some(target) if target != name => ValueKind::Name(format!("{name}@{target}")),
+            _ => ValueKind::Name(name),
+        };
+        Value { kind, span }
+    }
+
+    /// Counts the nodes of an argument that is to be copied; false where there are too many.
+    fn count_copy(&mut self, value: &Value) -> bool {
+        let mut open = vec![value];
+        while let Some(value) = open.pop() {
+            if !self.count(value.span) {
+                return false;
+            }
+            open.extend(parts(value));
+        }
+        true
+    }
+
+    /// True for a value that is not nested too deeply to stand inside others; reported otherwise.
+    pub(super) fn shallow(&mut self, value: &Value) -> bool {
+        let mut open = vec![(value, 1)];
+        while let Some((part, depth)) = open.pop() {
+            if depth > MAX_HEIGHT {
+                let text = format!("more than {MAX_HEIGHT} operations stand inside each other here");
+                self.fail(Diagnostic::error("HQ0218", value.span, text).help("name a part of it with `let`"));
+                return false;
+            }
+            open.extend(parts(part).into_iter().map(|p| (p, depth + 1)));
+        }
+        true
+    }
+
+    /// A block.
+    pub(super) fn block(&mut self, block: &Block, frame: &mut Frame) -> Block {
+        let entries = self.entries(&block.entries, frame);
+        Block { entries, span: self.at(block.span, frame), ..Block::default() }
+    }
+
+    /// Entries, their keys with holes filled.
+    pub(super) fn entries(&mut self, entries: &[Entry], frame: &mut Frame) -> Vec<Entry> {
+        let mut out: Vec<Entry> = Vec::with_capacity(entries.len());
+        for e in entries {
+            let span = self.at(e.key.span, frame);
+            // A key may be a pattern.
+            let key = Spanned::new(self.filled(&e.key.value, true, span, frame), span);
+            if let Some(first) = out.iter().find(|o| o.key == key && e.key.value.contains("${")) {
+                let d = Diagnostic::error("HQ0207", key.span, format!("`{}` is given twice", key.value));
+                let d = d.label(first.key.span, "first here");
+                self.fail(d.help("keep one of them"));
+                continue;
+            }
+            let value = self.value(&e.value, frame);
+            out.push(Entry { key, value, comments: Comments::default() });
+        }
+        out
+    }
+
+    /// A task's definition, its type not looked at.
+    pub(super) fn copied(&mut self, d: &TaskDefinition, frame: &mut Frame) -> TaskDefinition {
+        TaskDefinition {
+            kind: self.name(&d.kind, frame),
+            args: d.args.iter().map(|a| self.value(a, frame)).collect(),
+            named: self.entries(&d.named, frame),
+            body: self.block(&d.body, frame),
+            span: self.at(d.span, frame),
+        }
+    }
+
+    /// The name that a value has in the program, if the name is that of a value.
+    fn value_name(&mut self, module: usize, name: &str, at: Span) -> Option<String> {
+        match self.find(module, Class::Value, name) {
+            Ok(found) => self.emit_value(found, at),
+            Err(_) => None,
+        }
+    }
+}
+
+/// The values that a value is made of.
+pub(super) fn parts(value: &Value) -> Vec<&Value> {
+    match &value.kind {
+        ValueKind::Unit(of, _)
+        | ValueKind::Field(of, _)
+        | ValueKind::In(of, _)
+        | ValueKind::Negate(of)
+        | ValueKind::Not(of) => vec![of],
+        ValueKind::Call(_, all) | ValueKind::List(all) => all.iter().collect(),
+        ValueKind::Binary(_, left, right) => vec![left, right],
+        ValueKind::Block(block) => block.entries.iter().map(|e| &e.value).collect(),
+        ValueKind::Number(_) | ValueKind::Text(_) | ValueKind::Name(_) | ValueKind::Missing => Vec::new(),
+    }
+}
+
+/// True for a name without holes.
+fn is_name(word: &str) -> bool {
+    word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && word.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_')
+}

@@ -1,0 +1,204 @@
+//! From what was written, in several files, with parameters and repetition, to the plain declarations that the rest of
+//! the compiler reads.
+//!
+//! A file that is imported is a [`module::Module`]: its declarations see each other and what the file imports, and
+//! nothing of the file that imports it. A declaration gets into the program where the spec itself declares it or imports
+//! it by name, and where one that is in the program uses it. The latter gets a name that nobody can write,
+//! `safety.approach`.
+//!
+//! Everything is a substitution on trees. Each copy is an instance of its text (see [`dsl::Sources`]), so that what is
+//! said of it later points at the text, and at the uses that led there.
+
+mod arguments;
+mod emit;
+mod files;
+mod fill;
+mod levels;
+mod module;
+mod repeat;
+mod stacks;
+mod tasks;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+
+use dsl::tree::{Let, Param, Robot, Run, Spec, Stack, Task, Value};
+use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Spelling};
+
+use crate::lowering::Input;
+use module::Module;
+
+pub use arguments::parameter_types;
+pub(crate) use arguments::{TYPES, quantity};
+
+/// Most nodes that copies may have together.
+pub(crate) const MAX_NODES: usize = 100_000;
+
+/// Most uses inside each other.
+const MAX_DEPTH: usize = 64;
+
+/// A named value, in an order in which each uses only earlier ones.
+#[derive(Clone, Debug)]
+pub(crate) enum Named {
+    /// A param.
+    Param(Param),
+    /// A named expression.
+    Let(Let),
+}
+
+/// A quantity given for a parameter of a task or stack, whose type is known only when expressions are.
+#[derive(Clone, Debug)]
+pub(crate) struct Given {
+    /// What was given.
+    pub value: Value,
+    /// The parameter, and the task or stack.
+    pub what: String,
+    /// The name of its type.
+    pub ty: Spanned<String>,
+}
+
+/// The plain declarations of a spec.
+#[derive(Debug, Default)]
+pub(crate) struct Expanded {
+    /// Params and lets, each behind those that it uses.
+    pub values: Vec<Named>,
+    /// Robots, without those that others are made from.
+    pub robots: Vec<Robot>,
+    /// Tasks.
+    pub tasks: Vec<Task>,
+    /// Stacks.
+    pub stacks: Vec<Stack>,
+    /// Runs.
+    pub runs: Vec<(Run, Span)>,
+    /// What the spec imports by name, each with the place of that.
+    pub imported: BTreeMap<(Class, String), Span>,
+    /// Tasks that stand in levels and could not be expanded; the diagnostics said why.
+    pub failed: BTreeSet<String>,
+    /// What was given for parameters.
+    pub given: Vec<Given>,
+    /// False where a part of the spec is missing, so that nothing can be said of what is not there.
+    pub whole: bool,
+    /// False where other files are missing, or where it is too large: nothing more can be said.
+    pub usable: bool,
+    /// The spelling of each file.
+    pub spellings: BTreeMap<SourceId, Spelling>,
+}
+
+/// The kinds of name; params and lets share one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Class {
+    /// Params and lets.
+    Value,
+    /// Robots.
+    Robot,
+    /// Tasks.
+    Task,
+    /// Stacks.
+    Stack,
+}
+
+impl Class {
+    /// What a person calls it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Class::Value => "value",
+            Class::Robot => "robot",
+            Class::Task => "task",
+            Class::Stack => "stack",
+        }
+    }
+}
+
+/// The state of an expansion.
+pub(crate) struct Expander<'a> {
+    input: &'a Input<'a>,
+    sources: &'a mut Sources,
+    diagnostics: &'a mut Vec<Diagnostic>,
+    modules: Vec<Module>,
+    /// Files by their place on the disk, `None` for one that is being read.
+    files: BTreeMap<PathBuf, Option<usize>>,
+    out: Expanded,
+    /// What is in the program, under its name there; `None` while it is worked out.
+    emitted: BTreeMap<(usize, Class, String), Option<String>>,
+    /// The names under which the spec itself sees what others declare.
+    visible: BTreeMap<(usize, Class, String), String>,
+    /// Tasks and stacks with parameters that were used.
+    used: BTreeSet<(usize, Class, String)>,
+    /// Uses of tasks with parameters, and the task that came of each.
+    instances: Vec<tasks::Instance>,
+    /// What is being expanded: recursion would not end.
+    active: Vec<(usize, Class, String)>,
+    /// What was found to use itself.
+    circles: BTreeSet<(usize, Class, String)>,
+    /// Nodes that were copied so far.
+    nodes: usize,
+}
+
+/// Expands the spec of an input, which stands in the text `source`.
+pub(crate) fn expand(
+    input: &Input,
+    source: SourceId,
+    spec: Spec,
+    sources: &mut Sources,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Expanded {
+    let mut e = Expander::new(input, sources, diagnostics);
+    e.spec(source, spec);
+    e.out
+}
+
+/// The files that a spec reads, as far as they can be found: those that it imports, and the URDFs that are named.
+pub fn files(input: &Input) -> Vec<PathBuf> {
+    let (mut sources, mut diagnostics) = (Sources::default(), Vec::new());
+    let source = sources.add(input.name, input.text);
+    let (spec, _) = dsl::parse(source, input.text, input.spelling);
+    let mut e = Expander::new(input, &mut sources, &mut diagnostics);
+    e.read(source, spec);
+    let mut files: Vec<PathBuf> = e.files.keys().cloned().collect();
+    for module in &e.modules {
+        files.extend(module.urdfs().map(|urdf| input.folder.join(&module.folder).join(urdf)));
+        files.extend(module.missing.iter().cloned());
+    }
+    files
+}
+
+impl<'a> Expander<'a> {
+    fn new(input: &'a Input, sources: &'a mut Sources, diagnostics: &'a mut Vec<Diagnostic>) -> Self {
+        Expander {
+            input,
+            sources,
+            diagnostics,
+            modules: Vec::new(),
+            files: BTreeMap::new(),
+            out: Expanded { whole: true, usable: true, ..Expanded::default() },
+            emitted: BTreeMap::new(),
+            visible: BTreeMap::new(),
+            used: BTreeSet::new(),
+            instances: Vec::new(),
+            active: Vec::new(),
+            circles: BTreeSet::new(),
+            nodes: 0,
+        }
+    }
+
+    fn push(&mut self, d: Diagnostic) {
+        self.diagnostics.push(d);
+    }
+
+    /// Reports something that leaves a hole in the spec.
+    fn fail(&mut self, d: Diagnostic) {
+        self.out.whole = false;
+        self.push(d);
+    }
+
+    /// Counts copied nodes; false where there are too many, which is said once.
+    fn count(&mut self, at: Span) -> bool {
+        self.nodes += 1;
+        if self.nodes == MAX_NODES + 1 {
+            self.out.usable = false;
+            let d = Diagnostic::error("HQ0218", at, format!("the spec expands to more than {MAX_NODES} nodes"));
+            self.fail(d.here("expanded up to here").help("repeat less, or use fewer declarations with parameters"));
+        }
+        self.nodes <= MAX_NODES
+    }
+}

@@ -1,0 +1,217 @@
+//! Tasks: types of the library as they are, tasks with parameters copied for each use.
+
+use dsl::tree::{ItemKind, Task, TaskDefinition, ValueKind};
+use dsl::{Diagnostic, SourceId, Span, Spanned};
+
+use super::arguments::{Arguments, Taker};
+use super::fill::{Bindings, Bound, Frame};
+use super::{Class, Expander, MAX_DEPTH};
+use crate::forms::text_of;
+use crate::names::suggest;
+
+/// A use of a task with parameters.
+pub(super) struct Instance {
+    module: usize,
+    item: usize,
+    bound: Bindings,
+    /// The task that came of it; `None` where it failed.
+    task: Option<String>,
+    /// The text of the task for this use.
+    source: SourceId,
+}
+
+impl Expander<'_> {
+    /// A definition with the type of the library that it comes down to. `None` where there is none; the diagnostics say
+    /// why.
+    pub(super) fn definition(&mut self, d: &TaskDefinition, frame: &mut Frame) -> Option<TaskDefinition> {
+        let kind = self.name(&d.kind, frame);
+        match self.find(frame.module, Class::Task, &kind.value) {
+            Ok(found) => {
+                let (_, definition) = self.used_task(found, d, &kind, frame)?;
+                Some(definition)
+            }
+            Err(true) => {
+                self.out.whole = false;
+                None
+            }
+            Err(false) => self.library(d, frame),
+        }
+    }
+
+    /// A definition whose type is one of the library.
+    pub(super) fn library(&mut self, d: &TaskDefinition, frame: &mut Frame) -> Option<TaskDefinition> {
+        let mut copy = self.copied(d, frame);
+        if copy.kind.value.is_empty() {
+            // It could not be read.
+            self.out.whole = false;
+            return None;
+        }
+        if stdlib_tasks::find(&copy.kind.value).is_none() {
+            let own = self.names(frame.module, Class::Task, true);
+            self.fail(unknown_kind(&copy.kind, &own));
+            return None;
+        }
+        // Arguments by name are parameters of the type, as if they stood in braces.
+        for e in std::mem::take(&mut copy.named).into_iter().rev() {
+            if let Some(other) = copy.body.get(&e.key.value) {
+                let text = format!("`{}` is given in parentheses and in braces", e.key.value);
+                let d = Diagnostic::error("HQ0207", e.key.span, text).label(other.key.span, "here too");
+                self.fail(d.help("keep one of the two"));
+                continue;
+            }
+            copy.body.entries.insert(0, e);
+        }
+        Some(copy)
+    }
+
+    /// What a task with parameters is in a use of it: parameters bound, and its definition.
+    fn used_task(
+        &mut self,
+        (m, i): (usize, usize),
+        d: &TaskDefinition,
+        kind: &Spanned<String>,
+        frame: &mut Frame,
+    ) -> Option<(Bindings, TaskDefinition)> {
+        let bound = self.bindings((m, i), d, kind, frame)?;
+        let at = self.at(d.span, frame);
+        let definition = self.body((m, i), &mut Frame::used(m, bound.clone(), at))?;
+        Some((bound, definition))
+    }
+
+    /// The definition of a task with parameters that are bound.
+    fn body(&mut self, (m, i): (usize, usize), inner: &mut Frame) -> Option<TaskDefinition> {
+        let ItemKind::Task(task) = self.modules[m].items[i].kind.clone() else { return None };
+        let key = (m, Class::Task, task.name.value.clone());
+        self.active.push(key);
+        let definition = self.definition(&task.definition, inner);
+        self.active.pop();
+        definition
+    }
+
+    /// The parameters of a task, bound for a use.
+    fn bindings(
+        &mut self,
+        (m, i): (usize, usize),
+        d: &TaskDefinition,
+        kind: &Spanned<String>,
+        frame: &mut Frame,
+    ) -> Option<Bindings> {
+        let ItemKind::Task(task) = self.modules[m].items[i].kind.clone() else { return None };
+        let name = &task.name;
+        self.used.insert((m, Class::Task, name.value.clone()));
+        if task.parameters.is_empty() {
+            let e = Diagnostic::error("HQ0204", kind.span, format!("`{}` is a task, and no task type", kind.value));
+            self.fail(e.label(name.span, "declared here").help(format!(
+                "write `{}` alone in a level, or give it parameters: `task {}(..) = ..`",
+                kind.value, name.value
+            )));
+            return None;
+        }
+        if self.recursive(m, Class::Task, name, kind.span) {
+            return None;
+        }
+        if let Some(first) = d.body.entries.first() {
+            let span = self.at(first.key.span, frame);
+            let e = Diagnostic::error("HQ0214", span, format!("`{}` takes its arguments in parentheses", kind.value));
+            let e = e.label(name.span, "declared here");
+            self.fail(e.help(format!("write `{}(..)` without braces", kind.value)));
+            return None;
+        }
+        let taker = Taker { name, parameters: &task.parameters, module: m };
+        let given = Arguments { args: &d.args, named: &d.named, at: d.span };
+        self.arguments(&taker, &given, frame)
+    }
+
+    /// Reports a declaration that uses itself, or uses that go too deep.
+    pub(super) fn recursive(&mut self, m: usize, class: Class, name: &Spanned<String>, at: Span) -> bool {
+        let key = (m, class, name.value.clone());
+        if let Some(first) = self.active.iter().position(|a| *a == key) {
+            // A circle is one mistake, wherever it is entered.
+            let known = self.circles.contains(&key);
+            self.circles.extend(self.active[first..].iter().cloned());
+            if known {
+                self.out.whole = false;
+                return true;
+            }
+            let word = class.word();
+            let d = Diagnostic::error("HQ0216", at, format!("{word} `{}` uses itself", name.value));
+            let d = d.label(name.span, "declared here").note("it would expand without end");
+            self.fail(d.help("use another one here"));
+            return true;
+        }
+        if self.active.len() >= MAX_DEPTH {
+            let text = format!("declarations use each other more than {MAX_DEPTH} deep");
+            self.fail(Diagnostic::error("HQ0218", at, text).help("bring some of them together in one"));
+            return true;
+        }
+        false
+    }
+
+    /// The task of the program that a use of a task with parameters in a level is. Uses with the same arguments share it.
+    pub(super) fn instance(
+        &mut self,
+        (m, i): (usize, usize),
+        d: &TaskDefinition,
+        kind: &Spanned<String>,
+        frame: &mut Frame,
+    ) -> Option<String> {
+        let bound = self.bindings((m, i), d, kind, frame)?;
+        let at = self.at(d.span, frame);
+        if let Some(known) = self.instances.iter().find(|k| (k.module, k.item) == (m, i) && k.bound == bound) {
+            let (source, task) = (known.source, known.task.clone());
+            self.sources.used_again(source, at);
+            return task;
+        }
+        let ItemKind::Task(task) = &self.modules[m].items[i].kind else { return None };
+        let (written, place) = (task.name.value.clone(), task.name.span);
+        let mut inner = Frame::used(m, bound.clone(), at);
+        let span = self.at(place, &mut inner);
+        let definition = self.body((m, i), &mut inner);
+        let name = definition.map(|definition| {
+            let name = self.instance_name(&written, &task_words(&bound, &self.order((m, i))));
+            let name = Spanned::new(name, span);
+            self.out.tasks.push(Task { name: name.clone(), parameters: Vec::new(), definition });
+            name.value
+        });
+        self.instances.push(Instance { module: m, item: i, bound, task: name.clone(), source: span.source });
+        name
+    }
+
+    /// The parameters of a task in their order.
+    fn order(&self, (m, i): (usize, usize)) -> Vec<String> {
+        super::module::parameters(&self.modules[m].items[i].kind).iter().map(|p| p.name.value.clone()).collect()
+    }
+
+    /// `reach.left`: what is used and the names among its arguments; with a number where that is not unique.
+    fn instance_name(&self, task: &str, words: &[String]) -> String {
+        let name = std::iter::once(task).chain(words.iter().map(String::as_str)).collect::<Vec<_>>().join(".");
+        let taken = |n: &str| self.out.tasks.iter().any(|t| t.name.value == n) || n == task;
+        if !taken(&name) {
+            return name;
+        }
+        (2..=super::MAX_NODES).map(|k| format!("{name}.{k}")).find(|n| !taken(n)).unwrap_or(name)
+    }
+}
+
+/// The names and whole numbers among arguments.
+fn task_words(bound: &Bindings, order: &[String]) -> Vec<String> {
+    let word = |name: &String| match bound.get(name)? {
+        Bound::Value(value) => match &value.kind {
+            ValueKind::Name(_) => text_of(value).map(str::to_string),
+            ValueKind::Number(n) if n.text.bytes().all(|b| b.is_ascii_digit()) => Some(n.text.clone()),
+            _ => None,
+        },
+        Bound::Task(_) => None,
+    };
+    order.iter().filter_map(word).collect()
+}
+
+/// The diagnostic for a task type that neither the library nor the spec has.
+fn unknown_kind(kind: &Spanned<String>, own: &[String]) -> Diagnostic {
+    let d = Diagnostic::error("HQ0204", kind.span, format!("there is no task type `{}`", kind.value));
+    let library = stdlib_tasks::KINDS.iter().map(|k| k.name);
+    match suggest(&kind.value, library.chain(own.iter().map(String::as_str))) {
+        Some(near) => d.help(format!("did you mean `{near}`?")),
+        None => d.help("`hierarq tasks` lists all types"),
+    }
+}

@@ -1,0 +1,61 @@
+//! What was given for the parameters of tasks and stacks: its kind and dimension are those of the parameter.
+
+use dsl::tree::Value;
+use dsl::{Diagnostic, Span, Spanned};
+
+use super::Lowerer;
+use crate::constants::{Params, fits};
+use crate::expand::{Given, quantity};
+use crate::expr::{Frame, Graph, Lowering, Meaning, Now, Scope, Typed};
+
+/// The scope of what is given: what only a task knows is left to the task.
+struct Outside<'s>(&'s mut Params);
+
+impl Scope for Outside<'_> {
+    fn name(&mut self, name: &str) -> Meaning {
+        self.0.meaning(name)
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.0.names()
+    }
+
+    fn initial(&mut self, _: &mut Graph, _: &Value, span: Span) -> Result<Typed, Box<Diagnostic>> {
+        Err(Box::new(Diagnostic::error("HQ0311", span, "known to the task only")))
+    }
+
+    fn frame(&mut self, _: &Spanned<String>, _: &mut Vec<Diagnostic>) -> Option<Frame> {
+        None
+    }
+
+    fn now(&mut self, _: &mut Graph, _: &Now, _: Span, _: &mut Vec<Diagnostic>) -> Option<Typed> {
+        None
+    }
+}
+
+impl Lowerer<'_> {
+    /// Checks what was given; returns the places of what was refused.
+    pub(super) fn given(&mut self, given: &[Given]) -> Vec<Span> {
+        let mut refused = Vec::new();
+        for g in given {
+            let Some((kind, dimension)) = quantity(&g.ty.value) else { continue };
+            // Other mistakes in it are found again where it is used.
+            let mut found = Vec::new();
+            let mut scope = Outside(&mut self.params);
+            let typed = Lowering { graph: &mut self.graph, scope: &mut scope, diagnostics: &mut found }.value(&g.value);
+            let Ok(typed) = typed else { continue };
+            let wrong = if typed.kind != kind {
+                let (is, needed) = (typed.kind.describe(), kind.describe());
+                let d = Diagnostic::error("HQ0215", g.value.span, format!("{} is {needed}, and this is {is}", g.what));
+                Some(d.here(is).help(format!("give {needed}")))
+            } else {
+                dimension.and_then(|d| fits(&self.graph, &typed, d, &g.what))
+            };
+            if let Some(d) = wrong.filter(|d| d.severity == dsl::Severity::Error) {
+                refused.push(g.value.span);
+                self.push(d.label(g.ty.span, "declared here"));
+            }
+        }
+        refused
+    }
+}

@@ -1,0 +1,67 @@
+//! Paths that a spec names: why one cannot be read, which one was meant, and how it is called from another folder.
+
+use std::path::{Component, Path, PathBuf};
+
+use crate::names::suggest;
+
+/// Why a file cannot be read, in a few words.
+pub(crate) fn io_reason(e: &std::io::Error) -> &'static str {
+    match e.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file",
+        std::io::ErrorKind::PermissionDenied => "permission denied",
+        std::io::ErrorKind::IsADirectory => "it is a folder",
+        _ => "the system refuses",
+    }
+}
+
+/// The help for a path that leads to no file: one of nearly this name in the same folder, or where it was looked for.
+pub(crate) fn instead_of(path: &Path) -> String {
+    match nearby(path) {
+        _ if path.is_dir() => "name a file inside it".to_string(),
+        Some(near) => near,
+        None => format!("looked for {}", path.display()),
+    }
+}
+
+fn nearby(path: &Path) -> Option<String> {
+    let wanted = path.file_name()?.to_str()?.to_string();
+    let mut names: Vec<String> = std::fs::read_dir(path.parent()?)
+        .ok()?
+        .take(1000)
+        .filter_map(|e| e.ok()?.file_name().into_string().ok())
+        .collect();
+    names.sort();
+    suggest(&wanted, names.iter().map(String::as_str)).map(|n| format!("did you mean `{n}`?"))
+}
+
+/// A path without the folders that it enters only to leave them: `common/../robots/arm.urdf` is `robots/arm.urdf`. A
+/// link stays, since what is above it may lie elsewhere. The path starts from `folder`.
+pub(crate) fn tidy(path: &Path, folder: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for part in path.components() {
+        let entered = matches!(out.components().next_back(), Some(Component::Normal(_)));
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if entered && !folder.join(&out).is_symlink() => {
+                out.pop();
+            }
+            _ => out.push(part),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_that_are_left_again() {
+        let tidied = |p: &str| tidy(Path::new(p), Path::new("/nowhere")).to_string_lossy().into_owned();
+        assert_eq!(tidied("common/../robots/arm.urdf"), "robots/arm.urdf");
+        assert_eq!(tidied("a/b/../../../c"), "../c");
+        assert_eq!(tidied("./a/./b"), "a/b");
+        assert_eq!(tidied("../a"), "../a");
+        assert_eq!(tidied("/x/../y"), "/y");
+    }
+}

@@ -1,0 +1,163 @@
+//! Repetitions: of declarations in the section `for`, and of members of a level.
+
+use super::Reader;
+use super::events::{Kind, NodeId, Style};
+use crate::calls;
+use crate::explain::{self, After, clip};
+use crate::grammar::{Grammar, Rule};
+use crate::tree::{Comments, Item, ItemKind, Member, MemberTask, RepeatItems, RepeatMembers, Values};
+use crate::words::nearest;
+use crate::{Diagnostic, Span, Spanned};
+use pest::Parser;
+
+/// The sections that a repetition may hold.
+const REPEATED: &[&str] = &["params", "lets", "tasks", "stacks", "for"];
+
+/// Reads what stands behind a key of a repetition; says whether it knows the key.
+type PartReader<'f, R> = &'f mut dyn FnMut(&mut R, &Spanned<String>, NodeId, &mut Comments) -> bool;
+
+impl Reader<'_> {
+    /// `for`: a sequence of `{ name: side, in: [left, right], tasks: { .. } }`.
+    pub(super) fn repeats(&mut self, id: NodeId, items: &mut Vec<Item>) {
+        if self.is_null(id) {
+            return;
+        }
+        let Kind::Sequence(all) = &self.node(id).kind else {
+            let help = "write `- { name: side, in: [left, right], tasks: { .. } }`";
+            self.wrong_shape(id, "a sequence of repetitions", help);
+            return;
+        };
+        for id in all.clone() {
+            if self.depth >= crate::limits::MAX_DEPTH || !self.enter(id) {
+                return;
+            }
+            let span = self.span(id);
+            let mut comments = Comments::default();
+            self.pool.before(span.range().start, &mut comments.before);
+            self.depth += 1;
+            let mut body = Vec::new();
+            let mut closing_comments = Comments::default();
+            let head = self.repeat_head(id, &mut comments, &mut |reader, key, value, _| {
+                let word = key.value.as_str();
+                if !REPEATED.contains(&word) {
+                    return false;
+                }
+                if word == "for" {
+                    reader.repeats(value, &mut body);
+                } else {
+                    reader.section(word, key, value, &mut body);
+                }
+                true
+            });
+            self.depth -= 1;
+            self.closing(id, &mut closing_comments);
+            if let Some((variable, values)) = head {
+                let kind = ItemKind::For(RepeatItems { variable, values, body, closing_comments });
+                items.push(Item { kind, span, comments });
+            }
+        }
+    }
+
+    /// `for: { name: side, in: [left, right], tasks: [..] }` in the place of a member.
+    pub(super) fn member_repeat(&mut self, id: NodeId) -> Option<Member> {
+        let Kind::Mapping(own) = &self.node(id).kind else { return None };
+        let [(key, value)] = own.as_slice() else { return None };
+        let (key, value) = (*key, *value);
+        if !matches!(self.scalar(key), Some(("for", _))) || !matches!(self.node(value).kind, Kind::Mapping(_)) {
+            return None;
+        }
+        let span = self.span(id);
+        let (mut comments, mut closing_comments) = (Comments::default(), Comments::default());
+        self.pool.before(span.range().start, &mut comments.before);
+        self.pool.behind(self.span(key).range().end, &[':', '{'], &mut comments.behind);
+        let mut body = None;
+        self.depth += 1;
+        let head = self.repeat_head(value, &mut comments, &mut |reader, key, value, comments| {
+            if key.value == "tasks" {
+                reader.pool.before(key.span.range().start, &mut comments.before);
+                reader.pool.behind(key.span.range().end, &[':', '['], &mut comments.behind);
+                body = Some(reader.members(value));
+            }
+            key.value == "tasks"
+        });
+        self.depth -= 1;
+        self.closing(value, &mut closing_comments);
+        self.pool.before(span.range().end, &mut comments.before);
+        self.pool.behind(span.range().end, &[','], &mut comments.behind);
+        if body.is_none() {
+            let diagnostic = Diagnostic::error("HQ0117", self.span(key), "this `for` has no `tasks`");
+            self.diags.push(diagnostic.help("write `for: { name: side, in: [left, right], tasks: [..] }`"));
+        }
+        let (variable, values) = head?;
+        let repeat = RepeatMembers { variable, values, body: body.unwrap_or_default(), closing_comments };
+        Some(Member { task: MemberTask::For(Box::new(repeat)), weight: None, span, comments })
+    }
+
+    /// `name` and `in` of a repetition; `part` reads the other keys and says whether it knows one.
+    fn repeat_head(
+        &mut self,
+        id: NodeId,
+        comments: &mut Comments,
+        part: PartReader<'_, Self>,
+    ) -> Option<(Spanned<String>, Values)> {
+        let form = "write `{ name: side, in: [left, right], tasks: .. }`, or `in: 1..4`";
+        if !matches!(self.node(id).kind, Kind::Mapping(_)) {
+            self.wrong_shape(id, "a mapping with `name`, `in` and what is repeated", form);
+            return None;
+        }
+        let span = self.span(id);
+        let at = Span { end: span.start + 1, ..span };
+        let (mut name, mut values) = (None, None);
+        for (key, value) in self.distinct(id) {
+            if matches!(key.value.as_str(), "name" | "in") {
+                self.pool.before(key.span.range().start, &mut comments.before);
+                if key.value == "name" {
+                    name = self.name(value, "the repeated name");
+                } else {
+                    values = self.values(value, &key);
+                }
+                self.pool.behind(self.later(value, key.span).range().end, &[','], &mut comments.behind);
+            } else if !part(self, &key, value, comments) {
+                let text = format!("`{}` cannot be repeated", clip(&key.value));
+                let diagnostic = Diagnostic::error("HQ0125", key.span, text);
+                self.diags.push(match nearest(&key.value, &["name", "in", "params", "lets", "tasks", "stacks"]) {
+                    Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+                    None => diagnostic.help(form),
+                });
+            }
+        }
+        if name.is_none() {
+            self.diags.push(calls::incomplete(at, "name").help(form));
+        } else if values.is_none() {
+            self.diags.push(calls::incomplete(at, "values").help(form));
+        }
+        Some((name?, values?))
+    }
+
+    /// `[left, right]`, `1..4`.
+    fn values(&mut self, id: NodeId, key: &Spanned<String>) -> Option<Values> {
+        let plain = self.scalar(id).is_some_and(|(text, style)| text.contains("..") && style != Style::Block);
+        if !plain {
+            return Some(Values::List(self.value(id, Some(key))));
+        }
+        let (text, place) = self.spelled(id);
+        if let Some(diagnostic) = self.unfit(&text, place) {
+            self.report(diagnostic);
+            return None;
+        }
+        let parsed = Grammar::parse(Rule::scalar_values, &text).ok().and_then(|mut p| p.next())?;
+        let (mut values, mut rest) = (None, text.len());
+        for part in parsed.into_inner() {
+            if part.as_rule() == Rule::values {
+                values = Some(calls::values(part, place, &mut |part| self.flat(part, place)));
+            } else {
+                rest = part.as_span().start();
+            }
+        }
+        if !text[rest..].trim().is_empty() {
+            let diagnostic = explain::junk(&text, rest, text.len(), place, After::Start("a list or a range"), false);
+            self.report(diagnostic);
+        }
+        values
+    }
+}

@@ -1,0 +1,66 @@
+//! What specs and declarations take from others: imports, named expressions, repetition.
+
+use serde_json::{Map, Value, json};
+
+use super::{described, heads, object, section, sections, values};
+
+pub(super) fn imports() -> Value {
+    let names = json!({
+        "type": "array",
+        "items": { "type": "string", "pattern": r"^\s*[A-Za-z_][A-Za-z0-9_]*(?:\s+as\s+[A-Za-z_][A-Za-z0-9_]*)?\s*$" },
+    });
+    json!({
+        "type": ["object", "null"],
+        "description": "Names of other specs: for each file the names, `NAME` or `NAME as OTHER`. Paths start from this file.",
+        "propertyNames": { "pattern": r"\.(?:hq|yaml|yml)$" },
+        "additionalProperties": names,
+    })
+}
+
+pub(super) fn lets() -> Value {
+    let value = json!({ "type": ["number", "string", "array"] });
+    section("Named expressions, which may move with `t`. `--set` does not override them.", &value)
+}
+
+pub(super) fn tasks() -> Value {
+    heads("Tasks by name; one with parameters as `\"NAME(side: arm)\"`.", &json!({ "$ref": "#/$defs/task" }))
+}
+
+pub(super) fn repeats() -> Value {
+    json!({ "$ref": "#/$defs/repeats", "description": "Declarations that are repeated." })
+}
+
+/// The name and the values of a repetition.
+fn head() -> Map<String, Value> {
+    let over = json!({ "type": ["array", "string"] });
+    Map::from_iter([
+        (
+            "name".to_string(),
+            described(
+                json!({ "type": "string", "pattern": values::NAME }),
+                "What runs over the values; `${NAME}` in names.",
+            ),
+        ),
+        ("in".to_string(), described(over, "The values: a list, or whole numbers, `1..4`.")),
+    ])
+}
+
+/// A sequence of repetitions of declarations.
+pub(super) fn repeats_of_sections() -> Value {
+    let mut parts = head();
+    parts.insert("params".to_string(), sections::params());
+    parts.insert("lets".to_string(), lets());
+    parts.insert("tasks".to_string(), tasks());
+    parts.insert("stacks".to_string(), sections::stacks());
+    parts.insert("for".to_string(), repeats());
+    json!({ "type": ["array", "null"], "items": object(parts, &["name", "in"], "A repetition.") })
+}
+
+/// Members of a level that are repeated: `{ for: { name: side, in: [left, right], tasks: [..] } }`.
+pub(super) fn member_repeat() -> Value {
+    let mut parts = head();
+    let tasks = json!({ "type": "array", "items": { "$ref": "#/$defs/member" } });
+    parts.insert("tasks".to_string(), described(tasks, "The tasks that are repeated."));
+    let inner = object(parts, &["name", "in", "tasks"], "A repetition.");
+    object(Map::from_iter([("for".to_string(), inner)]), &["for"], "Tasks that are repeated.")
+}

@@ -1,0 +1,121 @@
+//! Imports, parameters and repetition in the editor.
+
+use super::common;
+use super::editor::{Editor, edited, find, labels, text, under, uri};
+use serde_json::{Value as Json, json};
+
+/// Where what is marked leads: the address, and the text there.
+fn leads(e: &mut Editor, doc: &str, spec: &str, from: &str) -> (String, String) {
+    let place = e.at("textDocument/definition", doc, &find(spec, from));
+    let address = place["uri"].as_str().unwrap_or("nowhere").to_string();
+    let path = address.trim_start_matches("file://").to_string();
+    let there = std::fs::read_to_string(path).unwrap_or_default();
+    let there = if there.is_empty() { spec.to_string() } else { there };
+    (address, under(&there, &place["range"]).to_string())
+}
+
+#[test]
+fn definitions_lead_into_imported_files() {
+    let mut e = Editor::ready();
+    let (spec, doc) = (text("both_arms.hq"), uri("both_arms.hq"));
+    e.open(&doc, "hierarq", &spec);
+    assert_eq!(e.diagnostics(&doc, Some(1)), Vec::<Json>::new());
+    let library = uri("common/canopies.hq");
+    for (from, name) in [
+        ("hard { torso_cl|ear", "torso_clear"),
+        ("import \"common/canopies.hq\" { canop|ies", "canopies"),
+        ("limits hard { position|_limits", "position_limits"),
+    ] {
+        assert_eq!(leads(&mut e, &doc, &spec, from), (library.clone(), name.to_string()), "{from}");
+    }
+    assert_eq!(leads(&mut e, &doc, &spec, "import \"common/|canopies.hq").0, library);
+    let hover = e.at("textDocument/hover", &doc, &find(&spec, "hard { torso_cl|ear"));
+    assert!(
+        hover["contents"]["value"].as_str().is_some_and(|v| v.contains("between arms  and [column, chest]")),
+        "{hover}"
+    );
+    for (from, to) in [
+        ("offset*swi|ng", "let |swing"),
+        ("frame_position(si|de)", "swing_out(|side: arm"),
+        ("gain ga|in\n", "point, |gain: rate"),
+        ("swing_out(right, off|set:", "arm, |offset: point"),
+        ("motion { swing|_out(left, [reach, 0, 0])  swing", "task |swing_out"),
+        ("left_only from bo|th", "stack |both {"),
+        ("replace mot|ion", "level |motion"),
+        ("[re|ach, 0, 0])  swing", "param |reach"),
+    ] {
+        let place = e.at("textDocument/definition", &doc, &find(&spec, from));
+        assert_eq!((&place["uri"], &place["range"]["start"]), (&json!(doc), &find(&spec, to)), "{from}");
+    }
+}
+
+#[test]
+fn completion_knows_what_could_be_imported() {
+    let mut e = Editor::ready();
+    let (spec, doc) = (text("both_arms.hq"), uri("both_arms.hq"));
+    e.open(&doc, "hierarq", &spec);
+    for (version, old, new, has) in [
+        (2, "head_clear, arms_apart }", "|, arms_apart }", "deck"),
+        (3, "side: arm", "side: |", "angular_speed"),
+        (4, "from both", "from |", "both"),
+        (5, "replace motion", "replace |", "posture"),
+        (6, "stack left_only", "le|\n\nstack left_only", "let"),
+        (7, "hold(right)", "hold(|)", "left"),
+        (8, "head_clear  arms_apart }", "|  arms_apart }", "torso_clear"),
+    ] {
+        let marked = spec.replacen(old, new, 1);
+        let cursor = marked.find('|').expect("a cursor");
+        let changed = marked.replacen('|', "", 1);
+        e.change(&doc, version, json!([{ "text": changed }]));
+        let offered = labels(&e.at("textDocument/completion", &doc, &super::editor::position(&changed, cursor)));
+        assert!(offered.iter().any(|o| o == has), "{new}: no `{has}` in {offered:?}");
+    }
+}
+
+#[test]
+fn what_is_declared_here_is_renamed_and_what_is_not_stays() {
+    let mut e = Editor::ready();
+    let (spec, doc) = (text("both_arms.hq"), uri("both_arms.hq"));
+    e.open(&doc, "hierarq", &spec);
+    let mut rename = |from: &str, new: &str| {
+        let params = json!({ "textDocument": { "uri": doc }, "position": find(&spec, from), "newName": new });
+        let answer = e.result("textDocument/rename", params);
+        let edits = &answer["changes"][&doc];
+        edits.is_array().then(|| edited(&spec, edits))
+    };
+    for (from, old, new) in [
+        ("offset*swi|ng", "swing", "wave"),
+        ("swing_out(right, off|set:", "offset", "way"),
+        ("task swing|_out", "swing_out", "wave_out"),
+    ] {
+        let word =
+            |t: &str, w: &str| t.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).filter(|x| *x == w).count();
+        let after = rename(from, new).expect("edits");
+        // The comment speaks of one of them.
+        let left = word(&after, old);
+        assert!(left <= 1 && word(&after, new) + left == word(&spec, old), "{after}");
+    }
+    let _ = common::example("");
+}
+
+#[test]
+fn mistakes_in_imported_files_are_shown_at_the_import() {
+    let folder = std::env::temp_dir().join(format!("hierarq lsp imports {}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    std::fs::write(folder.join("lib.hq"), "hierarq 1\ntask still = joint_velocity { velosity 0 rad/s }\n")
+        .expect("written");
+    let robot = common::example("robots/arm7.urdf");
+    let spec = format!(
+        "hierarq 1\nimport \"lib.hq\" {{ still }}\nrobot r {{ urdf \"{}\"  rate 100 Hz  home {{ joint_4 1 rad }} }}\nstack s {{ level l {{ still }} }}\n",
+        robot.display()
+    );
+    let doc = format!("file://{}", folder.join("a.hq").display().to_string().replace(' ', "%20"));
+    let mut e = Editor::ready();
+    e.open(&doc, "hierarq", &spec);
+    let found = e.diagnostics(&doc, Some(1));
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert_eq!((found[0]["code"].as_str(), under(&spec, &found[0]["range"])), (Some("HQ0205"), "\"lib.hq\""));
+    let place = &found[0]["relatedInformation"][0]["location"];
+    assert_eq!((&place["uri"], &place["range"]["start"]["line"]), (&json!(doc.replace("a.hq", "lib.hq")), &json!(1)));
+    let _ = std::fs::remove_dir_all(folder);
+}
