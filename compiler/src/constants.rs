@@ -24,6 +24,8 @@ pub struct Params {
     pub symbols: BTreeMap<String, Symbol>,
     /// Those whose value is wrong. They were reported, and who uses one stays silent.
     pub failed: BTreeSet<String>,
+    /// Named expressions of what the robot does, until the robot is known.
+    pub later: BTreeSet<String>,
     /// Those that something used.
     pub used: BTreeSet<String>,
 }
@@ -34,6 +36,9 @@ impl Params {
         let name = target(name);
         if self.failed.contains(name) {
             return Meaning::Failed;
+        }
+        if self.later.contains(name) {
+            return Meaning::Later;
         }
         match self.symbols.get(name) {
             Some(symbol) => {
@@ -46,7 +51,8 @@ impl Params {
 
     /// True for the name of a value.
     pub fn knows(&self, name: &str) -> bool {
-        self.symbols.contains_key(target(name)) || self.failed.contains(target(name))
+        let name = target(name);
+        self.symbols.contains_key(name) || self.failed.contains(name) || self.later.contains(name)
     }
 
     /// All names that can be written.

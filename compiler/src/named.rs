@@ -1,11 +1,39 @@
 //! Named values: params with their ranges, and lets.
 
-use dsl::tree::{Let, Param, Value};
+use dsl::tree::{Let, Param, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 
-use crate::constants::{Constants, is_word, replaces};
-use crate::expr::{Kind, Symbol, Typed};
+use crate::constants::{Constants, Params, is_word, replaces};
+use crate::expand::parts;
+use crate::expr::{Kind, PRESENT, Symbol, Typed};
+use crate::forms::target;
 use crate::units;
+
+impl Params {
+    /// Gives a name its value, or says that it has none.
+    pub fn put(&mut self, name: &Spanned<String>, value: Option<Typed>) {
+        self.later.remove(&name.value);
+        match value {
+            Some(value) => {
+                self.symbols.insert(name.value.clone(), Symbol { value, declared: name.span });
+            }
+            None => {
+                self.failed.insert(name.value.clone());
+            }
+        }
+    }
+}
+
+/// Whether a value names what belongs to the robot: what it does now or did at the start, axes, or a name for such.
+fn of_the_robot(value: &Value, params: &Params) -> bool {
+    let here = match &value.kind {
+        ValueKind::In(..) => true,
+        ValueKind::Call(function, _) => function.value == "initial" || PRESENT.contains(&function.value.as_str()),
+        ValueKind::Name(name) => params.later.contains(target(name)),
+        _ => false,
+    };
+    here || parts(value).into_iter().any(|v| of_the_robot(v, params))
+}
 
 impl Constants<'_> {
     /// Types a declared parameter; `changed` is the value given in its place on the command line. One without a value,
@@ -24,16 +52,21 @@ impl Constants<'_> {
             diagnostics.extend(wrong);
             (good && fits && self.inside(&new, &param.name, &range, diagnostics)).then_some(new)
         });
-        self.put(&param.name, value);
+        self.params.put(&param.name, value);
     }
 
-    /// Types a named expression. It may move.
-    pub fn declare_let(&mut self, it: &Let, diagnostics: &mut Vec<Diagnostic>) {
+    /// Types a named expression. It may move. One of what the robot does is left for later: true.
+    pub fn declare_let(&mut self, it: &Let, diagnostics: &mut Vec<Diagnostic>) -> bool {
         if self.taken(&it.name, diagnostics) {
-            return;
+            return false;
+        }
+        if of_the_robot(&it.value, self.params) {
+            self.params.later.insert(it.name.value.clone());
+            return true;
         }
         let value = self.typed(&it.value, diagnostics);
-        self.put(&it.name, value);
+        self.params.put(&it.name, value);
+        false
     }
 
     /// True, and reported, for a name that means something else.
@@ -47,17 +80,6 @@ impl Constants<'_> {
             self.params.failed.insert(name.value.clone());
         }
         taken
-    }
-
-    fn put(&mut self, name: &Spanned<String>, value: Option<Typed>) {
-        match value {
-            Some(value) => {
-                self.params.symbols.insert(name.value.clone(), Symbol { value, declared: name.span });
-            }
-            None => {
-                self.params.failed.insert(name.value.clone());
-            }
-        }
     }
 
     /// The bounds of a parameter, in SI: for each whether it is the lower one, its number and its place. `None` where

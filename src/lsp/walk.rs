@@ -110,7 +110,9 @@ impl Walker<'_> {
             }
             ItemKind::Let(l) => {
                 self.keyword("let", start, item.span);
+                let before = std::mem::replace(&mut self.state, true);
                 self.expression(&l.value);
+                self.state = before;
             }
             ItemKind::Import(_) => self.keyword("import", start, item.span),
             ItemKind::For(repeat) => {

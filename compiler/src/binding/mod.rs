@@ -10,7 +10,7 @@ mod value;
 
 use std::collections::BTreeMap;
 
-use dsl::tree::{Block, Entry, TaskDefinition, Value, ValueKind};
+use dsl::tree::{Block, Entry, Let, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned, Spelling};
 use robot::LinkId;
 use stdlib_tasks::bound::{Bound, BoundParams, Slot};
@@ -19,12 +19,13 @@ use stdlib_tasks::params::{ParamInfo, ParamType, Presence};
 use stdlib_tasks::task::TaskKind;
 
 use crate::constants::Params;
-use crate::expr::{Frame, Graph, Kind};
+use crate::expr::{Frame, Graph, Kind, Lowering};
 use crate::forms::{block_of, items_of, text_of, unknown_key};
 use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints};
 
 use present::axes_of;
+use scope::TaskScope;
 pub use table::Table;
 
 /// What binding needs to know.
@@ -95,6 +96,16 @@ struct Owner<'p> {
 }
 
 impl Binder<'_> {
+    /// Types a named expression of what the robot does, for all tasks.
+    pub fn named(&mut self, it: &Let) {
+        let (robot, forms) = (self.robot, &self.forms);
+        let mut scope =
+            TaskScope { robot, params: self.params, table: self.table, owner: None, moving: true, state: true, forms };
+        let mut lowering = Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics };
+        let value = lowering.value(&it.value).ok();
+        self.params.put(&it.name, value);
+    }
+
     /// Binds a task whose type is one of the library. `None` where a parameter is wrong; the diagnostics say why.
     pub fn task(&mut self, definition: &TaskDefinition, index: usize) -> Option<BoundTask> {
         let kind = stdlib_tasks::find(&definition.kind.value)?;

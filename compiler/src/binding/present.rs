@@ -7,6 +7,7 @@ use runtime::program::Op;
 use stdlib_tasks::bound::Geometry;
 use stdlib_tasks::dimension::{LENGTH, NONE};
 use stdlib_tasks::expression::Leaf;
+use stdlib_tasks::task::TaskKind;
 
 use super::parts;
 use super::scope::TaskScope;
@@ -25,6 +26,14 @@ pub(super) fn axes_of(model: &Model, link: LinkId) -> Frame {
         return Frame::World;
     }
     Frame::Link(model.link_ref(link).name.clone())
+}
+
+/// The diagnostic for what the robot does now in a parameter that cannot follow it.
+pub(super) fn misplaced(kind: Option<&TaskKind>, span: Span) -> Diagnostic {
+    let place = kind.map_or_else(|| "here".to_string(), |k| format!("in this parameter of `{}`", k.name));
+    Diagnostic::error("HQ0312", span, format!("what the robot does now cannot stand {place}"))
+        .note("its row would lack the part by which this value follows the robot's own motion")
+        .help("write the task as an expression, with `track` or `keep`; or `initial(..)` around it for its value at the moment the stack becomes active")
 }
 
 impl TaskScope<'_> {
@@ -68,12 +77,7 @@ impl TaskScope<'_> {
             }
         };
         if !self.state && typed.nodes.iter().any(|&n| graph.is_state(n)) {
-            let kind = self.owner.kind.name;
-            diagnostics.push(
-                Diagnostic::error("HQ0312", span, format!("what the robot does now cannot stand in this parameter of `{kind}`"))
-                    .note("its row would lack the part by which this value follows the robot's own motion")
-                    .help("write the task as an expression, with `track` or `keep`; or `initial(..)` around it for its value at the moment the stack becomes active"),
-            );
+            diagnostics.push(misplaced(self.owner.map(|o| o.kind), span));
             return None;
         }
         Some(typed)

@@ -20,7 +20,8 @@ pub(super) struct TaskScope<'s> {
     pub robot: &'s BoundRobot,
     pub params: &'s mut Params,
     pub table: &'s mut Table,
-    pub owner: Owner<'s>,
+    /// The task; none for a named expression that all tasks may use.
+    pub owner: Option<Owner<'s>>,
     pub moving: bool,
     /// Whether what the robot does now may stand in it.
     pub state: bool,
@@ -123,15 +124,17 @@ impl TaskScope<'_> {
             let q = model.dofs[dof].q_index.unwrap_or(0);
             return Ok((CaptureSource::Joint(q), ActualType::Scalar(joint_dimension(model, dof)), Axes::default()));
         }
-        let own: Vec<&str> = self.owner.kind.actuals.iter().map(|a| a.name).collect();
+        let actuals = self.owner.map_or(&[][..], |o| o.kind.actuals);
+        let own: Vec<&str> = actuals.iter().map(|a| a.name).collect();
         let Some(path) = path_of(argument) else {
             return Err(Box::new(
                 Diagnostic::error("HQ0311", argument.span, "nothing can be captured from this")
                     .help("name `frame(LINK).position`, `frame(LINK).orientation`, `joint(NAME)` or a value of the task itself"),
             ));
         };
-        for candidate in [format!("{}{path}", self.owner.prefix), path.clone()] {
-            let found = self.owner.kind.actuals.iter().find(|a| {
+        let candidates = self.owner.iter().flat_map(|o| [(o, format!("{}{path}", o.prefix)), (o, path.clone())]);
+        for (owner, candidate) in candidates {
+            let found = actuals.iter().find(|a| {
                 a.name == candidate
                     || (a.name == "*" && self.robot.arms.iter().any(|arm| candidate == format!("angle.{}", arm.name)))
             });
@@ -140,13 +143,16 @@ impl TaskScope<'_> {
                     ActualType::Of(name) => self.type_of(name, argument.span)?,
                     ty => ty,
                 };
-                return Ok((CaptureSource::Task(self.owner.task, candidate), ty, Axes::default()));
+                return Ok((CaptureSource::Task(owner.task, candidate), ty, Axes::default()));
             }
         }
         let mut d = Diagnostic::error(
             "HQ0311",
             argument.span,
-            format!("`{}` has no value `{path}` that could be captured", self.owner.kind.name),
+            match self.owner {
+                Some(owner) => format!("`{}` has no value `{path}` that could be captured", owner.kind.name),
+                None => format!("a `let` belongs to no task, so there is no `{path}` that could be captured"),
+            },
         );
         if let Some(near) = suggest(&path, own.iter().copied()) {
             d = d.help(format!("did you mean `initial({near})`?"));

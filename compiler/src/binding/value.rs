@@ -7,7 +7,7 @@ use stdlib_tasks::dimension::{Dimension, RATE};
 use stdlib_tasks::params::{ParamInfo, Quantity};
 
 use super::scope::TaskScope;
-use super::{Binder, DEFAULTS, Number, Owner};
+use super::{Binder, DEFAULTS, Number, Owner, present};
 use crate::codes;
 use crate::constants::{fits, one_unit, unit_of_divisor, with_units};
 use crate::expr::{Frame, Kind, Lowering, Typed, frames};
@@ -19,8 +19,17 @@ impl Binder<'_> {
     /// A typed value; `moving` where it may move with time, `state` where the robot's present state may stand in it.
     pub(super) fn typed(&mut self, owner: Owner, value: &Value, moving: bool, state: bool) -> Option<Typed> {
         let (robot, forms) = (self.robot, &self.forms);
+        let kind = owner.kind;
+        let owner = Some(owner);
         let mut scope = TaskScope { robot, params: self.params, table: self.table, owner, moving, state, forms };
-        Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics }.value(value).ok()
+        let typed =
+            Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics }.value(value).ok()?;
+        // A named expression of what the robot does is good in itself, and has no place here.
+        if !state && typed.nodes.iter().any(|&n| self.graph.is_state(n)) {
+            self.diagnostics.push(present::misplaced(Some(kind), value.span));
+            return None;
+        }
+        Some(typed)
     }
 
     /// A typed value of a kind and dimension, placed in the table.

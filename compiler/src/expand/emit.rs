@@ -51,14 +51,14 @@ impl Expander<'_> {
                 self.emit(*found);
             }
         }
-        let runs = std::mem::take(&mut self.modules[0].items);
-        for item in &runs {
-            if let ItemKind::Run(run) = &item.kind {
-                let body = self.block(&run.body, &mut Frame::of(0));
-                self.out.runs.push((dsl::tree::Run { body }, item.span));
-            }
+        let runs = self.modules[0].items.iter().filter_map(|item| match &item.kind {
+            ItemKind::Run(run) => Some((run.clone(), item.span)),
+            _ => None,
+        });
+        for (run, span) in runs.collect::<Vec<_>>() {
+            let body = self.block(&run.body, &mut Frame::of(0));
+            self.out.runs.push((dsl::tree::Run { body }, span));
         }
-        self.modules[0].items = runs;
         self.unused(&all);
     }
 

@@ -301,7 +301,7 @@ impl Expander<'_> {
 }
 
 /// The values that a value is made of.
-pub(super) fn parts(value: &Value) -> Vec<&Value> {
+pub(crate) fn parts(value: &Value) -> Vec<&Value> {
     match &value.kind {
         ValueKind::Unit(of, _)
         | ValueKind::Field(of, _)

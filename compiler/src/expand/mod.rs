@@ -30,6 +30,7 @@ use module::Module;
 
 pub use arguments::parameter_types;
 pub(crate) use arguments::{TYPES, quantity};
+pub(crate) use fill::parts;
 
 /// Most nodes that copies may have together.
 pub(crate) const MAX_NODES: usize = 100_000;

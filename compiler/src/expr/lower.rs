@@ -31,6 +31,8 @@ pub enum Meaning {
     Value(Symbol),
     /// A declaration that was wrong, and reported; who uses it stays silent.
     Failed,
+    /// A named expression of what the robot does, which has no value before the robot is known.
+    Later,
     /// Nothing.
     Unknown,
 }
@@ -175,6 +177,12 @@ impl Lowering<'_> {
         match self.scope.name(name) {
             Meaning::Value(symbol) => return Ok(Typed { span, ..symbol.value }),
             Meaning::Failed => return Err(Failed),
+            Meaning::Later => {
+                let written = crate::forms::written(name);
+                let text = format!("`{written}` is made of what the robot does, and this value is needed before");
+                let d = Diagnostic::error("HQ0312", span, text);
+                return self.fail(d.help("write a constant here; such a `let` may stand in the parameters of tasks"));
+            }
             Meaning::Unknown => {}
         }
         let mut known = self.scope.names();

@@ -16,6 +16,7 @@ pub use graph::Graph;
 pub use helps::bracketed;
 pub use lower::{Lowering, Meaning, Scope, Symbol};
 pub use present::Now;
+pub(crate) use present::PRESENT;
 
 use dsl::Span;
 use stdlib_tasks::dimension::Dimension;

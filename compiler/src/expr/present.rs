@@ -9,7 +9,7 @@ use super::{Frame, Kind, Lowering, Typed, frames};
 use crate::constants::fits;
 
 /// The functions that give what the robot does now.
-pub(super) const PRESENT: &[&str] = &["frame", "point", "joint", "distance"];
+pub(crate) const PRESENT: &[&str] = &["frame", "point", "joint", "distance"];
 
 /// Something that the robot does now, with the values that name it.
 #[derive(Clone, Debug)]

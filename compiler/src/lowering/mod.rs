@@ -152,10 +152,11 @@ impl<'a> Lowerer<'a> {
         }
         let overrides = self.overrides(&declared);
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+        let mut later = Vec::new();
         for value in &expanded.values {
             match value {
                 Named::Param(p) => constants.declare(p, overrides.get(&p.name.value), self.diagnostics),
-                Named::Let(l) => constants.declare_let(l, self.diagnostics),
+                Named::Let(l) => later.extend(constants.declare_let(l, self.diagnostics).then_some(l)),
             }
         }
         let robot = declared.robots.first().and_then(|r| {
@@ -178,7 +179,7 @@ impl<'a> Lowerer<'a> {
         let refused = self.given(&expanded.given);
         let definitions = definitions(&declared);
         let bound = match &robot {
-            Some(robot) => self.tasks(&definitions, robot, &refused),
+            Some(robot) => self.tasks(&definitions, robot, (&later, &refused)),
             None => Vec::new(),
         };
         let (stacks, run) = self.hierarchy(&declared, &definitions, robot.as_ref(), run);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dsl::tree::{Level, MemberTask, Stack, Task, TaskDefinition, Value};
+use dsl::tree::{Let, Level, MemberTask, Stack, Task, TaskDefinition, Value};
 use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::{LevelProgram, MemberProgram, StackProgram};
 use stdlib_tasks::dimension::NONE;
@@ -16,12 +16,13 @@ use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints};
 
 impl Lowerer<'_> {
-    /// Binds tasks: `None` for one that failed. `refused` are values whose mistake is known.
+    /// Binds tasks: `None` for one that failed. `later` are named expressions of what the robot does, each behind those
+    /// that it uses; `refused` are values whose mistake is known.
     pub(super) fn tasks(
         &mut self,
         definitions: &[(String, TaskDefinition)],
         robot: &BoundRobot,
-        refused: &[Span],
+        (later, refused): (&[&Let], &[Span]),
     ) -> Vec<Option<BoundTask>> {
         let before = self.diagnostics.len();
         let mut binder = Binder {
@@ -36,6 +37,9 @@ impl Lowerer<'_> {
             forms: BTreeMap::new(),
             diagnostics: self.diagnostics,
         };
+        for it in later {
+            binder.named(it);
+        }
         let bound = definitions.iter().enumerate().map(|(i, (_, d))| binder.task(d, i)).collect();
         // What was given for a parameter and refused is not refused again wherever the parameter stands.
         let again = |d: &Diagnostic| {
