@@ -98,6 +98,29 @@ fn a_value_that_leaves_its_range_is_a_fault() {
     assert!(matches!(first.fault, Some(Fault::Value { .. })));
 }
 
+/// A value that only another stack reads is nobody's fault, and is not even worked out.
+#[test]
+fn a_value_of_another_stack_is_none_of_its_business() {
+    let text = format!(
+        "{ARM}task fading = hold(tool) {{ gain (1 - t/(1 s)) * 2 /s }}
+         task steady = frame_position(tool) {{ position initial(position) + [0, 0, 0.01] m * sin(t/(1 s)) }}
+         stack one {{ level l {{ fading }} }}
+         stack two {{ level l {{ steady }} }}
+         run {{ stack two  duration 3 s }}"
+    );
+    let program = common::program_of(&text);
+    for (stack, good) in [(1, true), (0, false)] {
+        let mut controller = Controller::for_stack(&program, stack).expect("it can be executed");
+        let mut q = program.robot.home.clone();
+        let fault = (0..200).find_map(|tick| {
+            let fault = controller.step(&Observation { time: tick as f64 * 0.01, q: &q }).fault;
+            q.copy_from_slice(controller.reference());
+            fault
+        });
+        assert_eq!(fault.is_none(), good, "{fault:?}");
+    }
+}
+
 #[test]
 fn a_division_by_zero_on_the_way_is_a_fault() {
     let text = format!(

@@ -222,12 +222,10 @@ fn millimetres(x: f64) -> String {
 
 /// Evaluates a stack at the home configuration.
 fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
-    let mut at_stack = program.clone();
-    at_stack.run.stack = stack;
-    let Ok((mut evaluator, mut problem)) = Evaluator::new(&at_stack, stack) else { return };
+    let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return };
     evaluator.enter(&program.robot.home, Times::default());
     if let Err(fault) = evaluator.update(&program.robot.home, Times::default(), &mut problem) {
-        let text = Controller::new(&at_stack).map(|mut c| {
+        let text = Controller::for_stack(program, stack).map(|mut c| {
             c.step(&Observation { time: 0.0, q: &program.robot.home });
             c.describe(&fault)
         });
@@ -300,7 +298,7 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
     }
     if !outside {
         reserves(&evaluator, program, places, diagnostics);
-        first_tick(&at_stack, stack, places, diagnostics);
+        first_tick(program, stack, places, diagnostics);
     }
 }
 
@@ -339,7 +337,7 @@ fn neighbours(program: &Program, member: &Member, rows: impl Iterator<Item = usi
 }
 
 fn first_tick(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
-    let Ok(mut controller) = Controller::new(program) else { return };
+    let Ok(mut controller) = Controller::for_stack(program, stack) else { return };
     let fault = controller.step(&Observation { time: 0.0, q: &program.robot.home }).fault;
     let levels = &places.stacks[stack].1;
     if let Status::Infeasible { level } = controller.solution().status {

@@ -9,7 +9,7 @@ use solver::{Active, HierarchicalSolver, LevelStatus, Solution, Status};
 
 use crate::evaluator::Evaluator;
 use crate::fault::Fault;
-use crate::program::{Program, ProgramError, Times};
+use crate::program::{Program, ProgramError, StackProgram, Times};
 
 /// Largest distance between a joint and its reference before the controller gives up, in rad or m.
 pub const TRACKING_LIMIT: f64 = 0.5;
@@ -49,9 +49,9 @@ pub struct Controller {
     fault: Option<Fault>,
 }
 
-/// The parameters of a program by their places, as `` `gain` of task `reach` ``.
-fn value_names(program: &Program) -> Vec<(std::ops::Range<usize>, String)> {
-    let tasks = program.tasks.iter();
+/// The parameters of a stack's tasks by their places, as `` `gain` of task `reach` ``.
+fn value_names(program: &Program, stack: &StackProgram) -> Vec<(std::ops::Range<usize>, String)> {
+    let tasks = stack.levels.iter().flat_map(|l| &l.members).filter_map(|m| program.tasks.get(m.task));
     let named = |task: &crate::program::TaskProgram| {
         let one = |(name, bound): (&String, &stdlib_tasks::bound::Bound)| {
             let text = format!("`{name}` of task `{}`", task.name);
@@ -69,13 +69,24 @@ impl Controller {
     /// The program cannot be executed; one that the compiler made always can.
     pub fn new(program: &Program) -> Result<Controller, ProgramError> {
         program.check()?;
-        let (evaluator, problem) = Evaluator::new(program, program.run.stack)?;
+        Controller::for_stack(program, program.run.stack)
+    }
+
+    /// The same for any stack of a program that was checked, or that the compiler made.
+    ///
+    /// # Errors
+    /// There is no such stack, or it cannot be executed.
+    pub fn for_stack(program: &Program, stack: usize) -> Result<Controller, ProgramError> {
+        let Some(stack_program) = program.stacks.get(stack) else {
+            return Err(crate::program::error("stacks", "there is no such stack"));
+        };
+        let (evaluator, problem) = Evaluator::new(program, stack)?;
         let (nq, nv) = (evaluator.model().nq(), evaluator.model().nv());
         Ok(Controller {
             solution: Solution::new(&problem),
             solver: program.run.solver.solver(&problem),
-            level_names: program.stacks[program.run.stack].levels.iter().map(|l| l.name.clone()).collect(),
-            value_names: value_names(program),
+            level_names: stack_program.levels.iter().map(|l| l.name.clone()).collect(),
+            value_names: value_names(program, stack_program),
             period: program.robot.period,
             tracking_gain: program.robot.tracking_gain,
             reference: vec![0.0; nq],

@@ -3,6 +3,7 @@
 //! The controller has one for its reference configuration; where the simulated robot is not perfect, the monitors have
 //! another for the true one.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use robot::{Data, Model};
@@ -126,6 +127,18 @@ fn flush(numbers: &mut [f64]) {
     }
 }
 
+/// The values that some tasks read: those of other stacks are not worked out, and are nobody's fault.
+fn of_tasks<'p>(values: &Values, tasks: impl Iterator<Item = &'p TaskProgram>) -> Values {
+    let slots = tasks.flat_map(|t| t.params.values()).flat_map(|b| b.slots());
+    let wanted: BTreeSet<usize> = slots.flat_map(|s| s.at..s.at + s.len).collect();
+    Values {
+        initial: values.initial.clone(),
+        tape: values.tape.only(&wanted),
+        captures: values.captures.clone(),
+        ranges: values.ranges.iter().filter(|r| wanted.contains(&r.at)).copied().collect(),
+    }
+}
+
 /// The position limits of joints, with the tolerance for standing on one.
 fn limits(model: &Model) -> Vec<(usize, f64, f64)> {
     let limited = model.dofs.iter().filter(|d| d.lower.is_finite() || d.upper.is_finite());
@@ -205,13 +218,14 @@ impl Evaluator {
         for (member, task) in members.iter().zip(&tasks) {
             write_constant(task.as_ref(), member, &stack_program.locked, &mut problem);
         }
+        let values = of_tasks(&program.values, members.iter().map(|m| &program.tasks[m.program_index]));
         let evaluator = Evaluator {
             data: Data::new(&model),
-            inputs: vec![0.0; program.values.tape.inputs],
-            registers: vec![0.0; program.values.tape.ops.len()],
+            inputs: vec![0.0; values.tape.inputs],
+            registers: vec![0.0; values.tape.ops.len()],
             current: program.values.initial.clone(),
             rates: vec![0.0; program.values.initial.len()],
-            values: program.values.clone(),
+            values,
             undefined: vec![false; tasks.len()],
             tasks,
             members,

@@ -141,11 +141,8 @@ fn stack_text(p: &Program, index: usize, stack: &StackProgram, out: &mut String)
 
 /// Degrees of freedom left after each level at the home configuration.
 fn freedom(p: &Program, stack: usize) -> Vec<usize> {
-    let mut p = p.clone();
-    p.run.stack = stack;
-    let Ok(mut controller) = Controller::new(&p) else { return Vec::new() };
-    let home = p.robot.home.clone();
-    if controller.step(&Observation { time: 0.0, q: &home }).fault.is_some() {
+    let Ok(mut controller) = Controller::for_stack(p, stack) else { return Vec::new() };
+    if controller.step(&Observation { time: 0.0, q: &p.robot.home }).fault.is_some() {
         return Vec::new();
     }
     (0..controller.solution().levels.len()).map(|level| controller.freedom(level)).collect()

@@ -3,6 +3,8 @@
 //! The compiler writes the operations of a value and those of its exact time derivative into one tape, with common
 //! parts shared. Evaluating is one pass over the list; nothing is allocated.
 
+use std::collections::BTreeSet;
+
 use serde::{Deserialize, Serialize};
 pub use stdlib_tasks::expression::Op;
 
@@ -38,6 +40,29 @@ pub struct Times {
 }
 
 impl Tape {
+    /// The part of the tape that some places of the table of values need.
+    pub fn only(&self, wanted: &BTreeSet<usize>) -> Tape {
+        let outputs: Vec<Output> = self.outputs.iter().filter(|o| wanted.contains(&o.at)).copied().collect();
+        let mut needed = vec![false; self.ops.len()];
+        for o in &outputs {
+            (needed[o.value], needed[o.rate]) = (true, true);
+        }
+        // Operands come before users.
+        for i in (0..self.ops.len()).rev().filter(|i| self.ops[*i].operands() != [None; 3]) {
+            if needed[i] {
+                self.ops[i].operands().into_iter().flatten().for_each(|a| needed[a] = true);
+            }
+        }
+        let mut number = vec![0; self.ops.len()];
+        let mut ops = Vec::new();
+        for (i, op) in self.ops.iter().enumerate().filter(|(i, _)| needed[*i]) {
+            number[i] = ops.len();
+            ops.push(op.renumber(|a| number[a]));
+        }
+        let outputs = outputs.iter().map(|o| Output { at: o.at, value: number[o.value], rate: number[o.rate] });
+        Tape { outputs: outputs.collect(), ops, inputs: self.inputs }
+    }
+
     /// Evaluates all operations into `registers` (as many as operations) and writes the outputs into the tables of
     /// values and rates. The tape has passed [`super::Program::check`].
     pub fn evaluate(&self, times: Times, inputs: &[f64], registers: &mut [f64], values: &mut [f64], rates: &mut [f64]) {
