@@ -2,6 +2,7 @@
 
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, Times};
+use runtime::record::summary::MARGIN_TOLERANCE;
 use runtime::{Controller, Evaluator, Fault, Member, Observation, build_tasks};
 use solver::{Active, Status};
 use stdlib_tasks::bound::Bound;
@@ -268,7 +269,7 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
         let rows = m.row_info.iter().zip(&evaluator.margins()[m.margins.clone()]);
         // Margins of velocities exist only once a velocity was chosen: they are infinite here.
         let bad: Vec<String> = rows
-            .filter(|(_, h)| **h < 0.0)
+            .filter(|(_, h)| **h < -MARGIN_TOLERANCE)
             .map(|(r, h)| format!("{} by {}", r.name, measured(-h, r.dimension)))
             .collect();
         let Some(first) = bad.first() else { continue };
@@ -302,9 +303,10 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
     }
 }
 
-/// A number with its unit, to four decimals.
+/// A number with its unit, to three digits.
 fn measured(x: f64, dimension: Dimension) -> String {
-    if dimension == NONE { format!("{x:.4}") } else { format!("{x:.4} {dimension}") }
+    let x = runtime::text::number(format!("{x:.2e}").parse().unwrap_or(x));
+    if dimension == NONE { x } else { format!("{x} {dimension}") }
 }
 
 /// The help for a collision limit between links that one joint connects: they touch wherever the robot stands.

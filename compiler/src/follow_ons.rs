@@ -26,6 +26,11 @@ pub(crate) fn remove(diagnostics: &mut Vec<Diagnostic>, form: usize, spec: &Spec
     let lost = errors.iter().any(|e| !spec.items.iter().any(|i| inside(i.span, *e)));
     // A word of text that was not read may be the name or the key that is missing elsewhere.
     let unread: BTreeSet<&str> = spec.unread.iter().flat_map(|s| words(sources.snippet(*s))).collect();
+    // `sin(2 pi t)`: the name of a call whose arguments could not be read stands alone in the tree.
+    let called = |at: Span| {
+        let behind = Span { start: at.end, end: at.end.saturating_add(1), ..at };
+        sources.snippet(behind) == "("
+    };
     let follows = |d: &Diagnostic| {
         let at = d.primary.span;
         // A value in which something could not be read.
@@ -34,6 +39,7 @@ pub(crate) fn remove(diagnostics: &mut Vec<Diagnostic>, form: usize, spec: &Spec
         let damaged = own.is_some_and(|i| errors.iter().any(|e| inside(i.span, *e)));
         match d.code {
             "HQ0203" => true,
+            "HQ0201" | "HQ0206" if called(at) => true,
             "HQ0201" => broken || unread.contains(sources.snippet(at)),
             "HQ0206" => broken || (lost && at.is_empty()) || quoted(&d.message).any(|key| unread.contains(key)),
             "HQ0601" | "HQ0603" => lost || damaged,

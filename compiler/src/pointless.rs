@@ -155,7 +155,12 @@ fn unmoved(program: &Program, stack: usize, places: &Places, diagnostics: &mut V
         let named = ["frame", "frames", "joints", "arm", "points"].iter().find_map(|p| task.spans.get(*p));
         let at = named.copied().unwrap_or(task.span);
         let d = Diagnostic::warning("HQ0620", at, format!("nothing moves what task `{}` is about", m.name));
-        diagnostics.push(if evaluator.locked().is_empty() {
+        diagnostics.push(if m.kind == "track" {
+            d.note(
+                "value and target move alike, or all of it belongs to one rigid part: no motion changes the difference",
+            )
+            .help("name a part that moves against the others, or remove the task")
+        } else if evaluator.locked().is_empty() {
             d.note("no joint stands between it and the ground, so the task can change nothing")
                 .help("name a part of the robot that moves, or remove the task")
         } else {

@@ -56,7 +56,8 @@ pub(crate) fn unquoted_pattern(text: &str, at: usize, after: After<'_>) -> Optio
     let named = word.starts_with(|c: char| c.is_ascii_alphabetic() || matches!(c, '_' | '*' | '?'))
         && word.contains(|c: char| c.is_ascii_alphabetic() || c == '_');
     // `a * b` and `a**2` are arithmetic; behind a value `*` is an operator.
-    let is_pattern = word.contains('?') || (word.contains('*') && !matches!(after, After::Value(_)));
+    let starred = word.starts_with('*') || word.ends_with('*') || word.contains("_*") || word.contains("*_");
+    let is_pattern = word.contains('?') || (starred && !matches!(after, After::Value(_)));
     (named && is_pattern && !word.contains("**")).then_some(start..end)
 }
 
@@ -189,7 +190,7 @@ fn at_place(
         '{' => match after {
             After::Start(what) => Diagnostic::error("HQ0113", one, format!("{what} is expected here, not a block")),
             _ => Diagnostic::error("HQ0113", one, "no block can stand here")
-                .note("a block follows a key, a kind (`target trapezoid { .. }`) or, in a task, its arguments"),
+                .note("a block follows a key, a kind (`target { .. }`) or, in a task, its arguments"),
         },
         c if c.is_ascii_alphanumeric() || c == '_' => word(text, start, at, word_end, place, after, unit_only),
         '%' | '&' | '|' | '<' | '>' | '!' | '~' | '?' | '@' | '$' | '\\' | '`' => {

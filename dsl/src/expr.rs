@@ -122,7 +122,16 @@ fn expr(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Block
             }
             Rule::in_frame => {
                 operators += 1;
-                if let Some(frame) = part.into_inner().next().filter(|_| operators <= MAX_OPERATORS) {
+                let mut parts = part.into_inner();
+                let (frame, args) = (parts.next(), parts.next());
+                if let Some(args) = args {
+                    let inside = args.as_str().trim_matches(['(', ')', ' ']);
+                    diags.push(
+                        Diagnostic::error("HQ0113", span, "behind `in` stands the name of a link alone")
+                            .help(format!("write `in {inside}`")),
+                    );
+                }
+                if let Some(frame) = frame.filter(|_| operators <= MAX_OPERATORS) {
                     wrap(&mut tokens, |of| {
                         let span = of.span.to(place.of(&frame));
                         Value { kind: ValueKind::In(Box::new(of), place.spanned(&frame)), span }

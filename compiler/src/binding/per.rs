@@ -66,15 +66,22 @@ impl Binder<'_> {
         }
         let typed = self.typed(owner, value, true, false)?;
         let revolute = ANGLE.times(per).unwrap_or(per);
-        let wanted = if revolute.accepts(typed.dimension) { revolute } else { LENGTH.times(per).unwrap_or(per) };
+        // A base has velocities and no joint position.
+        let placed = |d: usize| per != NONE || model.dofs[d].q_index.is_some();
+        let own = |d: usize| owner.joints.is_none_or(|joints| joints.contains(&d));
+        let mut units: Vec<Dimension> = (0..model.nv()).filter(|&d| placed(d) && own(d)).map(dimension).collect();
+        units.dedup();
+        let wanted = match units.as_slice() {
+            // A bare number is in the unit of the joints where they have one.
+            [only] if typed.bare => *only,
+            _ if revolute.accepts(typed.dimension) => revolute,
+            _ => LENGTH.times(per).unwrap_or(per),
+        };
         if typed.kind != Kind::Scalar
             || fits(self.graph, &typed, wanted, "").is_some_and(|d| d.severity == dsl::Severity::Error)
         {
             return self.wrong(value, info, "`{ joint value .. }`, or one number in the joints' unit");
         }
-        // A base has velocities and no joint position.
-        let placed = |d: usize| per != NONE || model.dofs[d].q_index.is_some();
-        let own = |d: usize| owner.joints.is_none_or(|joints| joints.contains(&d));
         let meant: Vec<usize> = (0..model.nv()).filter(|&d| placed(d) && own(d) && dimension(d) == wanted).collect();
         if meant.is_empty() {
             let is = wanted.describe();

@@ -66,6 +66,9 @@ impl Expander<'_> {
     fn emit(&mut self, (m, i): (usize, usize)) {
         let kind = &self.modules[m].items[i].kind;
         if !parameters(kind).is_empty() {
+            if let ItemKind::Stack(s) = kind {
+                self.out.patterns.insert(s.name.value.clone(), s.name.span);
+            }
             return;
         }
         // A second one of the same name was reported.
@@ -304,6 +307,13 @@ impl Expander<'_> {
                 continue;
             }
             let visible = self.program_name(*m, *class, &name.value);
+            // The run names it, and says what is wrong with that.
+            let run = |(run, _): &(dsl::tree::Run, Span)| {
+                run.body.get("stack").and_then(|e| text_of(&e.value)) == Some(visible.as_str())
+            };
+            if *class == Class::Stack && self.out.runs.iter().any(run) {
+                continue;
+            }
             let imported = self.out.imported.get(&(*class, visible.clone())).copied();
             let at = imported.unwrap_or(name.span);
             let d = Diagnostic::warning("HQ0203", at, format!("{} `{visible}` is never used", class.word()));

@@ -77,6 +77,8 @@ pub(crate) struct Expanded {
     pub failed: BTreeSet<String>,
     /// What was given for parameters.
     pub given: Vec<Given>,
+    /// Stacks with parameters, which are no stacks until others are made from them.
+    pub patterns: BTreeMap<String, Span>,
     /// False where a part of the spec is missing, so that nothing can be said of what is not there.
     pub whole: bool,
     /// False where other files are missing, or where it is too large: nothing more can be said.

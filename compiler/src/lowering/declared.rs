@@ -10,7 +10,6 @@ use crate::expand::{Class, Expanded, Named};
 use crate::names::{list, suggest};
 
 /// The declarations of a spec by kind.
-#[derive(Default)]
 pub(super) struct Declared<'t> {
     pub params: Vec<&'t Param>,
     pub robots: Vec<&'t Robot>,
@@ -19,6 +18,8 @@ pub(super) struct Declared<'t> {
     pub runs: Vec<(&'t Run, Span)>,
     /// False where something of the spec is missing.
     pub whole: bool,
+    /// Stacks with parameters.
+    pub patterns: &'t BTreeMap<String, Span>,
 }
 
 impl Lowerer<'_> {
@@ -46,6 +47,7 @@ impl Lowerer<'_> {
             stacks: expanded.stacks.iter().collect(),
             runs: expanded.runs.iter().take(1).map(|(run, at)| (run, *at)).collect(),
             whole: expanded.whole,
+            patterns: &expanded.patterns,
         }
     }
 

@@ -207,7 +207,7 @@ impl<'a> Lowerer<'a> {
         for s in &declared.stacks {
             stacks.push(self.stack(s, robot, &names, &declared.tasks, &mut inline));
         }
-        let none = declared.stacks.is_empty() && declared.whole;
+        let none = declared.stacks.is_empty() && declared.whole && declared.patterns.is_empty();
         if let (true, Some(robot)) = (none, declared.robots.first()) {
             let text = "this spec has no stack, so the robot has nothing to hold to";
             self.push(

@@ -117,6 +117,17 @@ impl Lowerer<'_> {
         let stack = match &settings.stack {
             Some(name) => match stacks.iter().position(|s| s.name.value == name.value) {
                 Some(i) => i,
+                None if declared.patterns.contains_key(&name.value) => {
+                    let text = format!("stack `{}` has parameters, and nothing is given for them", name.value);
+                    let d = Diagnostic::error("HQ0214", name.span, text);
+                    let d = d.label(declared.patterns[&name.value], "declared here");
+                    let help =
+                        format!("make a stack from it, `stack NAME from {}(..) {{ }}`, and run that one", name.value);
+                    self.push(d.help(help));
+                    return None;
+                }
+                // A stack in which something was wrong may be the one that is meant.
+                None if stacks.is_empty() && !declared.whole => return None,
                 None => {
                     let names = stacks.iter().map(|s| s.name.value.as_str());
                     let d = Diagnostic::error("HQ0201", name.span, format!("there is no stack `{}`", name.value));

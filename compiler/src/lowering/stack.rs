@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dsl::tree::{Let, Level, MemberTask, Stack, Task, TaskDefinition, Value};
+use dsl::tree::{Let, Level, MemberTask, Stack, Task, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::{LevelProgram, MemberProgram, StackProgram};
 use stdlib_tasks::dimension::NONE;
@@ -11,7 +11,7 @@ use super::Lowerer;
 use super::declared::{Declared, twice};
 use crate::binding::{Binder, BoundTask};
 use crate::constants::Constants;
-use crate::forms::{check_keys, items_of};
+use crate::forms::{check_keys, items_of, unknown_key};
 use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints};
 
@@ -61,13 +61,28 @@ impl Lowerer<'_> {
         inline: &mut usize,
     ) -> StackProgram {
         let declared = tasks.len();
-        check_keys(&s.settings, &["lock"], "a stack", self.diagnostics);
+        for (i, e) in s.settings.entries.iter().enumerate().filter(|(_, e)| e.key.value != "lock") {
+            let d = unknown_key(&s.settings, i, &["lock"], "a stack");
+            self.push(match &e.value.kind {
+                ValueKind::Block(_) if e.key.value != "for" => {
+                    Diagnostic { help: Some(format!("write `level {} {{ .. }}`", e.key.value)), ..d }
+                }
+                ValueKind::Block(_) => d,
+                _ if e.key.value == "for" => Diagnostic {
+                    help: Some(
+                        "`for` repeats tasks inside a level, and declarations; write the levels one by one".into(),
+                    ),
+                    ..d
+                },
+                _ => d,
+            });
+        }
         let locked = s
             .settings
             .get("lock")
             .zip(robot)
             .and_then(|(e, robot)| joints(items_of(&e.value), &robot.model, &robot.joint_groups, self.diagnostics));
-        if s.levels.is_empty() {
+        if s.levels.is_empty() && s.settings.entries.iter().all(|e| e.key.value == "lock") {
             self.push(
                 Diagnostic::error("HQ0601", s.name.span, format!("stack `{}` has no level", s.name.value))
                     .help("write `level NAME { task }`"),
