@@ -1,7 +1,7 @@
 //! The values of a spec, word by word: task parameters, names of parts of the robot, expressions.
 
-use dsl::Span;
 use dsl::tree::{Block, Entry, TaskDefinition, Value, ValueKind};
+use dsl::{Span, Spanned};
 use stdlib_tasks::params::{ParamInfo, ParamType};
 use stdlib_tasks::task::{Actual, TaskKind};
 
@@ -138,6 +138,8 @@ impl Walker<'_> {
                 }
             }
             ValueKind::List(list) => list.iter().for_each(|v| self.anything(v)),
+            // A task may be given to a declaration: `guarded(left, hold(right))`.
+            ValueKind::Call(name, args) if self.task(name) => args.iter().for_each(|v| self.anything(v)),
             ValueKind::Name(n) if n != MARKER && !self.has(Class::Param, n) && !self.has(Class::Let, n) => {
                 if !self.scoped(n, value.span) && self.has(Class::Arm, n) {
                     self.note(n, value.span, What::Declared(Class::Arm, n.clone()));
@@ -145,6 +147,17 @@ impl Walker<'_> {
             }
             _ => self.expression(value),
         }
+    }
+
+    /// A task type or a declared task, where the name is one.
+    fn task(&mut self, name: &Spanned<String>) -> bool {
+        let what = match stdlib_tasks::find(&name.value) {
+            Some(kind) => What::Kind(kind),
+            None if self.has(Class::Task, &name.value) => What::Declared(Class::Task, name.value.clone()),
+            None => return false,
+        };
+        self.note(&name.value, name.span, what);
+        true
     }
 
     /// A link of the URDF.

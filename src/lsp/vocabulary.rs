@@ -144,6 +144,12 @@ pub(super) static LEVEL_YAML: &[Key] = &[
     key("damping", "Adds `damping · |v|²` to the cost of this level. Default `0`."),
 ];
 
+/// Of the range of a param.
+pub(super) static RANGE: &[Key] = &[
+    key("min", "The least value that this param may have, written here or given with `--set`."),
+    key("max", "The largest value that this param may have, written here or given with `--set`."),
+];
+
 /// Of a member of a level.
 pub(super) static WEIGHT: Key = key("weight", "What this task's slack counts inside its level. Default `1`.");
 
@@ -217,6 +223,7 @@ mod tests {
         check(SEGMENT, &robot("segments { left { qqqqqqqq 1 } }"));
         check(LIMIT, &robot("limits { all { qqqqqqqq 1 } }"));
         check(RUN, "hierarq 1\nrun { qqqqqqqq 1 }\n");
+        check(RANGE, "hierarq 1\nparam p = 1 { qqqqqqqq 1 }\n");
         check(SIMULATOR, "hierarq 1\nrun { simulator { qqqqqqqq 1 } }\n");
         check(&STACK[..1], "hierarq 1\nstack s { qqqqqqqq 1 }\n");
         check(&LEVEL[1..], "hierarq 1\nstack s { level a qqqqqqqq 1 { } }\n");
