@@ -43,7 +43,8 @@ impl Walker<'_> {
         }
         // Arguments with a name are parameters as if they stood in the braces.
         let entries = definition.named.iter().chain(&definition.body.entries).cloned().collect();
-        self.parameters(kind, kind.params, &Block { entries, ..definition.body.clone() });
+        let placed = &kind.positional[..definition.args.len().min(kind.positional.len())];
+        self.parameters(kind, kind.params, &Block { entries, ..definition.body.clone() }, placed);
     }
 
     /// What is given to `owner`, a declaration with parameters.
@@ -59,9 +60,11 @@ impl Walker<'_> {
         }
     }
 
-    fn parameters(&mut self, kind: &'static TaskKind, infos: &'static [ParamInfo], block: &Block) {
+    /// Parameters in braces. `placed` are those that stand in parentheses before them.
+    fn parameters(&mut self, kind: &'static TaskKind, infos: &'static [ParamInfo], block: &Block, placed: &[&str]) {
+        let there = || placed.iter().map(|p| p.to_string()).chain(used(block)).collect();
         for e in &block.entries {
-            if self.marked(&e.key.value, || Slot::Parameters(infos, used(block))) {
+            if self.marked(&e.key.value, || Slot::Parameters(infos, there())) {
                 continue;
             }
             match infos.iter().find(|p| p.name == e.key.value) {
@@ -122,7 +125,7 @@ impl Walker<'_> {
                 self.state = before;
             }
             ParamType::Group(infos) => match &value.kind {
-                ValueKind::Block(b) => self.parameters(kind, infos, b),
+                ValueKind::Block(b) => self.parameters(kind, infos, b, &[]),
                 _ => self.anything(value),
             },
         }

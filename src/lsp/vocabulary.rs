@@ -223,7 +223,6 @@ mod tests {
         check(SEGMENT, &robot("segments { left { qqqqqqqq 1 } }"));
         check(LIMIT, &robot("limits { all { qqqqqqqq 1 } }"));
         check(RUN, "hierarq 1\nrun { qqqqqqqq 1 }\n");
-        check(RANGE, "hierarq 1\nparam p = 1 { qqqqqqqq 1 }\n");
         check(SIMULATOR, "hierarq 1\nrun { simulator { qqqqqqqq 1 } }\n");
         check(&STACK[..1], "hierarq 1\nstack s { qqqqqqqq 1 }\n");
         check(&LEVEL[1..], "hierarq 1\nstack s { level a qqqqqqqq 1 { } }\n");

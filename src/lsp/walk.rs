@@ -5,8 +5,8 @@ use dsl::{Span, Spanned, Spelling};
 
 use super::mentions::{Class, Slot, Walker, What};
 use super::vocabulary::{
-    ARM, BASES, DECLARATIONS, Key, LEVEL, LEVEL_YAML, LIMIT, POINT, RANGE, ROBOT, RUN, SECTIONS, SEGMENT, SIMULATOR, STACK,
-    STACK_YAML, WEIGHT, find,
+    ARM, BASES, DECLARATIONS, Key, LEVEL, LEVEL_YAML, LIMIT, POINT, RANGE, ROBOT, RUN, SECTIONS, SEGMENT, SIMULATOR,
+    STACK, STACK_YAML, WEIGHT, find,
 };
 use super::walk_reuse::{added, replaced};
 
