@@ -3,6 +3,8 @@
 mod common;
 #[path = "lsp/editor.rs"]
 mod editor;
+#[path = "lsp/files.rs"]
+mod files;
 #[path = "lsp/fixes.rs"]
 mod fixes;
 #[path = "lsp/reuse.rs"]

@@ -184,6 +184,15 @@ local function session()
   definition("frame(left|_tool).position + frame(right", "canopies.urdf", '<link name="left_tool"')
 
   go("param cl|ear")
+  vim.lsp.buf.references()
+  local uses = await(function()
+    local list = vim.fn.getqflist()
+    return #list > 0 and list
+  end) or {}
+  vim.cmd("cclose")
+  check("references", #uses == 2, #uses .. " places: the param and its use")
+
+  go("param cl|ear")
   vim.lsp.buf.rename("clearance")
   local renamed = await(function()
     return text():find("{ min clearance", 1, true)
