@@ -3,6 +3,8 @@
 mod common;
 #[path = "lsp/editor.rs"]
 mod editor;
+#[path = "lsp/files.rs"]
+mod files;
 #[path = "lsp/fixes.rs"]
 mod fixes;
 #[path = "lsp/reuse.rs"]
@@ -177,7 +179,9 @@ fn the_outline_and_the_words() {
         let end = json!({ "line": line, "character": column + t[2] });
         words.push((under(&text, &json!({ "start": start, "end": end })).to_string(), t[3]));
     }
-    for (word, kind) in [("virtual_wall", 1), ("d_min", 2), ("deck", 3), ("sin", 4), ("joint_4", 5), ("reach", 6)] {
+    for (word, kind) in
+        [("virtual_wall", 1), ("d_min", 2), ("deck", 3), ("sin", 4), ("joint_4", 5), ("t", 5), ("reach", 6)]
+    {
         assert!(words.contains(&(word.to_string(), kind)), "{word}: {words:?}");
     }
     assert!(words.iter().all(|(w, _)| w.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_')), "{words:?}");

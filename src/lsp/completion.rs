@@ -131,6 +131,8 @@ impl List<'_> {
             detail: (!detail.is_empty()).then(|| detail.to_string()),
             documentation: markdown(doc),
             sort_text: Some(format!("{rank:02}{label}")),
+            // Neovim shows items with an edit unfiltered unless this is said.
+            filter_text: Some(label.to_string()),
             text_edit: Some(CompletionTextEdit::Edit(TextEdit::new(self.document.text.range(self.range.clone()), new))),
             ..CompletionItem::default()
         });

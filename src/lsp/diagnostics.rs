@@ -1,6 +1,7 @@
 //! The compiler's diagnostics as the editor shows them.
 
 use compiler::{Input, Report};
+use dsl::tree::{Item, ItemKind};
 use dsl::{Diagnostic, Label, Severity, SourceId, Span};
 use lsp_types::{
     Diagnostic as Shown, DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString, Range, Uri,
@@ -82,18 +83,40 @@ fn shown(document: &Document, report: &Report, others: &[Option<(Uri, Text)>], d
             label.or_else(|| urdf_value(document)).unwrap_or_default()
         }
     };
+    let severity = match d.severity {
+        Severity::Error if lacks_only_what_others_have(document, d) => {
+            message.push_str("\nnote: a file that others import from needs none");
+            DiagnosticSeverity::INFORMATION
+        }
+        Severity::Error => DiagnosticSeverity::ERROR,
+        Severity::Warning => DiagnosticSeverity::WARNING,
+    };
     places.extend(d.labels.iter().filter_map(|l| related(l, if l.text.is_empty() { "here" } else { &l.text })));
     Shown {
         range,
-        severity: Some(match d.severity {
-            Severity::Error => DiagnosticSeverity::ERROR,
-            Severity::Warning => DiagnosticSeverity::WARNING,
-        }),
+        severity: Some(severity),
         code: Some(NumberOrString::String(d.code.to_string())),
         source: Some("hierarq".to_string()),
         message,
         related_information: (!places.is_empty()).then_some(places),
         ..Shown::default()
+    }
+}
+
+/// True where a file has declarations but no stack and no run, and the mistake is that it lacks a stack or a robot: it
+/// may be one that others import from.
+fn lacks_only_what_others_have(document: &Document, d: &Diagnostic) -> bool {
+    let lacks = matches!(d.code, "HQ0601" if d.message.starts_with("this spec has no stack"))
+        || matches!(d.code, "HQ0206" if d.message == "this spec declares no robot");
+    lacks && document.analysis().is_some_and(|a| !a.spec.items.is_empty() && !a.spec.items.iter().any(runs))
+}
+
+/// True for a stack or a run, and for a repetition of stacks.
+fn runs(item: &Item) -> bool {
+    match &item.kind {
+        ItemKind::Stack(_) | ItemKind::Run(_) => true,
+        ItemKind::For(repeat) => repeat.body.iter().any(runs),
+        _ => false,
     }
 }
 

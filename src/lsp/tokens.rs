@@ -18,6 +18,9 @@ pub(super) fn legend() -> Vec<SemanticTokenType> {
     ]
 }
 
+/// Built-in names that stand without parentheses.
+const CONSTANTS: &[&str] = &["pi", "t", "time", "true", "false"];
+
 fn kind(what: &What) -> Option<u32> {
     Some(match what {
         What::Key(_) => 0,
@@ -25,6 +28,8 @@ fn kind(what: &What) -> Option<u32> {
         What::Parameter(..) => 2,
         What::Declared(Class::Param | Class::Let | Class::Argument, _) => 6,
         What::Declared(..) => 3,
+        // What has a value by itself is a constant to the eye; the others take arguments.
+        What::BuiltIn(name) if CONSTANTS.contains(&name.as_str()) => 5,
         What::BuiltIn(_) => 4,
         What::Link(_) | What::Joint(_) => 5,
         What::File | What::Spec(_) | What::Unit(_) => return None,

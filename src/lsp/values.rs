@@ -1,7 +1,7 @@
 //! The values of a spec, word by word: task parameters, names of parts of the robot, expressions.
 
-use dsl::Span;
 use dsl::tree::{Block, Entry, TaskDefinition, Value, ValueKind};
+use dsl::{Span, Spanned};
 use stdlib_tasks::params::{ParamInfo, ParamType};
 use stdlib_tasks::task::{Actual, TaskKind};
 
@@ -43,7 +43,8 @@ impl Walker<'_> {
         }
         // Arguments with a name are parameters as if they stood in the braces.
         let entries = definition.named.iter().chain(&definition.body.entries).cloned().collect();
-        self.parameters(kind, kind.params, &Block { entries, ..definition.body.clone() });
+        let placed = &kind.positional[..definition.args.len().min(kind.positional.len())];
+        self.parameters(kind, kind.params, &Block { entries, ..definition.body.clone() }, placed);
     }
 
     /// What is given to `owner`, a declaration with parameters.
@@ -59,9 +60,11 @@ impl Walker<'_> {
         }
     }
 
-    fn parameters(&mut self, kind: &'static TaskKind, infos: &'static [ParamInfo], block: &Block) {
+    /// Parameters in braces. `placed` are those that stand in parentheses before them.
+    fn parameters(&mut self, kind: &'static TaskKind, infos: &'static [ParamInfo], block: &Block, placed: &[&str]) {
+        let there = || placed.iter().map(|p| p.to_string()).chain(used(block)).collect();
         for e in &block.entries {
-            if self.marked(&e.key.value, || Slot::Parameters(infos, used(block))) {
+            if self.marked(&e.key.value, || Slot::Parameters(infos, there())) {
                 continue;
             }
             match infos.iter().find(|p| p.name == e.key.value) {
@@ -122,7 +125,7 @@ impl Walker<'_> {
                 self.state = before;
             }
             ParamType::Group(infos) => match &value.kind {
-                ValueKind::Block(b) => self.parameters(kind, infos, b),
+                ValueKind::Block(b) => self.parameters(kind, infos, b, &[]),
                 _ => self.anything(value),
             },
         }
@@ -138,6 +141,8 @@ impl Walker<'_> {
                 }
             }
             ValueKind::List(list) => list.iter().for_each(|v| self.anything(v)),
+            // A task may be given to a declaration: `guarded(left, hold(right))`.
+            ValueKind::Call(name, args) if self.task(name) => args.iter().for_each(|v| self.anything(v)),
             ValueKind::Name(n) if n != MARKER && !self.has(Class::Param, n) && !self.has(Class::Let, n) => {
                 if !self.scoped(n, value.span) && self.has(Class::Arm, n) {
                     self.note(n, value.span, What::Declared(Class::Arm, n.clone()));
@@ -145,6 +150,17 @@ impl Walker<'_> {
             }
             _ => self.expression(value),
         }
+    }
+
+    /// A task type or a declared task, where the name is one.
+    fn task(&mut self, name: &Spanned<String>) -> bool {
+        let what = match stdlib_tasks::find(&name.value) {
+            Some(kind) => What::Kind(kind),
+            None if self.has(Class::Task, &name.value) => What::Declared(Class::Task, name.value.clone()),
+            None => return false,
+        };
+        self.note(&name.value, name.span, what);
+        true
     }
 
     /// A link of the URDF.

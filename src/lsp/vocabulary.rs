@@ -144,6 +144,12 @@ pub(super) static LEVEL_YAML: &[Key] = &[
     key("damping", "Adds `damping · |v|²` to the cost of this level. Default `0`."),
 ];
 
+/// Of the range of a param.
+pub(super) static RANGE: &[Key] = &[
+    key("min", "The least value that this param may have, written here or given with `--set`."),
+    key("max", "The largest value that this param may have, written here or given with `--set`."),
+];
+
 /// Of a member of a level.
 pub(super) static WEIGHT: Key = key("weight", "What this task's slack counts inside its level. Default `1`.");
 

@@ -5,8 +5,8 @@ use dsl::{Span, Spanned, Spelling};
 
 use super::mentions::{Class, Slot, Walker, What};
 use super::vocabulary::{
-    ARM, BASES, DECLARATIONS, Key, LEVEL, LEVEL_YAML, LIMIT, POINT, ROBOT, RUN, SECTIONS, SEGMENT, SIMULATOR, STACK,
-    STACK_YAML, WEIGHT, find,
+    ARM, BASES, DECLARATIONS, Key, LEVEL, LEVEL_YAML, LIMIT, POINT, RANGE, ROBOT, RUN, SECTIONS, SEGMENT, SIMULATOR,
+    STACK, STACK_YAML, WEIGHT, find,
 };
 use super::walk_reuse::{added, replaced};
 
@@ -106,7 +106,11 @@ impl Walker<'_> {
             ItemKind::Param(p) => {
                 self.keyword("param", start, item.span);
                 self.expression(&p.value);
-                p.range.entries.iter().for_each(|e| self.expression(&e.value));
+                for e in &p.range.entries {
+                    if self.key(&e.key, RANGE, &p.range) {
+                        self.expression(&e.value);
+                    }
+                }
             }
             ItemKind::Let(l) => {
                 self.keyword("let", start, item.span);

@@ -50,6 +50,46 @@ fn definitions_lead_into_imported_files() {
 }
 
 #[test]
+fn a_file_that_others_import_from_is_no_mistake() {
+    let mut e = Editor::ready();
+    let robotless = "hierarq 1\nparam gap = 0.1 m\nlet twice = 2*gap\n";
+    let unfinished = "hierarq 1\nstack s { level l { joint_velocity_limits } }\n";
+    for (name, text, code, severity) in [
+        ("common/canopies.hq", text("common/canopies.hq").as_str(), "HQ0601", 3),
+        ("common/params.hq", robotless, "HQ0206", 3),
+        ("unfinished.hq", unfinished, "HQ0206", 1),
+    ] {
+        let doc = uri(name);
+        e.open(&doc, "hierarq", text);
+        let found = e.diagnostics(&doc, Some(1));
+        let d = found.iter().find(|d| d["code"] == code).unwrap_or_else(|| panic!("{name}: {found:?}"));
+        assert_eq!(d["severity"], severity, "{d}");
+        assert!(found.iter().all(|d| d["severity"] == severity || d["severity"] != 1), "{name}: {found:?}");
+    }
+}
+
+#[test]
+fn hover_knows_ranges_and_tasks_that_are_given_to_others() {
+    let mut e = Editor::ready();
+    for (name, place) in [("both_arms.hq", "m  ma|x 0.1 m"), ("both_arms.yaml", "m, ma|x: 0.1 m")] {
+        let (spec, doc) = (text(name), uri(name));
+        e.open(&doc, name.rsplit('.').next().expect("an ending"), &spec);
+        let hover = e.at("textDocument/hover", &doc, &find(&spec, place));
+        assert!(hover["contents"]["value"].as_str().is_some_and(|v| v.contains("largest value")), "{name}: {hover}");
+    }
+    let spec = text("both_arms.hq").replacen("stack both {", "stack both(what: task) {", 1).replacen(
+        "from both ",
+        "from both(hold(right)) ",
+        1,
+    );
+    let doc = uri("other_arms.hq");
+    e.open(&doc, "hierarq", &spec);
+    let hover = e.at("textDocument/hover", &doc, &find(&spec, "both(ho|ld(right))"));
+    assert_eq!(under(&spec, &hover["range"]), "hold");
+    assert!(hover["contents"]["value"].as_str().is_some_and(|v| v.contains("**hold**")), "{hover}");
+}
+
+#[test]
 fn completion_knows_what_could_be_imported() {
     let mut e = Editor::ready();
     let (spec, doc) = (text("both_arms.hq"), uri("both_arms.hq"));

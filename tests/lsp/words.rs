@@ -60,6 +60,7 @@ fn completion_offers_what_can_stand_there() {
         ("initial(frame(only).position)", "initial(|)", &["position", "frame"], &["reach"]),
         ("initial(frame(only).position)", "initial(frame(only).|)", &["position", "orientation"], &["frame"]),
         ("frame_position(only)", "frame_position(|)", &["only", "link_7"], &["joint_1"]),
+        ("(only) { position", "(only) { |  position", &["gain"], &["frame", "position"]),
         ("level keep hard", "level keep |hard", &["damping"], &["gain"]),
         ("param reach = 0.4 m", "par|", &["param", "task", "robot"], &["gain"]),
         ("🤖 ü", "🤖 ü |", &[], &["param", "task"]),

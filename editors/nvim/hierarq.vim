@@ -1,0 +1,43 @@
+" Colours of `.hq` specs: ~/.config/nvim/syntax/hierarq.vim. The language server adds what only the meaning tells
+" (Neovim 0.9 or newer).
+if exists("b:current_syntax")
+  finish
+endif
+
+syntax case match
+syntax iskeyword @,48-57,_
+
+syntax match hierarqKeyword "^\s*\zs\%(hierarq\|import\|param\|let\|robot\|task\|stack\|run\|for\)\>"
+syntax match hierarqKeyword "\<\%(level\|replace\|add\|remove\|before\|after\|from\|as\)\ze\s\+\%(\h\|\$\)"
+syntax match hierarqKeyword "\<for\ze\s\+\h\w*\s\+in\>"
+syntax match hierarqOperator "\<in\ze\s\+\h"
+syntax match hierarqKeyword "\%(\<for\s\+\h\w*\s\+\)\@<=in\>"
+syntax keyword hierarqModifier hard weight
+syntax keyword hierarqConstant pi t time auto true false
+syntax match hierarqFunction "\<\h\w*\ze("
+syntax match hierarqType "\%(=\s*\)\@<=\h\w*\ze\s*\%({\|$\)"
+syntax match hierarqType "\%(^\s*task\s.*=\s*\)\@<=\h\w*\ze("
+syntax match hierarqType "\%(\h\w*:\s*\)\@<=\%(arm\|frame\|joints\|geometry\|task\|name\|number\|length\|angle\|duration\|rate\|speed\|angular_speed\|mass\|vector\|point\|orientation\)\>"
+syntax match hierarqNumber "\<\d\+\%(\.\d\+\)\=\%([eE][-+]\=\d\+\)\=\>"
+syntax match hierarqUnit "\%([0-9)\]/*]\s*\)\@<=\%(mrad\|turn\|rad\|deg\|kHz\|rpm\|cm\|mm\|km\|um\|ms\|us\|Hz\|kg\|kN\|mN\|Nm\|m\|s\|h\|g\|N\|J\|W\)\>"
+syntax match hierarqUnit "\%([0-9)\]/*]\s*\)\@<=min\>\%(\s\+[-0-9[(A-Za-z_]\)\@!"
+syntax match hierarqHole "\${\h\w*}"
+syntax region hierarqString start=+"+ skip=+\\.+ end=+"+ oneline contains=hierarqHole
+syntax match hierarqComment "//.*$" contains=@Spell
+
+" `and`, `or` and `not` are operators inside brackets and behind `let`; elsewhere they are keys.
+syntax match hierarqOperator "\%(^\s*\%(let\|param\)\s.*\)\@<=\<\%(and\|or\|not\)\>"
+
+highlight default link hierarqKeyword Keyword
+highlight default link hierarqModifier Keyword
+highlight default link hierarqOperator Operator
+highlight default link hierarqConstant Constant
+highlight default link hierarqFunction Function
+highlight default link hierarqType Type
+highlight default link hierarqNumber Number
+highlight default link hierarqUnit Number
+highlight default link hierarqHole Identifier
+highlight default link hierarqString String
+highlight default link hierarqComment Comment
+
+let b:current_syntax = "hierarq"

@@ -1,0 +1,47 @@
+//! The files in `editors/`: what they know of the language is what the language has.
+
+use std::path::Path;
+
+use super::editor::{Editor, uri};
+use serde_json::{Value as Json, json};
+
+fn file(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("editors").join(name);
+    std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// The words of a text.
+fn words(text: &str) -> Vec<&str> {
+    text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect()
+}
+
+#[test]
+fn highlighting_knows_the_words_of_the_language() {
+    let (grammar, syntax) = (file("vscode/syntaxes/hq.tmLanguage.json"), file("nvim/hierarq.vim"));
+    let declarations = ["hierarq", "import", "param", "let", "robot", "task", "stack", "for", "run"];
+    let inside = ["level", "hard", "weight", "from", "replace", "add", "remove", "before", "after", "as", "in"];
+    let operators = ["and", "or", "not", "pi", "t", "time"];
+    let units = dsl::vocabulary::UNITS.iter().copied();
+    for word in declarations.into_iter().chain(inside).chain(operators).chain(units) {
+        assert!(words(&grammar).contains(&word), "the grammar of VS Code lacks `{word}`");
+        assert!(words(&syntax).contains(&word), "the syntax of Neovim lacks `{word}`");
+    }
+    for (name, _) in compiler::parameter_types() {
+        assert!(words(&syntax).contains(&name), "the syntax of Neovim lacks the type `{name}`");
+    }
+}
+
+#[test]
+fn the_file_of_all_words_is_a_good_spec() {
+    let mut e = Editor::ready();
+    let (text, doc) = (file("words.hq"), uri("../editors/words.hq"));
+    e.open(&doc, "hierarq", &text);
+    assert_eq!(e.diagnostics(&doc, Some(1)), Vec::<Json>::new());
+    let params = json!({ "textDocument": { "uri": doc }, "options": { "tabSize": 2, "insertSpaces": true } });
+    assert_eq!(e.result("textDocument/formatting", params), json!([]), "it is formatted");
+    for word in
+        ["import", "let", "for", "in", "from", "replace", "add", "remove", "before", "after", "and", "or", "not"]
+    {
+        assert!(words(&text).contains(&word), "`{word}` is not shown");
+    }
+}
