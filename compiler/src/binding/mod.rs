@@ -1,5 +1,7 @@
 //! Task parameters: what a spec says of them, bound to numbers, indices and places in the table of values.
 
+mod capture;
+mod cut;
 mod expression;
 mod parts;
 mod per;
@@ -90,6 +92,8 @@ struct Owner<'p> {
     task: usize,
     /// The groups that the parameter stands in, `left.` for example.
     prefix: &'p str,
+    /// The parameter.
+    param: &'static str,
     /// The joints that the task is about, where its `joints` says so.
     joints: Option<&'p [usize]>,
 }
@@ -110,7 +114,7 @@ impl Binder<'_> {
         }
         let what = format!("task type `{}`", kind.name);
         let params = self.group(
-            Owner { kind, task: index, prefix: "", joints: None },
+            Owner { kind, task: index, prefix: "", param: "", joints: None },
             kind.params,
             &body,
             &what,
@@ -218,7 +222,7 @@ impl Binder<'_> {
                 Some(Bound::Joints(joints)) => Some(joints.clone()),
                 _ => None,
             };
-            match self.one(Owner { joints: joints.as_deref(), ..owner }, info, value) {
+            match self.one(Owner { param: info.name, joints: joints.as_deref(), ..owner }, info, value) {
                 Some(b) => {
                     bound.insert(info.name.to_string(), b);
                 }

@@ -15,7 +15,7 @@ pub use functions::{FUNCTIONS, Function};
 pub use graph::Graph;
 pub use helps::bracketed;
 pub use lower::{Lowering, Meaning, Scope, Symbol};
-pub use present::Now;
+pub use present::{Now, Plane};
 
 use dsl::Span;
 use stdlib_tasks::dimension::Dimension;

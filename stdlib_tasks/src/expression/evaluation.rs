@@ -11,12 +11,14 @@
 //! q' = (0, ω) q / 2        a·q' = ω · (-a_w v + w a_v + v × a_v) / 2,    q = (w, v)
 //! ```
 //!
-//! for a distance its row along the line between the closest points. Source: Griewank, Walther, Evaluating Derivatives
+//! for a distance its row along the line between the closest points, for the centre of mass the rows of the links' centres. Source: Griewank, Walther, Evaluating Derivatives
 //! (2008), ch. 3; the leaves are ours.
 
 use nalgebra::{Point3, Vector3};
 use robot::Model;
 
+use super::above::{Above, Lowest};
+use super::center_of_mass::CenterOfMass;
 use super::{Expression, Leaf, Op};
 use crate::apart::{Apart, NoWay, Pair};
 use crate::task::State;
@@ -29,6 +31,8 @@ enum Found {
     Orientation(robot::LinkId),
     Joint { dof: usize, q: usize },
     Distance { pair: Box<Pair>, apart: Option<Apart> },
+    Above { above: Box<Above>, lowest: Option<Lowest> },
+    Com(CenterOfMass),
 }
 
 /// An expression made ready. Nothing here allocates after [`Evaluation::new`].
@@ -62,6 +66,8 @@ impl Evaluation {
                 Leaf::Distance(pair) => {
                     Found::Distance { pair: Box::new(Pair::new(pair.0.clone(), pair.1.clone())), apart: None }
                 }
+                Leaf::Above(above) => Found::Above { above: above.clone(), lowest: None },
+                Leaf::Com => Found::Com(CenterOfMass::new(model)),
             };
             leaves.push((at, found));
             at += leaf.width();
@@ -114,6 +120,12 @@ impl Evaluation {
                     numbers[0] = now.distance;
                     *apart = Some(now);
                 }
+                Found::Above { above, lowest } => {
+                    let now = above.find(state);
+                    numbers[0] = now.height;
+                    *lowest = Some(now);
+                }
+                Found::Com(com) => write_vector(&com.position(state.data), numbers),
             }
         }
         for (i, op) in self.ops.iter().enumerate() {
@@ -170,6 +182,12 @@ impl Evaluation {
                         pair.add_row(state, apart, a[0], row);
                     }
                 }
+                Found::Above { above, lowest } => {
+                    if let Some(lowest) = lowest {
+                        above.add_row(state, lowest, a[0], row);
+                    }
+                }
+                Found::Com(com) => com.add_row(state, &Vector3::new(a[0], a[1], a[2]), row),
             }
         }
         still
