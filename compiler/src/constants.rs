@@ -75,13 +75,7 @@ impl Scope for ParamsOnly<'_> {
         self.0.names()
     }
 
-    fn initial(
-        &mut self,
-        _: &mut Graph,
-        _: &Value,
-        span: Span,
-        diagnostics: &mut Vec<Diagnostic>,
-    ) -> Option<Typed> {
+    fn initial(&mut self, _: &mut Graph, _: &Value, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
         diagnostics.push(
             Diagnostic::error("HQ0311", span, "`initial(..)` has no meaning here")
                 .note("it captures a value when a stack becomes active, and this value is needed before")

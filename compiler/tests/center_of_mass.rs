@@ -2,8 +2,8 @@
 
 mod common;
 
-use common::state::{ARM7, Bench, CANOPIES, program};
 use common::compile_text;
+use common::state::{ARM7, Bench, CANOPIES, program};
 use dsl::Spelling;
 
 /// What Pinocchio 4.1.0 gives for the URDF with a free-flyer root at the origin, and joint `k` (from 1) of its order at
@@ -19,9 +19,24 @@ const PINOCCHIO: &[(&str, &[&str], [f64; 3], [f64; 3])] = &[
     (
         CANOPIES,
         &[
-            "torso_yaw", "torso_lift", "arm_left_1", "arm_left_2", "arm_left_3", "arm_left_4", "arm_left_5", "arm_left_6",
-            "arm_left_7", "arm_right_1", "arm_right_2", "arm_right_3", "arm_right_4", "arm_right_5", "arm_right_6",
-            "arm_right_7", "head_pan", "head_tilt",
+            "torso_yaw",
+            "torso_lift",
+            "arm_left_1",
+            "arm_left_2",
+            "arm_left_3",
+            "arm_left_4",
+            "arm_left_5",
+            "arm_left_6",
+            "arm_left_7",
+            "arm_right_1",
+            "arm_right_2",
+            "arm_right_3",
+            "arm_right_4",
+            "arm_right_5",
+            "arm_right_6",
+            "arm_right_7",
+            "head_pan",
+            "head_tilt",
         ],
         [-0.0458503139874152, -0.01250495835507693, 0.4748440854708592],
         [0.0007991872805692471, 0.00023947947026899024, 0.011810763274473994],
@@ -73,7 +88,9 @@ fn of_urdf(name: &str, urdf: &str, tasks: &[&str]) -> runtime::program::Program 
     let lines: String = tasks.iter().enumerate().map(|(i, t)| format!("task t{i} = {t}\n")).collect();
     let names: Vec<String> = (0..tasks.len()).map(|i| format!("t{i}")).collect();
     let names = names.join("  ");
-    let text = format!("hierarq 1\nrobot r {{ urdf \"r.urdf\"  rate 100 Hz }}\n{lines}stack s {{ level all {{ {names} }} }}\n");
+    let text = format!(
+        "hierarq 1\nrobot r {{ urdf \"r.urdf\"  rate 100 Hz }}\n{lines}stack s {{ level all {{ {names} }} }}\n"
+    );
     let compiled = compile_text(&text, Spelling::Hq, &folder, &[]);
     compiled.program.unwrap_or_else(|| panic!("{:?}", compiled.report.diagnostics))
 }

@@ -86,7 +86,11 @@ fn it_may_stand_in_every_task() {
 
 /// The program of a body, or what is wrong with it.
 fn compiled(body: &str) -> Compiled {
-    let text = format!("hierarq 1\n{}{}", ARM7.replace("base_point link_1", "base_point link_1  a { link link_4  offset [0, 0, 0.2] m }  b link_5"), words(body, ARM7));
+    let text = format!(
+        "hierarq 1\n{}{}",
+        ARM7.replace("base_point link_1", "base_point link_1  a { link link_4  offset [0, 0, 0.2] m }  b link_5"),
+        words(body, ARM7)
+    );
     compile_text(&text, Spelling::Hq, &examples(), &[])
 }
 

@@ -177,8 +177,9 @@ impl TaskScope<'_> {
     fn own_inside(&self, value: &Value) -> Option<Diagnostic> {
         let names = |v: &&Value| matches!(&v.kind, ValueKind::Name(n) if self.params.knows(n));
         if let Some((path, _)) = Some(value).filter(|v| !names(v)).and_then(|v| self.own(v)) {
-            let d = Diagnostic::error("HQ0311", value.span, format!("`{path}` stands alone in `initial(..)`"))
-                .note("it is a value of the task itself, and only expressions of what the robot does are captured as a whole");
+            let d = Diagnostic::error("HQ0311", value.span, format!("`{path}` stands alone in `initial(..)`")).note(
+                "it is a value of the task itself, and only expressions of what the robot does are captured as a whole",
+            );
             return Some(d.help(format!("capture it by itself, and write the rest outside: `initial({path})`")));
         }
         match &value.kind {

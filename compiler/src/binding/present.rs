@@ -206,8 +206,7 @@ impl TaskScope<'_> {
             Some(link) => model.moves_between(part.link, link),
             None => !model.support(part.link).is_empty(),
         };
-        let above =
-            |part: &Geometry| Above { part: part.clone(), plane: Plane { link, normal, offset } };
+        let above = |part: &Geometry| Above { part: part.clone(), plane: Plane { link, normal, offset } };
         let leaves: Vec<Leaf> = parts.iter().filter(moves).map(|part| Leaf::Above(Box::new(above(part)))).collect();
         if leaves.is_empty() {
             let d = Diagnostic::error("HQ0313", span, "these parts cannot move against this plane");
@@ -239,7 +238,8 @@ impl TaskScope<'_> {
     fn center_of_mass(&mut self, graph: &mut Graph, span: Span) -> Result<Typed, Box<Diagnostic>> {
         let model = &self.robot.model;
         if model.links.iter().all(|l| l.mass == 0.0) {
-            let text = format!("the URDF of `{}` gives no link a mass, and there is no centre of mass", self.robot.name.value);
+            let text =
+                format!("the URDF of `{}` gives no link a mass, and there is no centre of mass", self.robot.name.value);
             let d = Diagnostic::error("HQ0406", span, text);
             return Err(Box::new(d.help("write `<inertial> <origin xyz=\"0 0 0\"/> <mass value=\"1\"/> .. </inertial>` into its links, the mass in kg")));
         }

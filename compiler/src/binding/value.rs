@@ -19,7 +19,17 @@ impl Binder<'_> {
     /// A typed value; `moving` where it may move with time, `state` where the robot's present state may stand in it.
     pub(super) fn typed(&mut self, owner: Owner, value: &Value, moving: bool, state: bool) -> Option<Typed> {
         let (robot, forms) = (self.robot, &self.forms);
-        let mut scope = TaskScope { robot, params: self.params, table: self.table, owner, moving, state, capturing: false, asked: false, forms };
+        let mut scope = TaskScope {
+            robot,
+            params: self.params,
+            table: self.table,
+            owner,
+            moving,
+            state,
+            capturing: false,
+            asked: false,
+            forms,
+        };
         Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics }.value(value).ok()
     }
 

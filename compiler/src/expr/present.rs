@@ -101,7 +101,11 @@ impl Lowering<'_> {
                 return self.fail(d.help("write `com`, without brackets"));
             }
             ("distance", [a, b]) if let Some(frame) = carried(a).or(carried(b)) => {
-                let d = Diagnostic::error("HQ0304", frame.span, "a plane counts along the axes of its point and its normal");
+                let d = Diagnostic::error(
+                    "HQ0304",
+                    frame.span,
+                    "a plane counts along the axes of its point and its normal",
+                );
                 return self.fail(d.help(format!("write `plane([x, y, z] m in {0}, [0, 0, 1] in {0})`", frame.value)));
             }
             ("distance", [a, b]) if plane_of(a).is_some() || plane_of(b).is_some() => return self.above(a, b, span),

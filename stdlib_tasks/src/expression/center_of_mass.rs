@@ -33,9 +33,8 @@ impl CenterOfMass {
         let largest = model.links.iter().fold(0.0_f64, |a, l| a.max(l.mass));
         let sum: f64 = model.links.iter().map(|l| l.mass / largest).sum();
         let with_mass = model.links.iter().enumerate().filter(|(_, l)| l.mass > 0.0);
-        let part = |(i, l): (usize, &robot::Link)| {
-            (LinkId(i as u32), Point3::from(l.center_of_mass), l.mass / largest / sum)
-        };
+        let part =
+            |(i, l): (usize, &robot::Link)| (LinkId(i as u32), Point3::from(l.center_of_mass), l.mass / largest / sum);
         CenterOfMass(with_mass.map(part).collect())
     }
 

@@ -42,8 +42,8 @@ h = y - min                                                safe where h >= 0\n\
 (J_y - J_min) v  >=  -φ (h - δ) + d/dt min - d/dt y        likewise max - y\n\
 ```\n\n\
 `value` is any expression in which the robot's present state stands: `frame(F).position`, `frame(F).orientation`, \
-`point(F, [x, y, z] m)`, `joint(J)`, `distance(a, b)`. `J` is its exact derivative in the robot's configuration, `d/dt` \
-that in time. The state may stand in `min`, `max` and `gain` too; a value with both limits, one of which depends on the \
+`point(F, [x, y, z] m)`, `joint(J)`, `distance(a, b)`, `com`. `J` is its exact derivative in the robot's configuration, \
+`d/dt` that in time. The state may stand in `min`, `max` and `gain` too; a value with both limits, one of which depends on the \
 state, has a row for each.\n\n\
 Where the value has no derivative (`norm` of zero, the corner of a `min`) the row is that of the branch that the value \
 takes, or zero; the page on expressions lists these points. A row that is zero cannot be met by moving.\n\n\
