@@ -6,10 +6,12 @@ use common::compile_text;
 use common::state::{ARM7, Bench, CANOPIES, program};
 use dsl::Spelling;
 
+type Triple = [f64; 3];
+
 /// What Pinocchio 4.1.0 gives for the URDF with a free-flyer root at the origin, and joint `k` (from 1) of its order at
 /// `0.1 k (-1)^k`: `pin.centerOfMass(model, data, q)`, and `pin.jacobianCenterOfMass(model, data, q)` times the joint
 /// velocities `0.01 (k + 6)`.
-const PINOCCHIO: &[(&str, &[&str], [f64; 3], [f64; 3])] = &[
+const PINOCCHIO: &[(&str, &[&str], Triple, Triple)] = &[
     (
         ARM7,
         &["joint_1", "joint_2", "joint_3", "joint_4", "joint_5", "joint_6", "joint_7"],
