@@ -179,3 +179,47 @@ fn d_swivel_angles_reach_their_target_while_the_hands_stay() {
         assert!(error < 0.5_f64.to_radians(), "{side}: {error} rad");
     }
 }
+
+/// The centre of mass at the joints of a tick, in m.
+fn center_of_mass(poses: &mut Poses, q: &[f64]) -> Vector3<f64> {
+    poses.at(q);
+    let links = poses.model.links.iter().enumerate();
+    let moments = links.map(|(i, l)| {
+        let center = poses.data.pose(LinkId(i as u32)) * nalgebra::Point3::from(l.center_of_mass);
+        (l.mass, center.coords * l.mass)
+    });
+    let (mass, moment) = moments.fold((0.0, Vector3::zeros()), |(m, p), (mass, moment)| (m + mass, p + moment));
+    moment / mass
+}
+
+#[test]
+fn the_robot_keeps_its_balance() {
+    let program = common::program("balance.hq");
+    let mut poses = Poses::new(&program);
+    let home = &program.robot.home;
+    let start = center_of_mass(&mut poses, home);
+    let (left0, right0) = poses.at(home);
+    let run = common::run(&program);
+    let mut most = Vector3::zeros();
+    for s in &run {
+        assert!(s.fault.is_none(), "a fault at {} s: {:?}", s.time, s.fault);
+        assert!(s.margins.iter().all(|h| *h >= -MARGIN_TOLERANCE), "at {} s", s.time);
+        most = most.sup(&(center_of_mass(&mut poses, &s.q) - start).abs());
+    }
+    assert!(most.x < MILLIMETRE && most.y < MILLIMETRE, "{most}");
+    assert!(most.y > 0.9 * MILLIMETRE, "the limit was never felt: {most}");
+    let last = run.last().expect("ticks");
+    let (left, right) = poses.at(&last.q);
+    let way = right.translation.vector - right0.translation.vector;
+    assert!((way - Vector3::new(0.2, -0.3, -0.2)).norm() < MILLIMETRE, "{way}");
+    let apart = |l: &Isometry3<f64>, r: &Isometry3<f64>| (l.translation.vector - r.translation.vector).norm();
+    assert!((apart(&left, &right) - 1.5 * apart(&left0, &right0)).abs() < MILLIMETRE);
+
+    // Without the limit the centre of mass goes further.
+    let text = std::fs::read_to_string(common::example("balance.hq")).expect("an example");
+    let free = common::program_of(&text.replace("hard { balance  above_table", "hard { above_table"));
+    let further = common::run(&free)
+        .iter()
+        .fold(Vector3::zeros(), |m: Vector3<f64>, s| m.sup(&(center_of_mass(&mut poses, &s.q) - start).abs()));
+    assert!(further.y > 2.0 * most.y, "{further}");
+}

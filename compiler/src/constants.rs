@@ -13,7 +13,7 @@ use crate::units;
 
 /// True for a name that the language gives a meaning of its own.
 pub fn is_word(name: &str) -> bool {
-    let words = ["pi", "t", "time", "true", "false", "auto", "initial", "frame", "joint", "and", "or", "not"];
+    let words = ["pi", "t", "time", "true", "false", "auto", "initial", "frame", "joint", "com", "and", "or", "not"];
     words.contains(&name) || FUNCTIONS.iter().any(|f| f.name == name)
 }
 
@@ -81,12 +81,13 @@ impl Scope for ParamsOnly<'_> {
         self.0.names()
     }
 
-    fn initial(&mut self, _: &mut Graph, _: &Value, span: Span) -> Result<Typed, Box<Diagnostic>> {
-        Err(Box::new(
+    fn initial(&mut self, _: &mut Graph, _: &Value, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
+        diagnostics.push(
             Diagnostic::error("HQ0311", span, "`initial(..)` has no meaning here")
                 .note("it captures a value when a stack becomes active, and this value is needed before")
                 .help("write a constant here, or `initial(..)` in the parameter of a task"),
-        ))
+        );
+        None
     }
 
     fn frame(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame> {

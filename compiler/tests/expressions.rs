@@ -21,12 +21,12 @@ impl Scope for Initial {
         Vec::new()
     }
 
-    fn initial(&mut self, graph: &mut Graph, argument: &Value, span: Span) -> Result<Typed, Box<Diagnostic>> {
+    fn initial(&mut self, graph: &mut Graph, argument: &Value, span: Span, _: &mut Vec<Diagnostic>) -> Option<Typed> {
         let turn = matches!(&argument.kind, dsl::tree::ValueKind::Name(n) if n == "orientation");
         let (kind, inputs) = if turn { (Kind::Rotation, 3..7) } else { (Kind::Vector, 0..3) };
         let dimension = stdlib_tasks::dimension::Dimension { m: i8::from(!turn), ..stdlib_tasks::dimension::NONE };
         let nodes = inputs.map(|k| graph.push(runtime::program::Op::Input(k))).collect();
-        Ok(Typed { kind, dimension, nodes, bare: false, axes: Axes::default(), span })
+        Some(Typed { kind, dimension, nodes, bare: false, axes: Axes::default(), span })
     }
 
     fn frame(&mut self, _: &Spanned<String>, _: &mut Vec<Diagnostic>) -> Option<Frame> {

@@ -19,6 +19,13 @@ const VALUES: &[(usize, &str)] = &[
     (1, "distance(finger, base_point)"),
     (1, "distance(finger, [lower, upper])"),
     (1, "distance(lower, upper)"),
+    (1, "distance(finger, plane([0.1, 0, -0.2] m, [0.2, -0.3, 2]))"),
+    (1, "distance([lower, upper, wrist], plane([0, 0, 0.1] m, [0.3, 1, 0.1]))"),
+    (1, "distance(plane([0.1, 0.2, 0.3] m in @B, [1, 2, -0.5]), finger)"),
+    (1, "distance([elbow, upper], plane([0.1, 0, 0] m, [0, 0.6, 0.8] in @B))"),
+    (3, "com"),
+    (3, "com in @A"),
+    (1, "norm(com - frame(@B).position) + 2*dot(com, [0, 0.6, 0.8])"),
     (3, "frame(@A).position - frame(@B).position"),
     (3, "frame(@A).orientation*[1, 2, 3] m + frame(@B).position*2"),
     (4, "inverse(frame(@B).orientation)*frame(@A).orientation"),
@@ -65,9 +72,10 @@ fn close(a: f64, b: f64, scale: f64) -> bool {
 #[test]
 fn every_function_and_leaf_is_tried() {
     let tried = |name: &str| VALUES.iter().any(|(_, v)| v.contains(&format!("{name}(")));
-    for name in FUNCTIONS.iter().map(|f| f.name).chain(["frame", "point", "joint", "distance"]) {
+    for name in FUNCTIONS.iter().map(|f| f.name).chain(["frame", "point", "joint", "distance", "plane"]) {
         assert!(tried(name), "`{name}` is not tried");
     }
+    assert!(VALUES.iter().any(|(_, v)| *v == "com"));
 }
 
 #[test]
@@ -126,6 +134,14 @@ const SAME: &[(&str, &str)] = &[
     (
         "virtual_wall(finger) { through [[0, 0, -3], [1, 0, -3], [0, 1, -3]] m  on @B  gain 5 /s }",
         "keep(dot(point(@A, [0.02, 0, 0.05] m) - frame(@B).position, frame(@B).orientation*[0, 0, 1])) { min -3 m  gain 5 /s }",
+    ),
+    (
+        "virtual_wall(upper) { through [[0, 0, -3], [1, 0, -3], [0, 1, -3.5]] m  d_min 0.1 m  gain 5 /s }",
+        "keep(distance(upper, plane([0, 0, -3] m, [0, 0.5, 1]))) { min 0.1 m  gain 5 /s }",
+    ),
+    (
+        "virtual_wall(finger) { through [[0, 0, -3], [1, 0, -3], [0, 1, -3]] m  on @B  gain 5 /s }",
+        "keep(distance(finger, plane([4, 4, -3] m in @B, [0, 0, 1]))) { min 0 m  gain 5 /s }",
     ),
     (
         "self_collision { between finger  and base_point  d_min 0.01 m  gain 4 /s }",

@@ -138,6 +138,12 @@ fn check(parts: &Parts) -> Result<(), String> {
     if moving > MAX_MOVING {
         return Err(format!("{moving} joints move, at most {MAX_MOVING} may"));
     }
+    for link in links {
+        let weighed = link.mass.is_finite() && link.mass >= 0.0 && link.center_of_mass.iter().all(|x| x.is_finite());
+        if !weighed {
+            return Err(format!("link `{}`: its mass is negative, or it has no finite centre", link.name));
+        }
+    }
     for placed in links.iter().flat_map(|link| &link.collision) {
         if !rigid(&placed.origin) || !placed.shape.is_sound() {
             return Err("a collision shape has a size or a pose that is not sound".into());

@@ -87,6 +87,9 @@ pub struct Link {
     pub visual: Vec<Visual>,
     /// Mass \[kg\]; 0 when the URDF gives none.
     pub mass: f64,
+    /// Centre of that mass in the link's frame \[m\]; the link's origin when the URDF gives none.
+    #[serde(default)]
+    pub center_of_mass: Vector3<f64>,
 }
 
 /// Unit of a degree of freedom.

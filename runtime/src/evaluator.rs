@@ -9,6 +9,7 @@ use std::ops::Range;
 use robot::{Data, Model};
 use solver::{LevelShape, Problem};
 use stdlib_tasks::dimension::Dimension;
+use stdlib_tasks::expression::Evaluation;
 use stdlib_tasks::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault};
 
 use crate::fault::Fault;
@@ -57,6 +58,10 @@ pub struct Evaluator {
     data: Data,
     values: Values,
     inputs: Vec<f64>,
+    /// Each capture that is an expression, made ready.
+    captures: Vec<Option<Evaluation>>,
+    /// For each captured number, the first place in the table of values that follows from it.
+    reads: Vec<Option<usize>>,
     registers: Vec<f64>,
     current: Vec<f64>,
     rates: Vec<f64>,
@@ -136,6 +141,14 @@ fn of_tasks<'p>(values: &Values, tasks: impl Iterator<Item = &'p TaskProgram>) -
         tape: values.tape.only(&wanted),
         captures: values.captures.clone(),
         ranges: values.ranges.iter().filter(|r| wanted.contains(&r.at)).copied().collect(),
+    }
+}
+
+/// A capture that is an expression, made ready.
+fn ready(source: &CaptureSource, model: &Model) -> Option<Evaluation> {
+    match source {
+        CaptureSource::Task(..) => None,
+        CaptureSource::State(e) => Some(Evaluation::new(e, model)),
     }
 }
 
@@ -222,6 +235,8 @@ impl Evaluator {
         let evaluator = Evaluator {
             data: Data::new(&model),
             inputs: vec![0.0; values.tape.inputs],
+            captures: values.captures.iter().map(|c| ready(&c.source, &model)).collect(),
+            reads: values.tape.readers(),
             registers: vec![0.0; values.tape.ops.len()],
             current: program.values.initial.clone(),
             rates: vec![0.0; program.values.initial.len()],
@@ -297,12 +312,7 @@ impl Evaluator {
     pub fn enter(&mut self, q: &[f64], times: Times) {
         self.inputs.fill(0.0);
         self.kinematics(q, times);
-        let mut inputs = std::mem::take(&mut self.inputs);
-        for capture in &self.values.captures {
-            let out = &mut inputs[capture.at..capture.at + capture.len];
-            self.capture(&capture.source, q, out);
-        }
-        self.inputs = inputs;
+        self.capture(q);
         self.kinematics(q, times);
         let Evaluator { model, data, current, rates, tasks, .. } = self;
         let state = State { model, data, q, values: current, rates };
@@ -311,22 +321,28 @@ impl Evaluator {
         }
     }
 
-    fn capture(&self, source: &CaptureSource, q: &[f64], out: &mut [f64]) {
-        let state = State { model: &self.model, data: &self.data, q, values: &self.current, rates: &self.rates };
-        match source {
-            CaptureSource::Task(index, name) => {
-                // A task that another stack uses leaves its captures at zero: nothing here reads them.
-                if let Some(i) = self.members.iter().position(|m| m.program_index == *index) {
-                    self.tasks[i].actual(name, &state, out);
+    /// Captures all values at the configuration whose kinematics are known. What has no value becomes NaN.
+    fn capture(&mut self, q: &[f64]) {
+        let Evaluator { model, data, values, inputs, captures, current, rates, tasks, members, .. } = self;
+        let state = State { model, data, q, values: current, rates };
+        for (capture, own) in values.captures.iter().zip(captures) {
+            let out = &mut inputs[capture.at..capture.at + capture.len];
+            match (&capture.source, own) {
+                (CaptureSource::Task(index, name), _) => {
+                    // A task that another stack uses leaves its captures at zero: nothing here reads them.
+                    if let Some(i) = members.iter().position(|m| m.program_index == *index) {
+                        tasks[i].actual(name, &state, out);
+                    }
                 }
+                (CaptureSource::State(_), Some(expression)) => {
+                    expression.forget();
+                    let found = expression.forward(&state).is_ok();
+                    for (i, x) in out.iter_mut().enumerate() {
+                        *x = if found { expression.value(i) } else { f64::NAN };
+                    }
+                }
+                (CaptureSource::State(_), None) => {}
             }
-            CaptureSource::FramePosition(link) => {
-                out.copy_from_slice(self.data.pose(*link).translation.vector.as_slice());
-            }
-            CaptureSource::FrameOrientation(link) => {
-                stdlib_tasks::tracking::write_rotation(&self.data.pose(*link).rotation, out);
-            }
-            CaptureSource::Joint(index) => out[0] = q[*index],
         }
     }
 
@@ -342,6 +358,12 @@ impl Evaluator {
     /// A task could not write its rows.
     pub fn update(&mut self, q: &[f64], times: Times, problem: &mut Problem) -> Result<(), Fault> {
         self.kinematics(q, times);
+        // Told of before a `min` or an `if` can hide it.
+        let mut lost = self.inputs.iter().zip(&self.reads).filter(|(x, _)| !x.is_finite());
+        if let Some(at) = lost.find_map(|(_, at)| *at) {
+            self.current[at] = f64::NAN;
+            return Err(Fault::Value { at });
+        }
         if let Some(r) =
             self.values.ranges.iter().find(|r| !r.contains(self.current[r.at]) || !self.rates[r.at].is_finite())
         {

@@ -1,17 +1,20 @@
 //! A program as text: stable, for people to review and for snapshots to hold.
 
+mod leaves;
+
 use std::fmt::Write;
 
 use robot::{Base, DofUnit};
 use solver::Structure;
 use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::dimension::NONE;
-use stdlib_tasks::expression::{Expression, Leaf};
+use stdlib_tasks::expression::Expression;
 use stdlib_tasks::task::Nature;
 
 use crate::controller::{Controller, Observation};
 use crate::evaluator::{Evaluator, build_tasks};
 use crate::program::{CaptureSource, IdleRow, Op, Program, StackProgram, TaskProgram};
+use leaves::{leaf, whole_leaf};
 
 /// The text of a program. `None` where the program cannot be executed.
 pub fn text(program: &Program) -> Option<String> {
@@ -294,11 +297,17 @@ fn values(p: &Program, out: &mut String) -> std::fmt::Result {
     for c in &v.captures {
         let source = match &c.source {
             CaptureSource::Task(t, name) => format!("{name} of {}", p.tasks[*t].name),
-            CaptureSource::FramePosition(l) => format!("position of {}", p.robot.model.link_ref(*l).name),
-            CaptureSource::FrameOrientation(l) => format!("orientation of {}", p.robot.model.link_ref(*l).name),
-            CaptureSource::Joint(q) => format!("position of joint {}", p.robot.q_names()[*q]),
+            CaptureSource::State(e) => {
+                let outputs: Vec<String> = e.outputs.iter().map(|o| format!("${o}")).collect();
+                whole_leaf(p, e).unwrap_or_else(|| format!("[{}]", outputs.join(", ")))
+            }
         };
         writeln!(out, "  captured {}..{}: {source}", c.at, c.at + c.len)?;
+        if let CaptureSource::State(e) = &c.source
+            && whole_leaf(p, e).is_none()
+        {
+            expression(p, e, out)?;
+        }
     }
     for (i, op) in v.tape.ops.iter().enumerate() {
         writeln!(out, "  %{i} = {}", operation(op, '%'))?;
@@ -325,24 +334,6 @@ fn expression(p: &Program, e: &Expression, out: &mut String) -> std::fmt::Result
         writeln!(out, "        ${i} = {text}")?;
     }
     Ok(())
-}
-
-/// The numbers of a leaf, each in words.
-fn leaf(p: &Program, leaf: &Leaf) -> Vec<String> {
-    let parts = |names: &[&str], what: String| names.iter().map(|n| format!("{n} of {what}")).collect();
-    let name = |l: robot::LinkId| p.robot.model.link_ref(l).name.as_str();
-    match leaf {
-        Leaf::Point { link, offset } if offset.norm() == 0.0 => {
-            parts(&["x", "y", "z"], format!("the position of {}", name(*link)))
-        }
-        Leaf::Point { link, offset } => {
-            let at: Vec<String> = offset.iter().map(|x| number(*x)).collect();
-            parts(&["x", "y", "z"], format!("the point [{}] m of {}", at.join(", "), name(*link)))
-        }
-        Leaf::Orientation(link) => parts(&["w", "x", "y", "z"], format!("the orientation of {}", name(*link))),
-        Leaf::Joint(dof) => vec![format!("the position of joint {}", p.robot.model.dofs[*dof].name)],
-        Leaf::Distance(pair) => vec![format!("the distance from {} to {}", pair.0.name, pair.1.name)],
-    }
 }
 
 /// An operation; `sign` stands before the numbers of others.

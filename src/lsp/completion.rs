@@ -176,7 +176,9 @@ impl List<'_> {
                     }
                 }
                 if prefix.is_empty() {
-                    self.built_in(&["frame", "joint"], 1);
+                    self.built_in(PRESENT, 1);
+                    let functions: Vec<&str> = compiler::expr::FUNCTIONS.iter().map(|f| f.name).collect();
+                    self.built_in(&functions, 2);
                 }
             }
             Slot::FrameField => {

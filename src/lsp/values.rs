@@ -6,7 +6,7 @@ use stdlib_tasks::params::{ParamInfo, ParamType};
 use stdlib_tasks::task::{Actual, TaskKind};
 
 use super::mentions::{Class, MARKER, Slot, Walker, What};
-use super::vocabulary::{BUILT_IN, PRESENT, find};
+use super::vocabulary::{BUILT_IN, CALLED, find};
 use super::walk::{items, used, word};
 
 impl Walker<'_> {
@@ -283,7 +283,7 @@ impl Walker<'_> {
                 if self.marked(name, || Slot::Expression { auto: false, state }) || self.scoped(name, value.span) {
                 } else if self.has(Class::Let, name) {
                     self.note(name, value.span, What::Declared(Class::Let, name.clone()));
-                } else if find(BUILT_IN, name).is_some() && !PRESENT.contains(&name.as_str()) {
+                } else if find(BUILT_IN, name).is_some() && !CALLED.contains(&name.as_str()) {
                     self.note(name, value.span, What::BuiltIn(name.clone()));
                 } else {
                     self.note(name, value.span, What::Declared(Class::Param, name.clone()));
@@ -316,7 +316,10 @@ impl Walker<'_> {
                         self.frame(frame);
                         self.typed(offset, actuals);
                     }
-                    ("distance", parts) => parts.iter().for_each(|p| self.geometries(p)),
+                    ("distance", parts) => parts.iter().for_each(|p| match &p.kind {
+                        ValueKind::Call(..) => self.typed(p, actuals),
+                        _ => self.geometries(p),
+                    }),
                     _ => args.iter().for_each(|a| self.typed(a, actuals)),
                 }
             }
@@ -343,27 +346,26 @@ impl Walker<'_> {
         }
     }
 
-    /// What stands in `initial(..)`.
+    /// What stands in `initial(..)`: a value of the task itself, or an expression of what the robot does.
     fn captured(&mut self, value: &Value, actuals: &'static [Actual]) {
+        // Inside a group its name may be left out.
+        let own = |name: &str| actuals.iter().any(|a| a.name.rsplit('.').next() == Some(name));
         match &value.kind {
-            ValueKind::Name(name) => {
+            ValueKind::Name(name) if name == MARKER || own(name) => {
                 self.marked(name, || Slot::Captured(actuals, String::new()));
             }
-            ValueKind::Call(..) => self.typed(value, actuals),
-            ValueKind::Field(inner, field) => match &inner.kind {
-                ValueKind::Call(function, _) => {
-                    if function.value == "frame" {
-                        self.marked(&field.value, || Slot::FrameField);
-                    }
-                    self.typed(inner, actuals);
-                }
-                ValueKind::Name(first) if first == "angle" => self.arm_name(&field.value, field.span),
-                ValueKind::Name(first) => {
+            ValueKind::Field(inner, field) if matches!(inner.kind, ValueKind::Name(_)) => match word(inner) {
+                Some("angle") => self.arm_name(&field.value, field.span),
+                Some(first) => {
                     self.marked(&field.value, || Slot::Captured(actuals, format!("{first}.")));
                 }
-                _ => {}
+                None => {}
             },
-            _ => self.typed(value, actuals),
+            _ => {
+                let before = std::mem::replace(&mut self.state, true);
+                self.typed(value, actuals);
+                self.state = before;
+            }
         }
     }
 }

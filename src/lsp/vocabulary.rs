@@ -161,7 +161,11 @@ pub(super) static BUILT_IN: &[Key] = &[
     key("pi", "π, a bare number."),
     key("t", "Time since this stack became active, in s."),
     key("time", "Time since the start of the run, in s."),
-    key("initial", "`initial(VALUE)`: the value at the moment the stack becomes active."),
+    key(
+        "initial",
+        "`initial(VALUE)`: the value at the moment the stack becomes active, of any expression of what the robot does or \
+         of a value of the task.",
+    ),
     key(
         "frame",
         "`frame(LINK).position`, `frame(LINK).orientation`: of a link in the world; its present value in the expressions \
@@ -174,14 +178,28 @@ pub(super) static BUILT_IN: &[Key] = &[
     key("point", "`point(LINK, [x, y, z] m)`: where a point fixed in a link is in the world, in `keep` and `track`."),
     key(
         "distance",
-        "`distance(PART, PART)`: between points, segments and shapes, the smallest of groups, in `keep` and `track`.",
+        "`distance(PART, PART)`: between points, segments and shapes, the smallest of groups, in `keep` and `track`; \
+         `distance(PART, plane(POINT, NORMAL))`: how far a part is above a plane, negative below it.",
+    ),
+    key(
+        "plane",
+        "`plane([x, y, z] m, [0, 0, 1])`: a point of a plane and its normal, inside `distance(..)`; with `in LINK` behind \
+         one of them the link carries the plane along.",
+    ),
+    key(
+        "com",
+        "The robot's centre of mass in the world, a point in m, of the links to which the URDF gives a mass; in `keep` and \
+         `track`, and in `initial(..)`.",
     ),
     key("true", "The truth value of what holds."),
     key("false", "The truth value of what does not hold."),
 ];
 
 /// Those that give what the robot does now.
-pub(super) static PRESENT: &[&str] = &["frame", "joint", "point", "distance"];
+pub(super) static PRESENT: &[&str] = &["frame", "joint", "point", "distance", "plane", "com"];
+
+/// Those of them that are called: without brackets, such a name is that of something else.
+pub(super) static CALLED: &[&str] = &["frame", "joint", "point", "distance", "plane"];
 
 /// What a frame has.
 pub(super) static FRAME_FIELDS: &[&str] = &["position", "orientation"];

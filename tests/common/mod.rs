@@ -8,8 +8,16 @@ use hierarq::project::{Settings, compile};
 use runtime::{Evaluator, Fault, Program, Recorder, Simulation, Tick};
 
 /// Stems of the examples; each exists in both spellings.
-pub const EXAMPLES: &[&str] =
-    &["hello", "safety_tasks", "uncooperative_motion", "cooperative_motion", "swivel_angle", "own_tasks", "both_arms"];
+pub const EXAMPLES: &[&str] = &[
+    "hello",
+    "safety_tasks",
+    "uncooperative_motion",
+    "cooperative_motion",
+    "swivel_angle",
+    "own_tasks",
+    "balance",
+    "both_arms",
+];
 
 /// A file of the `examples` folder.
 pub fn example(name: &str) -> PathBuf {

@@ -57,7 +57,9 @@ fn completion_offers_what_can_stand_there() {
         ("stack work  dur", "stack |  dur", &["work"], &["go"]),
         ("run { ", "run { so|\n  ", &["solver", "simulator"], &["stack", "rate"]),
         ("d_min reach * 0", "d_min re|", &["reach", "sin", "t"], &["elbow", "gain"]),
-        ("initial(frame(only).position)", "initial(|)", &["position", "frame"], &["reach"]),
+        ("initial(frame(only).position)", "initial(|)", &["position", "frame", "distance", "com", "norm"], &["reach"]),
+        ("initial(frame(only).position)", "initial(norm(|))", &["com", "point", "reach"], &["gain"]),
+        ("initial(frame(only).position)", "initial(distance(|, link_2))", &["elbow", "link_4"], &["com"]),
         ("initial(frame(only).position)", "initial(frame(only).|)", &["position", "orientation"], &["frame"]),
         ("frame_position(only)", "frame_position(|)", &["only", "link_7"], &["joint_1"]),
         ("(only) { position", "(only) { |  position", &["gain"], &["frame", "position"]),
@@ -112,7 +114,9 @@ task gap = keep(distance(elbow, base_link) + 0*norm(frame(only).position), min: 
 
 task turn = track(if(joint(joint_2) < 1 rad, joint(joint_4), 2 rad)) { target initial(value) }
 
-stack work { level keep hard { gap }  level move { turn } }
+task deck = keep(distance(wrist, plane([0, 0, -1] m in only, [0, 0, 1]))) { min -1 m  max initial(norm(com)) + 9 m }
+
+stack work { level keep hard { gap  deck }  level move { turn } }
 "#;
 
 #[test]
@@ -121,13 +125,18 @@ fn expressions_of_the_state() {
     let doc = uri("lsp_own.hq");
     e.open(&doc, "hierarq", OWN);
     for (place, says) in [
-        ("keep(dist|ance(", "between points, segments and shapes"),
+        ("gap = keep(dist|ance(", "between points, segments and shapes"),
         ("frame(on|ly)", "tip link_7"),
         ("min: dis|tance", "0.3 m"),
         ("m|in: distance", "smallest"),
         ("joint(join|t_2)", "revolute"),
         ("track(i|f(", "condition"),
         ("= tra|ck(", "thesis (2.5)"),
+        ("pla|ne(", "its normal"),
+        ("m in on|ly", "tip link_7"),
+        ("norm(co|m)", "centre of mass"),
+        ("initi|al(norm", "becomes active"),
+        ("distance(wri|st, plane", "wrist link_6"),
     ] {
         let hover = e.at("textDocument/hover", &doc, &find(OWN, place));
         assert!(hover["contents"]["value"].as_str().is_some_and(|v| v.contains(says)), "{place}: {hover}");
@@ -136,6 +145,8 @@ fn expressions_of_the_state() {
         ("distance(el|bow", "points { |elbow"),
         ("frame(on|ly)", "arms { |only"),
         ("min: dis|tance", "param |distance"),
+        ("m in on|ly", "arms { |only"),
+        ("distance(wri|st, plane", "link_4  |wrist"),
     ] {
         let place = e.at("textDocument/definition", &doc, &find(OWN, from));
         assert_eq!(place["range"]["start"], find(OWN, to), "{from}");
@@ -155,6 +166,9 @@ fn expressions_of_the_state() {
         (6, "distance(elbow, base_link)", "distance(elbow, |)", "wrist", "joint_1"),
         (7, "target initial(value)", "target initial(|)", "value", "gain"),
         (8, "target initial(value)", "tar|", "target", "frame"),
+        (9, "joint(joint_4)", "co|", "com", "gain"),
+        (10, "norm(com)", "|", "com", "gain"),
+        (11, "plane([0, 0, -1] m in only, [0, 0, 1])", "|", "elbow", "joint_1"),
     ] {
         let marked = OWN.replacen(old, new, 1);
         let cursor = marked.find('|').expect("a cursor");

@@ -1,16 +1,14 @@
 //! Parameters that are expressions of the robot's state: what depends on time alone goes to the table of values, the rest
 //! becomes a list of operations of its own.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use dsl::Diagnostic;
 use dsl::tree::Value;
-use runtime::program::Op;
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::NONE;
-use stdlib_tasks::expression::{Expression, Leaf};
+use stdlib_tasks::expression::Expression;
 use stdlib_tasks::params::{Form, ParamInfo, Quantity};
 
+use super::cut::cut;
 use super::{Binder, Number, Owner};
 use crate::expr::{Kind, Typed};
 
@@ -79,57 +77,22 @@ impl Binder<'_> {
             self.diagnostics.push(
                 Diagnostic::error("HQ0313", value.span, text)
                     .note("`initial(..)` and params are constants, `t` is the time, and a link that does not move is a constant too")
-                    .help("use `frame(F).position`, `frame(F).orientation`, `point(F, [..] m)`, `joint(J)` or `distance(a, b)` in it"),
+                    .help("use `frame(F).position`, `frame(F).orientation`, `point(F, [..] m)`, `joint(J)`, `distance(a, b)` or `com` in it"),
             );
             return None;
         }
         Some(())
     }
 
-    /// Cuts an expression at what depends on time alone, which goes to the table of values.
+    /// An expression whose parts that depend on time alone stand in the table of values.
     fn of_state(&mut self, typed: &Typed, value: &Value) -> Expression {
-        // Operands come before users: the last of the open nodes is never needed again.
-        let mut open: BTreeSet<usize> = typed.nodes.iter().copied().collect();
-        let mut needed = BTreeSet::new();
-        while let Some(i) = open.pop_last() {
-            needed.insert(i);
-            if self.graph.is_state(i) {
-                open.extend(self.graph.ops()[i].operands().into_iter().flatten());
-            }
+        let mut e = cut(self.graph, self.table, typed);
+        for input in &mut e.inputs {
+            let slot = self.table.place(&[*input]);
+            self.numbers.push(Number { slot, dimension: NONE, span: value.span, written: true });
+            self.table.ranges.push((slot.at, f64::NEG_INFINITY, f64::INFINITY));
+            *input = slot.at;
         }
-        let dimension = if typed.kind == Kind::Rotation { NONE } else { typed.dimension };
-        let mut e = Expression { ops: vec![], inputs: vec![], leaves: vec![], outputs: vec![], dimension };
-        let mut index: BTreeMap<usize, usize> = BTreeMap::new();
-        let mut states: BTreeMap<usize, usize> = BTreeMap::new();
-        for i in needed {
-            let op = match self.graph.ops()[i] {
-                Op::Const(x) => Op::Const(x),
-                Op::State(k) => Op::State(self.state_number(k, &mut states, &mut e.leaves)),
-                op if self.graph.is_state(i) => op.renumber(|a| index[&a]),
-                _ => {
-                    let slot = self.table.place(&[i]);
-                    self.numbers.push(Number { slot, dimension: NONE, span: value.span, written: true });
-                    self.table.ranges.push((slot.at, f64::NEG_INFINITY, f64::INFINITY));
-                    e.inputs.push(slot.at);
-                    Op::Input(e.inputs.len() - 1)
-                }
-            };
-            e.ops.push(op);
-            index.insert(i, e.ops.len() - 1);
-        }
-        e.outputs = typed.nodes.iter().map(|n| index[n]).collect();
         e
-    }
-
-    /// The number that number `k` of the robot's state has within one expression.
-    fn state_number(&self, k: usize, states: &mut BTreeMap<usize, usize>, leaves: &mut Vec<Leaf>) -> usize {
-        if !states.contains_key(&k)
-            && let Some((at, leaf)) = self.table.leaf_of(k)
-        {
-            let first = leaves.iter().map(Leaf::width).sum::<usize>();
-            states.extend((0..leaf.width()).map(|i| (at + i, first + i)));
-            leaves.push(leaf.clone());
-        }
-        states.get(&k).copied().unwrap_or(0)
     }
 }

@@ -1,5 +1,7 @@
 //! Task parameters: what a spec says of them, bound to numbers, indices and places in the table of values.
 
+mod capture;
+mod cut;
 mod expression;
 mod parts;
 mod per;
@@ -91,6 +93,8 @@ struct Owner<'p> {
     task: usize,
     /// The groups that the parameter stands in, `left.` for example.
     prefix: &'p str,
+    /// The parameter.
+    param: &'static str,
     /// The joints that the task is about, where its `joints` says so.
     joints: Option<&'p [usize]>,
 }
@@ -99,8 +103,17 @@ impl Binder<'_> {
     /// Types a named expression of what the robot does, for all tasks.
     pub fn named(&mut self, it: &Let) {
         let (robot, forms) = (self.robot, &self.forms);
-        let mut scope =
-            TaskScope { robot, params: self.params, table: self.table, owner: None, moving: true, state: true, forms };
+        let mut scope = TaskScope {
+            robot,
+            params: self.params,
+            table: self.table,
+            owner: None,
+            moving: true,
+            state: true,
+            capturing: false,
+            asked: false,
+            forms,
+        };
         let mut lowering = Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics };
         let value = lowering.value(&it.value).ok();
         self.params.put(&it.name, value);
@@ -121,7 +134,7 @@ impl Binder<'_> {
         }
         let what = format!("task type `{}`", kind.name);
         let params = self.group(
-            Owner { kind, task: index, prefix: "", joints: None },
+            Owner { kind, task: index, prefix: "", param: "", joints: None },
             kind.params,
             &body,
             &what,
@@ -229,7 +242,7 @@ impl Binder<'_> {
                 Some(Bound::Joints(joints)) => Some(joints.clone()),
                 _ => None,
             };
-            match self.one(Owner { joints: joints.as_deref(), ..owner }, info, value) {
+            match self.one(Owner { param: info.name, joints: joints.as_deref(), ..owner }, info, value) {
                 Some(b) => {
                     bound.insert(info.name.to_string(), b);
                 }

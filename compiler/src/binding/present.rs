@@ -2,17 +2,18 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
+use nalgebra::Vector3;
 use robot::{Data, LinkId, Model};
 use runtime::program::Op;
 use stdlib_tasks::bound::Geometry;
 use stdlib_tasks::dimension::{LENGTH, NONE};
-use stdlib_tasks::expression::Leaf;
+use stdlib_tasks::expression::{Above, Leaf, Plane};
 use stdlib_tasks::task::TaskKind;
 
 use super::parts;
 use super::scope::TaskScope;
 use crate::constants::joint_dimension;
-use crate::expr::{Axes, Frame, Graph, Kind, Now, Typed};
+use crate::expr::{self, Axes, Frame, Graph, Kind, Now, Typed};
 use crate::forms::text_of;
 use crate::robot_binding::{unknown_joint, unknown_link};
 
@@ -68,7 +69,13 @@ impl TaskScope<'_> {
                 let (a, b) = (a?, b?);
                 self.distance(graph, &a, &b, span).map_err(Some).map(Some)
             }
+            Now::Above(part, plane) => {
+                let parts = parts::geometries(self.robot, part, diagnostics)?;
+                self.above(graph, &parts, plane, span).map_err(Some).map(Some)
+            }
+            Now::Com => self.center_of_mass(graph, span).map_err(Some).map(Some),
         };
+        self.asked = true;
         let typed = match found {
             Ok(typed) => typed?,
             Err(d) => {
@@ -176,14 +183,78 @@ impl TaskScope<'_> {
             let d = Diagnostic::error("HQ0313", span, "these parts cannot move against each other");
             return Err(Box::new(d.help("name parts of other links on one side")));
         }
-        if pairs.len() > MAX_PAIRS {
-            let text = format!("this is the smallest of {} distances, and {MAX_PAIRS} are the most", pairs.len());
-            let d = Diagnostic::error("HQ0313", span, text);
-            return Err(Box::new(d.help("name fewer parts, or use `self_collision`, which has a row for each pair")));
+        let leaves = pairs.into_iter().map(|p| Leaf::Distance(Box::new(p))).collect();
+        self.smallest(graph, leaves, "`self_collision`, which has a row for each pair", span)
+    }
+
+    /// How far the lowest of some parts is above a plane.
+    fn above(
+        &mut self,
+        graph: &mut Graph,
+        parts: &[Geometry],
+        plane: &expr::Plane,
+        span: Span,
+    ) -> Result<Typed, Box<Diagnostic>> {
+        let model = &self.robot.model;
+        let link = match &plane.axes {
+            Frame::Link(name) => model.link(name),
+            Frame::Any | Frame::World => None,
+        };
+        let normal = Vector3::from(plane.normal);
+        let offset = normal.dot(&Vector3::from(plane.point));
+        if !offset.is_finite() {
+            let d = Diagnostic::error("HQ0309", plane.span, "this plane is too far away to be reckoned with");
+            return Err(Box::new(d.help("look for a factor that is far too large")));
         }
-        let nodes: Vec<usize> = pairs.into_iter().flat_map(|p| self.leaf(graph, Leaf::Distance(Box::new(p)))).collect();
+        let moves = |part: &&Geometry| match link {
+            Some(link) => model.moves_between(part.link, link),
+            None => !model.support(part.link).is_empty(),
+        };
+        let above = |part: &Geometry| Above { part: part.clone(), plane: Plane { link, normal, offset } };
+        let leaves: Vec<Leaf> = parts.iter().filter(moves).map(|part| Leaf::Above(Box::new(above(part)))).collect();
+        if leaves.is_empty() {
+            let d = Diagnostic::error("HQ0313", span, "these parts cannot move against this plane");
+            return Err(Box::new(d.help("name parts of links that move, or a plane that another link carries")));
+        }
+        self.smallest(graph, leaves, "`virtual_wall`, which has a row for each part", span)
+    }
+
+    /// The smallest of some distances.
+    fn smallest(
+        &mut self,
+        graph: &mut Graph,
+        leaves: Vec<Leaf>,
+        instead: &str,
+        span: Span,
+    ) -> Result<Typed, Box<Diagnostic>> {
+        if leaves.len() > MAX_PAIRS {
+            let text = format!("this is the smallest of {} distances, and {MAX_PAIRS} are the most", leaves.len());
+            let d = Diagnostic::error("HQ0313", span, text);
+            return Err(Box::new(d.help(format!("name fewer parts, or use {instead}"))));
+        }
+        let nodes: Vec<usize> = leaves.into_iter().flat_map(|leaf| self.leaf(graph, leaf)).collect();
         let smallest = nodes.into_iter().reduce(|x, y| graph.push(Op::Min(x, y)));
         let nodes = smallest.into_iter().collect();
         Ok(Typed { kind: Kind::Scalar, dimension: LENGTH, nodes, bare: false, axes: Axes::default(), span })
+    }
+
+    /// The centre of mass, which is constant where no link with a mass moves.
+    fn center_of_mass(&mut self, graph: &mut Graph, span: Span) -> Result<Typed, Box<Diagnostic>> {
+        let model = &self.robot.model;
+        if model.links.iter().all(|l| l.mass == 0.0) {
+            let text =
+                format!("the URDF of `{}` gives no link a mass, and there is no centre of mass", self.robot.name.value);
+            let d = Diagnostic::error("HQ0406", span, text);
+            return Err(Box::new(d.help("write `<inertial> <origin xyz=\"0 0 0\"/> <mass value=\"1\"/> .. </inertial>` into its links, the mass in kg")));
+        }
+        let moves = |i: usize| !model.support(LinkId(i as u32)).is_empty();
+        let moves = model.links.iter().enumerate().any(|(i, l)| l.mass > 0.0 && moves(i));
+        let nodes = if moves {
+            self.leaf(graph, Leaf::Com)
+        } else {
+            let position = stdlib_tasks::expression::center_of_mass(model, &Data::new(model));
+            position.iter().map(|&x| graph.number(x)).collect()
+        };
+        Ok(Typed { kind: Kind::Vector, dimension: LENGTH, nodes, bare: false, axes: Axes::point(Frame::World), span })
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use runtime::program::{Capture, CaptureSource};
 use stdlib_tasks::bound::Slot;
-use stdlib_tasks::expression::Leaf;
+use stdlib_tasks::expression::{Expression, Leaf};
 
 /// The table of values while it is being laid out: for each place the node that gives it.
 #[derive(Debug, Default)]
@@ -19,6 +19,8 @@ pub struct Table {
     pub leaves: Vec<(usize, Leaf)>,
     /// The first number of each, by its text.
     known: BTreeMap<String, usize>,
+    /// The first input of each captured expression, by its nodes.
+    expressions: BTreeMap<Vec<usize>, usize>,
     /// Ranges of places that move, for the controller to watch.
     pub ranges: Vec<(usize, f64, f64)>,
 }
@@ -30,7 +32,7 @@ impl Table {
         Slot { at, len: nodes.len() }
     }
 
-    /// Captures a value once, however often it is named; gives the first input.
+    /// Captures a value of a task once, however often it is named; gives the first input.
     pub(super) fn capture(&mut self, source: CaptureSource, len: usize) -> usize {
         if let Some(c) = self.captures.iter().find(|c| c.source == source) {
             return c.at;
@@ -38,6 +40,18 @@ impl Table {
         let at = self.inputs;
         self.captures.push(Capture { at, len, source });
         self.inputs += len;
+        at
+    }
+
+    /// Captures an expression once, however often it is written; gives the first input. `nodes` are those of its value.
+    pub(super) fn capture_nodes(&mut self, nodes: &[usize], expression: Expression) -> usize {
+        if let Some(&at) = self.expressions.get(nodes) {
+            return at;
+        }
+        let at = self.inputs;
+        self.captures.push(Capture { at, len: nodes.len(), source: CaptureSource::State(expression) });
+        self.inputs += nodes.len();
+        self.expressions.insert(nodes.to_vec(), at);
         at
     }
 

@@ -20,8 +20,17 @@ impl Binder<'_> {
     pub(super) fn typed(&mut self, owner: Owner, value: &Value, moving: bool, state: bool) -> Option<Typed> {
         let (robot, forms) = (self.robot, &self.forms);
         let kind = owner.kind;
-        let owner = Some(owner);
-        let mut scope = TaskScope { robot, params: self.params, table: self.table, owner, moving, state, forms };
+        let mut scope = TaskScope {
+            robot,
+            params: self.params,
+            table: self.table,
+            owner: Some(owner),
+            moving,
+            state,
+            capturing: false,
+            asked: false,
+            forms,
+        };
         let typed =
             Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics }.value(value).ok()?;
         // A named expression of what the robot does is good in itself, and has no place here.

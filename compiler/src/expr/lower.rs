@@ -43,11 +43,14 @@ pub trait Scope {
     fn name(&mut self, name: &str) -> Meaning;
     /// Names that could have been meant.
     fn names(&self) -> Vec<String>;
-    /// The value that `initial(ARGUMENT)` captures. `Err` holds the diagnostic.
-    ///
-    /// # Errors
-    /// Nothing of that name can be captured here.
-    fn initial(&mut self, graph: &mut Graph, argument: &Value, span: Span) -> Result<Typed, Box<Diagnostic>>;
+    /// The value that `initial(ARGUMENT)` captures. `None` where nothing can be captured; the diagnostics say why.
+    fn initial(
+        &mut self,
+        graph: &mut Graph,
+        argument: &Value,
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Typed>;
     /// The axes that a name behind `in` means. `None` where it means none here; the diagnostics say why.
     fn frame(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame>;
     /// What the robot does now. `None` where it has no meaning here; the diagnostics say why.
@@ -167,6 +170,7 @@ impl Lowering<'_> {
         match name {
             "pi" => return Ok(scalar(self.graph.number(std::f64::consts::PI), NONE)),
             "t" => return Ok(scalar(self.graph.push(Op::T), TIME)),
+            "com" => return self.now(&Now::Com, span),
             "time" => return Ok(scalar(self.graph.push(Op::Time), TIME)),
             "true" | "false" => {
                 let node = self.graph.number(if name == "true" { 1.0 } else { -1.0 });
@@ -186,7 +190,7 @@ impl Lowering<'_> {
             Meaning::Unknown => {}
         }
         let mut known = self.scope.names();
-        known.extend(["pi", "t", "time"].map(String::from));
+        known.extend(["pi", "t", "time", "com"].map(String::from));
         let mut d = Diagnostic::error("HQ0201", span, format!("there is no value called `{name}`"));
         if let Some(near) = suggest(name, known.iter().map(String::as_str)) {
             d = d.help(format!("did you mean `{near}`?"));
@@ -256,10 +260,7 @@ impl Lowering<'_> {
                         .help("write for instance `initial(frame(left_tool).position)`"),
                 );
             };
-            return match self.scope.initial(self.graph, argument, span) {
-                Ok(typed) => Ok(typed),
-                Err(d) => self.fail(*d),
-            };
+            return self.scope.initial(self.graph, argument, span, self.diagnostics).ok_or(Failed);
         }
         if PRESENT.contains(&function.value.as_str()) {
             return self.present(function, args, span);

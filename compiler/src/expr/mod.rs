@@ -15,8 +15,8 @@ pub use functions::{FUNCTIONS, Function};
 pub use graph::Graph;
 pub use helps::bracketed;
 pub use lower::{Lowering, Meaning, Scope, Symbol};
-pub use present::Now;
 pub(crate) use present::PRESENT;
+pub use present::{Now, Plane};
 
 use dsl::Span;
 use stdlib_tasks::dimension::Dimension;

@@ -1,15 +1,15 @@
-//! What the robot does now, as an expression names it: frames, points of frames, joints, distances.
+//! What the robot does now, as an expression names it: frames, points of frames, joints, distances, the centre of mass.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
-use stdlib_tasks::dimension::LENGTH;
+use stdlib_tasks::dimension::{Dimension, LENGTH};
 
 use super::lower::Failed;
-use super::{Frame, Kind, Lowering, Typed, frames};
+use super::{Axes, Frame, Kind, Lowering, Typed, frames};
 use crate::constants::fits;
 
 /// The functions that give what the robot does now.
-pub(crate) const PRESENT: &[&str] = &["frame", "point", "joint", "distance"];
+pub(crate) const PRESENT: &[&str] = &["frame", "point", "joint", "distance", "plane", "com"];
 
 /// Something that the robot does now, with the values that name it.
 #[derive(Clone, Debug)]
@@ -22,10 +22,43 @@ pub enum Now<'v> {
     Joint(&'v Value),
     /// `distance(A, B)`.
     Distance(&'v Value, &'v Value),
+    /// `distance(A, plane(POINT, NORMAL))`: the part, and the plane.
+    Above(&'v Value, Plane),
+    /// `com`.
+    Com,
+}
+
+/// A plane: a point of it in m, its unit normal, and the axes that both count along.
+#[derive(Clone, Debug)]
+pub struct Plane {
+    /// A point of it, in m.
+    pub point: [f64; 3],
+    /// The unit normal.
+    pub normal: [f64; 3],
+    /// The axes, which carry the plane along: those of the world, or of a link.
+    pub axes: Frame,
+    /// Where it is written.
+    pub span: Span,
+}
+
+/// The arguments of `plane(..)`, where a value is that.
+fn plane_of(value: &Value) -> Option<(&[Value], Span)> {
+    match &value.kind {
+        ValueKind::Call(function, args) if function.value == "plane" => Some((args, value.span)),
+        _ => None,
+    }
+}
+
+/// The frame behind `plane(..) in F`.
+fn carried(value: &Value) -> Option<&Spanned<String>> {
+    match &value.kind {
+        ValueKind::In(inner, frame) => plane_of(inner).map(|_| frame),
+        _ => None,
+    }
 }
 
 impl Lowering<'_> {
-    fn now(&mut self, what: &Now, span: Span) -> Result<Typed, Failed> {
+    pub(super) fn now(&mut self, what: &Now, span: Span) -> Result<Typed, Failed> {
         self.scope.now(self.graph, what, span, self.diagnostics).ok_or(Failed)
     }
 
@@ -40,9 +73,18 @@ impl Lowering<'_> {
             };
             return self.now(&Now::Frame(frame, field), span);
         }
+        if let Some(k) = ["x", "y", "z"].iter().position(|n| *n == field.value) {
+            let of = self.value(inner)?;
+            if of.kind == Kind::Vector {
+                let nodes = vec![of.nodes[k]];
+                return Ok(Typed { kind: Kind::Scalar, nodes, axes: Axes::default(), span, ..of });
+            }
+            let text = format!("only a vector has an `{}`, and this is {}", field.value, of.kind.describe());
+            return self.fail(Diagnostic::error("HQ0304", inner.span, text).help("leave it out"));
+        }
         self.fail(
             Diagnostic::error("HQ0201", span, "the value of a task stands only inside `initial(..)`")
-                .note("of what the robot does now there is `frame(F).position`, `frame(F).orientation`, `point(F, ..)`, `joint(J)`, `distance(a, b)`")
+                .note("of what the robot does now there is `frame(F).position`, `frame(F).orientation`, `point(F, ..)`, `joint(J)`, `distance(a, b)`, `com`")
                 .help("write `initial(..)` around it for its value at the moment the stack becomes active"),
         )
     }
@@ -57,14 +99,47 @@ impl Lowering<'_> {
                 );
             }
             ("joint", [joint]) => return self.now(&Now::Joint(joint), span),
+            ("plane", _) => {
+                return self.fail(
+                    Diagnostic::error("HQ0304", span, "a plane by itself is no value")
+                        .help("write how far a part is above it: `distance(PART, plane([x, y, z] m, [0, 0, 1]))`"),
+                );
+            }
+            ("com", _) => {
+                let d = Diagnostic::error("HQ0310", span, "`com` is the centre of mass of the whole robot");
+                return self.fail(d.help("write `com`, without brackets"));
+            }
+            ("distance", [a, b]) if let Some(frame) = carried(a).or(carried(b)) => {
+                let d = Diagnostic::error(
+                    "HQ0304",
+                    frame.span,
+                    "a plane counts along the axes of its point and its normal",
+                );
+                return self.fail(d.help(format!("write `plane([x, y, z] m in {0}, [0, 0, 1] in {0})`", frame.value)));
+            }
+            ("distance", [a, b]) if plane_of(a).is_some() || plane_of(b).is_some() => return self.above(a, b, span),
             ("distance", [a, b]) => return self.now(&Now::Distance(a, b), span),
             ("point", [frame, offset]) => {
                 let name = Spanned::new(crate::forms::text_of(frame).unwrap_or_default().to_string(), frame.span);
-                let offset = self.offset(offset, &name)?;
+                let axes = |s: &mut Self| s.scope.frame(&name, s.diagnostics).ok_or(Failed);
+                let what = Fixed {
+                    what: "the place of a point in its frame",
+                    form: "[x, y, z] m",
+                    moves: "a point is fixed in its frame, and this place is not",
+                    help: "write a constant; for a place that moves in the frame write `frame(F).position + frame(F).orientation*[..] m`",
+                };
+                let typed = self.vector(offset, &what)?;
+                if typed.axes.to != Frame::Any {
+                    let axes = axes(self)?;
+                    if let Some(d) = frames::wanted(&typed, &axes, what.what, true) {
+                        return self.fail(d);
+                    }
+                }
+                let offset = self.fixed(&typed, Some(LENGTH), &what)?;
                 return self.now(&Now::Point(frame, offset), span);
             }
             ("joint", _) => "joint(NAME)",
-            ("distance", _) => "distance(PART, PART)",
+            ("distance", _) => "distance(PART, PART)` or `distance(PART, plane(POINT, NORMAL))",
             _ => "point(FRAME, [x, y, z] m)",
         };
         let count = if args.len() == 1 { "one argument".to_string() } else { format!("{} arguments", args.len()) };
@@ -72,36 +147,73 @@ impl Lowering<'_> {
         self.fail(Diagnostic::error("HQ0310", span, text).help(format!("the form is `{form}`")))
     }
 
-    /// The constant offset of a point in its frame.
-    fn offset(&mut self, value: &Value, frame: &Spanned<String>) -> Result<[f64; 3], Failed> {
-        let typed = self.value(value)?;
-        if typed.axes.to != Frame::Any {
-            let axes = self.scope.frame(frame, self.diagnostics).ok_or(Failed)?;
-            if let Some(d) = frames::wanted(&typed, &axes, "the place of a point in its frame", true) {
-                return self.fail(d);
+    /// `distance(A, plane(POINT, NORMAL))`, in either order.
+    fn above(&mut self, a: &Value, b: &Value, span: Span) -> Result<Typed, Failed> {
+        let (part, args, at) = match (plane_of(a), plane_of(b)) {
+            (Some((args, at)), None) => (b, args, at),
+            (None, Some((args, at))) => (a, args, at),
+            _ => {
+                let d = Diagnostic::error("HQ0304", span, "a distance between two planes is none of the robot's");
+                return self.fail(d.help("name a part of the robot on one side"));
             }
+        };
+        let [point, normal] = args else {
+            let d = Diagnostic::error("HQ0310", at, format!("`plane` takes a point and a normal, not {}", args.len()));
+            return self.fail(d.help("the form is `plane([x, y, z] m, [0, 0, 1])`"));
+        };
+        let help = "write constants; a plane that a link carries along counts in its axes: `plane([x, y, z] m in F, [0, 0, 1] in F)`";
+        let moves = "this plane moves, and a distance is to one that is fixed in the world or in a link";
+        let of_point = Fixed { what: "the point of a plane", form: "[x, y, z] m", moves, help };
+        let of_normal = Fixed { what: "the normal of a plane", form: "[x, y, z]", moves, help };
+        let (p, n) = (self.vector(point, &of_point), self.vector(normal, &of_normal));
+        let (p, n) = (p?, n?);
+        let Some(axes) = p.axes.to.joined(&n.axes.to) else { return self.fail(frames::different(&p, &n, at)) };
+        let point = self.fixed(&p, Some(LENGTH), &of_point)?;
+        let normal = nalgebra::Vector3::from(self.fixed(&n, None, &of_normal)?);
+        // Scaled first: the square of a huge number is not finite.
+        let Some(normal) = (normal / normal.amax()).try_normalize(0.0).filter(|_| normal.amax() > 0.0) else {
+            let d = Diagnostic::error("HQ0309", n.span, "the normal of a plane needs a direction");
+            return self.fail(d.help("write the direction that leads away from the plane, such as `[0, 0, 1]`"));
+        };
+        let axes = if axes == Frame::Any { Frame::World } else { axes };
+        self.now(&Now::Above(part, Plane { point, normal: normal.into(), axes, span: at }), span)
+    }
+
+    /// A vector, of any unit and in any axes.
+    fn vector(&mut self, value: &Value, what: &Fixed) -> Result<Typed, Failed> {
+        let typed = self.value(value)?;
+        if typed.kind == Kind::Vector {
+            return Ok(typed);
         }
-        if typed.kind != Kind::Vector {
-            let is = typed.kind.describe();
-            let text = format!("the place of a point in its frame is a vector, and this is {is}");
-            return self.fail(Diagnostic::error("HQ0304", value.span, text).here(is).help("write `[x, y, z] m`"));
-        }
-        if let Some(d) = fits(self.graph, &typed, LENGTH, "the place of a point in its frame") {
+        let is = typed.kind.describe();
+        let text = format!("{} is a vector, and this is {is}", what.what);
+        self.fail(Diagnostic::error("HQ0304", value.span, text).here(is).help(format!("write `{}`", what.form)))
+    }
+
+    /// The numbers of a vector that is constant, in SI.
+    fn fixed(&mut self, typed: &Typed, dimension: Option<Dimension>, what: &Fixed) -> Result<[f64; 3], Failed> {
+        if let Some(d) = dimension.and_then(|wanted| fits(self.graph, typed, wanted, what.what)) {
             return self.fail(d);
         }
-        let mut offset = [0.0; 3];
-        for (x, &node) in offset.iter_mut().zip(&typed.nodes) {
+        let mut numbers = [0.0; 3];
+        for (x, &node) in numbers.iter_mut().zip(&typed.nodes) {
             match self.graph.constant(node) {
                 Some(c) if c.is_finite() => *x = c,
-                _ => {
-                    let d =
-                        Diagnostic::error("HQ0307", value.span, "a point is fixed in its frame, and this place is not");
-                    return self.fail(d.help(
-                        "write a constant; for a place that moves in the frame write `frame(F).position + frame(F).orientation*[..] m`",
-                    ));
-                }
+                _ => return self.fail(Diagnostic::error("HQ0307", typed.span, what.moves).help(what.help)),
             }
         }
-        Ok(offset)
+        Ok(numbers)
     }
+}
+
+/// What a vector is that must not move.
+struct Fixed {
+    /// What it is called.
+    what: &'static str,
+    /// How it is written.
+    form: &'static str,
+    /// Why it must not move.
+    moves: &'static str,
+    /// What to write where it should.
+    help: &'static str,
 }

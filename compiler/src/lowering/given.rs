@@ -20,8 +20,8 @@ impl Scope for Outside<'_> {
         self.0.names()
     }
 
-    fn initial(&mut self, _: &mut Graph, _: &Value, span: Span) -> Result<Typed, Box<Diagnostic>> {
-        Err(Box::new(Diagnostic::error("HQ0311", span, "known to the task only")))
+    fn initial(&mut self, _: &mut Graph, _: &Value, _: Span, _: &mut Vec<Diagnostic>) -> Option<Typed> {
+        None
     }
 
     fn frame(&mut self, _: &Spanned<String>, _: &mut Vec<Diagnostic>) -> Option<Frame> {

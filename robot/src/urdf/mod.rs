@@ -113,6 +113,7 @@ fn parts(robot: RawRobot, tree: &Tree, driven: &[Driven], base: Base) -> Parts {
             collision: raw.collision,
             visual: raw.visual,
             mass: raw.mass,
+            center_of_mass: raw.center_of_mass,
         });
     }
     let mut slots_of_joints: Vec<Option<_>> = raw_joints.into_iter().map(Some).collect();

@@ -18,6 +18,7 @@ const MAX_LINKS: usize = 100_000;
 pub(super) struct RawLink {
     pub name: Spanned<String>,
     pub mass: f64,
+    pub center_of_mass: Vector3<f64>,
     pub collision: Vec<PlacedShape>,
     pub visual: Vec<Visual>,
 }
@@ -124,8 +125,12 @@ fn owned(found: Spanned<&str>) -> Spanned<String> {
 
 fn link(cx: &mut Cx, node: Node, solids: &mut Solids) -> Option<RawLink> {
     let name = cx.need(node, "name");
-    let mut mass = 0.0;
-    if let Some(element) = child(node, "inertial").and_then(|i| child(i, "mass")) {
+    let (mut mass, mut center_of_mass) = (0.0, Vector3::zeros());
+    let inertial = child(node, "inertial");
+    if let Some(origin) = inertial.and_then(|i| child(i, "origin")) {
+        center_of_mass = cx.numbers(origin, "xyz").map_or(center_of_mass, Vector3::from);
+    }
+    if let Some(element) = inertial.and_then(|i| child(i, "mass")) {
         mass = cx.number(element, "value").unwrap_or(0.0);
         if mass < 0.0 {
             let span = attribute(element, "value").map_or_else(|| cx.tag(element), |a| a.span);
@@ -134,7 +139,7 @@ fn link(cx: &mut Cx, node: Node, solids: &mut Solids) -> Option<RawLink> {
     }
     let collision = children(node, "collision").filter_map(|element| solid::collision(cx, element, solids)).collect();
     let visual = children(node, "visual").filter_map(|element| solid::visual(cx, element, solids)).collect();
-    Some(RawLink { name: owned(name?), mass, collision, visual })
+    Some(RawLink { name: owned(name?), mass, center_of_mass, collision, visual })
 }
 
 fn joint(cx: &mut Cx, node: Node) -> Option<RawJoint> {

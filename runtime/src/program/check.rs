@@ -117,13 +117,13 @@ impl Program {
             let place = format!("values.captures[{i}]");
             let end = c.at.saturating_add(c.len);
             ensure(end <= v.tape.inputs && c.len <= 4, &place, "fills inputs that do not exist")?;
-            let (good, len) = match &c.source {
-                CaptureSource::Task(t, _) => (*t < self.tasks.len(), c.len),
-                CaptureSource::FramePosition(l) => (l.0 < self.robot.model.links.len() as u32, 3),
-                CaptureSource::FrameOrientation(l) => (l.0 < self.robot.model.links.len() as u32, 4),
-                CaptureSource::Joint(q) => (*q < self.robot.model.nq(), 1),
-            };
-            ensure(good && len == c.len, &place, "reads something that does not exist")?;
+            match &c.source {
+                CaptureSource::Task(t, _) => ensure(*t < self.tasks.len(), &place, "reads a task that does not exist")?,
+                CaptureSource::State(e) => {
+                    e.check(&self.robot.model, 0).map_err(|text| error(&place, text))?;
+                    ensure(e.outputs.len() == c.len, &place, "reads more or fewer numbers than it fills")?;
+                }
+            }
         }
         Ok(())
     }

@@ -7,16 +7,17 @@
 mod check;
 mod tape;
 
-use robot::{LinkId, Model};
+use robot::Model;
 use serde::{Deserialize, Serialize};
 use stdlib_tasks::bound::{Arm, BoundParams, Geometry};
+use stdlib_tasks::expression::Expression;
 
 pub use check::ProgramError;
 pub(crate) use check::error;
 pub use tape::{Op, Output, Tape, Times};
 
 /// The version of the format; a program of another version is refused.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// A compiled spec.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -126,12 +127,8 @@ pub struct Capture {
 pub enum CaptureSource {
     /// A value of a task, by the name that its type gives it.
     Task(usize, String),
-    /// The position of a frame in the world, in m.
-    FramePosition(LinkId),
-    /// The orientation of a frame in the world, `w x y z`.
-    FrameOrientation(LinkId),
-    /// The position of a joint, by its index in the configuration.
-    Joint(usize),
+    /// An expression of the robot's state, which reads nothing of the table of values.
+    State(Expression),
 }
 
 /// A task.

@@ -63,6 +63,27 @@ impl Tape {
         Tape { outputs: outputs.collect(), ops, inputs: self.inputs }
     }
 
+    /// For each captured value, the first place in the table of values that follows from it. The tape has passed
+    /// [`super::Program::check`].
+    pub fn readers(&self) -> Vec<Option<usize>> {
+        // For each operation the first place that needs it, handed down from users to operands.
+        let mut first: Vec<Option<usize>> = vec![None; self.ops.len()];
+        let earlier = |a: Option<usize>, b: Option<usize>| a.into_iter().chain(b).min();
+        for o in &self.outputs {
+            first[o.value] = earlier(first[o.value], Some(o.at));
+        }
+        let mut readers = vec![None; self.inputs];
+        for (i, op) in self.ops.iter().enumerate().rev() {
+            for &o in op.operands().iter().flatten() {
+                first[o] = earlier(first[o], first[i]);
+            }
+            if let Op::Input(k) = *op {
+                readers[k] = earlier(readers[k], first[i]);
+            }
+        }
+        readers
+    }
+
     /// Evaluates all operations into `registers` (as many as operations) and writes the outputs into the tables of
     /// values and rates. The tape has passed [`super::Program::check`].
     pub fn evaluate(&self, times: Times, inputs: &[f64], registers: &mut [f64], values: &mut [f64], rates: &mut [f64]) {

@@ -11,12 +11,14 @@
 //! q' = (0, ω) q / 2        a·q' = ω · (-a_w v + w a_v + v × a_v) / 2,    q = (w, v)
 //! ```
 //!
-//! for a distance its row along the line between the closest points. Source: Griewank, Walther, Evaluating Derivatives
+//! for a distance its row along the line between the closest points, for the centre of mass the rows of the links' centres. Source: Griewank, Walther, Evaluating Derivatives
 //! (2008), ch. 3; the leaves are ours.
 
 use nalgebra::{Point3, Vector3};
 use robot::Model;
 
+use super::above::{Above, Lowest};
+use super::center_of_mass::CenterOfMass;
 use super::{Expression, Leaf, Op};
 use crate::apart::{Apart, NoWay, Pair};
 use crate::task::State;
@@ -29,6 +31,8 @@ enum Found {
     Orientation(robot::LinkId),
     Joint { dof: usize, q: usize },
     Distance { pair: Box<Pair>, apart: Option<Apart> },
+    Above { above: Box<Above>, lowest: Option<Lowest> },
+    Com(CenterOfMass),
 }
 
 /// An expression made ready. Nothing here allocates after [`Evaluation::new`].
@@ -44,6 +48,8 @@ pub struct Evaluation {
     state_adjoints: Vec<f64>,
     registers: Vec<f64>,
     adjoints: Vec<f64>,
+    /// The size of what the last row was summed from.
+    size: f64,
 }
 
 impl Evaluation {
@@ -62,6 +68,8 @@ impl Evaluation {
                 Leaf::Distance(pair) => {
                     Found::Distance { pair: Box::new(Pair::new(pair.0.clone(), pair.1.clone())), apart: None }
                 }
+                Leaf::Above(above) => Found::Above { above: above.clone(), lowest: None },
+                Leaf::Com => Found::Com(CenterOfMass::new(model)),
             };
             leaves.push((at, found));
             at += leaf.width();
@@ -75,6 +83,7 @@ impl Evaluation {
             state_adjoints: vec![0.0; at],
             registers: vec![0.0; expression.ops.len()],
             adjoints: vec![0.0; expression.ops.len()],
+            size: 0.0,
         }
     }
 
@@ -114,6 +123,12 @@ impl Evaluation {
                     numbers[0] = now.distance;
                     *apart = Some(now);
                 }
+                Found::Above { above, lowest } => {
+                    let now = above.find(state);
+                    numbers[0] = now.height;
+                    *lowest = Some(now);
+                }
+                Found::Com(com) => write_vector(&com.position(state.data), numbers),
             }
         }
         for (i, op) in self.ops.iter().enumerate() {
@@ -131,6 +146,11 @@ impl Evaluation {
     /// Number `i` of the value, after [`Evaluation::forward`].
     pub fn value(&self, i: usize) -> f64 {
         self.registers[self.outputs[i]]
+    }
+
+    /// The size of what the last row was summed from: coefficients far below it are rounding.
+    pub fn size(&self) -> f64 {
+        self.size
     }
 
     /// The sweep back, after [`Evaluation::forward`] of the same tick: adds to `row` the coefficients of `v` in the rate of
@@ -152,23 +172,41 @@ impl Evaluation {
                 _ => op.pull(g, self.registers[i], &self.registers[..i], &mut self.adjoints[..i]),
             }
         }
+        self.size = 0.0;
         for (at, found) in &self.leaves {
             let (a, x) = (&self.state_adjoints[*at..], &self.state[*at..]);
             match found {
                 Found::Point { link, .. } => {
                     let (n, p) = (Vector3::new(a[0], a[1], a[2]), Vector3::new(x[0], x[1], x[2]));
+                    self.size += n.norm() * (1.0 + p.norm());
                     state.data.add_point(state.model, *link, &p, &n, row);
                 }
                 Found::Orientation(link) => {
                     let (a_v, v) = (Vector3::new(a[1], a[2], a[3]), Vector3::new(x[1], x[2], x[3]));
                     let axis = (a_v * x[0] - v * a[0] + v.cross(&a_v)) * 0.5;
+                    self.size += a_v.norm() + a[0].abs();
                     state.data.add_angular(state.model, *link, &axis, row);
                 }
-                Found::Joint { dof, .. } => row[*dof] += a[0],
+                Found::Joint { dof, .. } => {
+                    self.size += a[0].abs();
+                    row[*dof] += a[0];
+                }
                 Found::Distance { pair, apart } => {
                     if let Some(apart) = apart {
+                        self.size += 2.0 * a[0].abs() * (1.0 + apart.on_a.norm());
                         pair.add_row(state, apart, a[0], row);
                     }
+                }
+                Found::Above { above, lowest } => {
+                    if let Some(lowest) = lowest {
+                        self.size += 2.0 * a[0].abs() * (1.0 + lowest.at.norm());
+                        above.add_row(state, lowest, a[0], row);
+                    }
+                }
+                Found::Com(com) => {
+                    let (n, p) = (Vector3::new(a[0], a[1], a[2]), Vector3::new(x[0], x[1], x[2]));
+                    self.size += n.norm() * (1.0 + p.norm());
+                    com.add_row(state, &n, row);
                 }
             }
         }

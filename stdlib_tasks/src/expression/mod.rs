@@ -5,6 +5,8 @@
 //! what remains stands here. [`Evaluation`] is an expression made ready: one sweep forward for the value, one back for
 //! each row.
 
+mod above;
+mod center_of_mass;
 mod evaluation;
 mod op;
 mod term;
@@ -16,9 +18,11 @@ use serde::{Deserialize, Serialize};
 use crate::bound::{Geometry, Slot};
 use crate::dimension::Dimension;
 
+pub use above::{Above, Plane};
+pub use center_of_mass::center_of_mass;
 pub use evaluation::Evaluation;
 pub use op::{Op, ROUNDING};
-pub use term::{Term, turn_seeds};
+pub use term::{Term, settle, turn_seeds};
 
 /// Something that the robot does now, of which expressions are made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,15 +41,19 @@ pub enum Leaf {
     Joint(usize),
     /// The distance between two parts of the robot in m, negative where they overlap: one number.
     Distance(Box<(Geometry, Geometry)>),
+    /// How far a part of the robot is above a plane in m, negative below it: one number.
+    Above(Box<Above>),
+    /// The position in the world of the robot's centre of mass, in m: three numbers.
+    Com,
 }
 
 impl Leaf {
     /// How many numbers it is.
     pub fn width(&self) -> usize {
         match self {
-            Leaf::Point { .. } => 3,
+            Leaf::Point { .. } | Leaf::Com => 3,
             Leaf::Orientation(_) => 4,
-            Leaf::Joint(_) | Leaf::Distance(_) => 1,
+            Leaf::Joint(_) | Leaf::Distance(_) | Leaf::Above(_) => 1,
         }
     }
 
@@ -62,6 +70,8 @@ impl Leaf {
                 ensure(model.dofs.get(*dof).is_some_and(|d| d.q_index.is_some()), "a joint has no position")
             }
             Leaf::Distance(pair) => [&pair.0, &pair.1].into_iter().try_for_each(|g| g.check(model)),
+            Leaf::Above(above) => above.check(model),
+            Leaf::Com => ensure(center_of_mass::exists(model), "no link has a mass, and there is no centre of mass"),
         }
     }
 }

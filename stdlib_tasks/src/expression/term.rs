@@ -81,12 +81,34 @@ impl Term {
         Quaternion::new(x(0), x(1), x(2), x(3))
     }
 
+    /// The size of what the last row was summed from.
+    fn size(&self) -> f64 {
+        match self {
+            Term::Slot(..) => 0.0,
+            Term::State(e) => e.size(),
+        }
+    }
+
     /// Adds to `row` the coefficients of `v` in the rate of `sum_i seeds[i] value(i)`, and gives what that rate is while
     /// the robot stands still.
     pub fn add_row(&mut self, state: &State, seeds: &[f64], row: &mut [f64]) -> f64 {
         match self {
             Term::Slot(at, len) => state.rates[*at..*at + *len].iter().zip(seeds).map(|(r, s)| r * s).sum(),
             Term::State(e) => e.add_row(state, seeds, row),
+        }
+    }
+}
+
+/// A coefficient below this part of what its row was summed from is rounding: parts of one rigid body, whose distance no
+/// joint changes, leave some 1e-17, and that would be taken for a direction.
+const ROUNDING: f64 = 1e-12;
+
+/// Clears the coefficients of a row that are nothing but rounding; the row was summed from these terms.
+pub fn settle(row: &mut [f64], terms: &[&Term]) {
+    let size: f64 = terms.iter().map(|t| t.size()).sum();
+    for x in row {
+        if x.abs() <= ROUNDING * size {
+            *x = 0.0;
         }
     }
 }

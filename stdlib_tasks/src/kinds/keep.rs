@@ -11,7 +11,7 @@ use std::cell::RefCell;
 
 use crate::bound::{BoundParams, check};
 use crate::dimension::{Dimension, NONE, RATE};
-use crate::expression::Term;
+use crate::expression::{Term, settle};
 use crate::params::{Form, Input, Operand, ParamType, Presence, Quantity};
 use crate::task::{Actual, ActualType, BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 use crate::written::{Gain, actual, dimension, fault, row_names};
@@ -42,8 +42,8 @@ h = y - min                                                safe where h >= 0\n\
 (J_y - J_min) v  >=  -φ (h - δ) + d/dt min - d/dt y        likewise max - y\n\
 ```\n\n\
 `value` is any expression in which the robot's present state stands: `frame(F).position`, `frame(F).orientation`, \
-`point(F, [x, y, z] m)`, `joint(J)`, `distance(a, b)`. `J` is its exact derivative in the robot's configuration, `d/dt` \
-that in time. The state may stand in `min`, `max` and `gain` too; a value with both limits, one of which depends on the \
+`point(F, [x, y, z] m)`, `joint(J)`, `distance(a, b)`, `com`. `J` is its exact derivative in the robot's configuration, \
+`d/dt` that in time. The state may stand in `min`, `max` and `gain` too; a value with both limits, one of which depends on the \
 state, has a row for each.\n\n\
 Where the value has no derivative (`norm` of zero, the corner of a `min`) the row is that of the branch that the value \
 takes, or zero; the page on expressions lists these points. A row that is zero cannot be met by moving.\n\n\
@@ -125,6 +125,11 @@ impl Keep {
             let own = max.add_row(state, &minus, rows.row(i));
             rows.upper[i] = gain * (h - self.reserve) - own - still;
             margin = margin.min(h);
+        }
+        let value = self.value.get_mut();
+        match (sides, &self.min, &self.max) {
+            ((true, false), Some(side), _) | ((false, true), _, Some(side)) => settle(rows.row(i), &[value, side]),
+            _ => settle(rows.row(i), &[value]),
         }
         // Comparisons with NaN are false: what is not a number passes neither test.
         let side = |x: f64, given: bool| !given || x.is_finite();

@@ -13,7 +13,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::bound::{BoundParams, check};
 use crate::dimension::{ANGLE, Dimension, RATE};
-use crate::expression::{Term, turn_seeds};
+use crate::expression::{Term, settle, turn_seeds};
 use crate::params::{Form, Operand, ParamType, Presence, Quantity};
 use crate::so3;
 use crate::task::{
@@ -90,6 +90,7 @@ impl Track {
             (plus[i], minus[i]) = (1.0, -1.0);
             let error = self.target.value(state, i) - value.value(state, i);
             let still = value.add_row(state, &plus, rows.row(i)) + self.target.add_row(state, &minus, rows.row(i));
+            settle(rows.row(i), &[value, &self.target]);
             rows.equal(i, gain * error - still);
             squares += error * error;
         }
@@ -107,6 +108,7 @@ impl Track {
             let plus = turn_seeds(&q, i).map(|s| s / length);
             let minus = turn_seeds(&d, i).map(|s| -s / target_length);
             let still = value.add_row(state, &plus, rows.row(i)) + self.target.add_row(state, &minus, rows.row(i));
+            settle(rows.row(i), &[value, &self.target]);
             rows.equal(i, gain * error[i] - still);
         }
         error.norm()

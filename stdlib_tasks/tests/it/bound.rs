@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use hierarq_stdlib_tasks::KINDS;
 use hierarq_stdlib_tasks::bound::{Arm, Bound, Geometry, Slot};
 use hierarq_stdlib_tasks::dimension::LENGTH;
-use hierarq_stdlib_tasks::expression::{Expression, Leaf, Op};
+use hierarq_stdlib_tasks::expression::{Above, Expression, Leaf, Op, Plane};
 use hierarq_stdlib_tasks::params::{Input, Presence};
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -168,6 +168,13 @@ fn anything(model: &Model) -> impl Strategy<Value = Bound> + use<> {
         1 => link.clone().prop_map(Leaf::Orientation),
         1 => index.clone().prop_map(Leaf::Joint),
         1 => (geometry.clone(), geometry.clone()).prop_map(|pair| Leaf::Distance(Box::new(pair))),
+        1 => (geometry.clone(), prop::option::of(link.clone()), number.clone(), number.clone()).prop_map(
+            |(part, link, z, offset)| {
+                let normal = Vector3::new(0.0, (1.0 - z * z).sqrt(), z);
+                Leaf::Above(Box::new(Above { part, plane: Plane { link, normal, offset } }))
+            }
+        ),
+        1 => Just(Leaf::Com),
     ];
     let outputs = prop_oneof![prop::collection::vec(0usize..8, 1), prop::collection::vec(0usize..8, 0..5)];
     let expression =

@@ -1,0 +1,207 @@
+//! What `initial(..)` captures: a value of the task itself, or any expression of what the robot does.
+//!
+//! An expression is lowered like one of `keep` and `track`, and becomes a capture of its own: it is evaluated once, when
+//! the stack becomes active. The time is zero then, and stands outside.
+
+use dsl::tree::{Value, ValueKind};
+use dsl::{Diagnostic, Span};
+use runtime::program::{CaptureSource, Op};
+use stdlib_tasks::dimension::NONE;
+use stdlib_tasks::task::ActualType;
+
+use super::cut::cut;
+use super::scope::TaskScope;
+use crate::constants::is_word;
+use crate::expr::{Axes, Graph, Kind, Lowering, Typed};
+use crate::forms::path_of;
+use crate::names::{list, suggest};
+
+/// What to write where nothing can be captured.
+const USE: &str = "name what the robot does, such as `initial(frame(LINK).position)`, `initial(joint(NAME))` or `initial(distance(a, b))`, or a value of the task itself";
+
+/// Why nothing is captured; `None` where that was reported already.
+type Refusal = Option<Box<Diagnostic>>;
+
+impl TaskScope<'_> {
+    /// The value that `initial(ARGUMENT)` captures.
+    pub(super) fn captured(
+        &mut self,
+        graph: &mut Graph,
+        argument: &Value,
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Typed> {
+        if self.capturing {
+            let d = Diagnostic::error("HQ0311", span, "an `initial(..)` inside another");
+            diagnostics.push(d.help("leave it out: all that stands in the outer one is captured at the same moment"));
+            return None;
+        }
+        let found = match self.own(argument) {
+            Some((path, ty)) => self.own_value(graph, path, ty, argument.span, span),
+            None => self.expression(graph, argument, span, diagnostics),
+        };
+        found.map_err(|d| diagnostics.extend(d.map(|d| *d))).ok()
+    }
+
+    /// The name and type of a value of the task itself.
+    fn own(&self, value: &Value) -> Option<(String, ActualType)> {
+        let path = path_of(value)?;
+        let arm = |name: &str| self.robot.arms.iter().any(|arm| name == format!("angle.{}", arm.name));
+        let owner = self.owner?;
+        [format!("{}{path}", owner.prefix), path].into_iter().find_map(|name| {
+            let actual = owner.kind.actuals.iter().find(|a| a.name == name || (a.name == "*" && arm(&name)))?;
+            Some((name, actual.ty))
+        })
+    }
+
+    /// Captures a value of the task itself.
+    fn own_value(
+        &mut self,
+        graph: &mut Graph,
+        path: String,
+        ty: ActualType,
+        at: Span,
+        span: Span,
+    ) -> Result<Typed, Refusal> {
+        let ty = match ty {
+            ActualType::Of(name) => self.type_of(name, at)?,
+            ty => ty,
+        };
+        self.must_move(span)?;
+        let task = self.owner.map_or(0, |o| o.task);
+        let first = self.table.capture(CaptureSource::Task(task, path), ty.len());
+        let nodes = (first..first + ty.len()).map(|k| graph.push(Op::Input(k))).collect();
+        let (kind, dimension) = match ty {
+            ActualType::Scalar(d) => (Kind::Scalar, d),
+            ActualType::Vector(d) => (Kind::Vector, d),
+            ActualType::Rotation | ActualType::Of(_) => (Kind::Rotation, NONE),
+        };
+        Ok(Typed { kind, dimension, nodes, bare: false, axes: Axes::default(), span })
+    }
+
+    /// The type of a parameter that was bound before. One that is wrong was reported there.
+    fn type_of(&self, name: &str, span: Span) -> Result<ActualType, Refusal> {
+        match self.forms.get(name) {
+            Some((Kind::Scalar | Kind::Truth, d)) => Ok(ActualType::Scalar(*d)),
+            Some((Kind::Vector, d)) => Ok(ActualType::Vector(*d)),
+            Some((Kind::Rotation, _)) => Ok(ActualType::Rotation),
+            None if self.owner.is_none_or(|o| o.param != name) => Err(None),
+            None => {
+                let d = Diagnostic::error("HQ0311", span, format!("`{name}` cannot be captured inside itself"));
+                let help = "name what the robot does, such as `initial(frame(F).position)` or `initial(joint(J))`";
+                Err(Some(Box::new(d.help(help))))
+            }
+        }
+    }
+
+    /// Captures an expression of what the robot does.
+    fn expression(
+        &mut self,
+        graph: &mut Graph,
+        argument: &Value,
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Result<Typed, Refusal> {
+        if let Some(d) = self.no_value(argument).or_else(|| self.own_inside(argument)) {
+            return Err(Some(Box::new(d)));
+        }
+        let mut inside = TaskScope {
+            robot: self.robot,
+            params: self.params,
+            table: self.table,
+            owner: self.owner,
+            moving: self.moving,
+            state: true,
+            capturing: true,
+            asked: false,
+            forms: self.forms,
+        };
+        let typed = Lowering { graph, scope: &mut inside, diagnostics }.value(argument);
+        let asked = inside.asked;
+        self.state(graph, typed.map_err(|_| None)?, asked, argument, span)
+    }
+
+    /// Captures a typed expression; `asked` where it names something that the robot does.
+    fn state(
+        &mut self,
+        graph: &mut Graph,
+        typed: Typed,
+        asked: bool,
+        argument: &Value,
+        span: Span,
+    ) -> Result<Typed, Refusal> {
+        if typed.nodes.iter().all(|&n| graph.constant(n).is_some()) {
+            // Of a link that does not move.
+            let d = Diagnostic::error("HQ0311", argument.span, "nothing can be captured from this");
+            return if asked { Ok(Typed { span, ..typed }) } else { Err(Some(Box::new(d.help(USE)))) };
+        }
+        let e = cut(graph, self.table, &typed);
+        if !e.inputs.is_empty() {
+            let d = Diagnostic::error("HQ0311", argument.span, "the time cannot be captured")
+                .note("`initial(..)` is the value when the stack becomes active, and `t` is zero then");
+            return Err(Some(Box::new(d.help("leave `t` and `time` out, or write them outside of `initial(..)`"))));
+        }
+        self.must_move(span)?;
+        let first = self.table.capture_nodes(&typed.nodes, e);
+        let nodes = (first..first + typed.nodes.len()).map(|k| graph.push(Op::Input(k))).collect();
+        Ok(Typed { nodes, bare: false, span, ..typed })
+    }
+
+    /// A parameter that is needed before anything is captured takes nothing captured.
+    fn must_move(&self, span: Span) -> Result<(), Refusal> {
+        if self.moving {
+            return Ok(());
+        }
+        let d = Diagnostic::error("HQ0307", span, "this parameter is needed before anything is captured")
+            .note("`initial(..)` has its value when the stack becomes active, and the task is built before");
+        Err(Some(Box::new(d.help("write a constant"))))
+    }
+
+    /// The diagnostic for a name that neither the task nor the spec knows.
+    fn no_value(&self, argument: &Value) -> Option<Diagnostic> {
+        let path = path_of(argument)?;
+        if matches!(&argument.kind, ValueKind::Name(n) if self.params.knows(n) || is_word(&path)) {
+            return None;
+        }
+        let own: Vec<&str> = self.owner.iter().flat_map(|o| o.kind.actuals).map(|a| a.name).collect();
+        let text = match self.owner {
+            Some(owner) => format!("`{}` has no value `{path}` that could be captured", owner.kind.name),
+            None => format!("a `let` belongs to no task, so there is no `{path}` that could be captured"),
+        };
+        let d = Diagnostic::error("HQ0311", argument.span, text);
+        Some(if let Some(near) = suggest(&path, own.iter().copied()) {
+            d.help(format!("did you mean `initial({near})`?"))
+        } else if own.is_empty() {
+            d.help("name what the robot does, such as `initial(frame(LINK).position)` or `initial(joint(NAME))`")
+        } else {
+            d.help(format!("it has {}", list(own.iter().copied(), 8).replace("`*`", "`angle.ARM`")))
+        })
+    }
+
+    /// The diagnostic for a value of the task itself inside an expression that is captured: it is none of the state.
+    fn own_inside(&self, value: &Value) -> Option<Diagnostic> {
+        let names = |v: &&Value| matches!(&v.kind, ValueKind::Name(n) if self.params.knows(n));
+        if let Some((path, _)) = Some(value).filter(|v| !names(v)).and_then(|v| self.own(v)) {
+            let d = Diagnostic::error("HQ0311", value.span, format!("`{path}` stands alone in `initial(..)`")).note(
+                "it is a value of the task itself, and only expressions of what the robot does are captured as a whole",
+            );
+            return Some(d.help(format!("capture it by itself, and write the rest outside: `initial({path})`")));
+        }
+        match &value.kind {
+            // These take names of frames and joints.
+            ValueKind::Call(function, _) if ["frame", "joint", "distance"].contains(&function.value.as_str()) => None,
+            ValueKind::Call(_, args) | ValueKind::List(args) => args.iter().find_map(|a| self.own_inside(a)),
+            ValueKind::Field(inner, _)
+            | ValueKind::Unit(inner, _)
+            | ValueKind::In(inner, _)
+            | ValueKind::Negate(inner)
+            | ValueKind::Not(inner) => self.own_inside(inner),
+            ValueKind::Binary(_, a, b) => self.own_inside(a).or_else(|| self.own_inside(b)),
+            ValueKind::Missing
+            | ValueKind::Number(_)
+            | ValueKind::Text(_)
+            | ValueKind::Name(_)
+            | ValueKind::Block(_) => None,
+        }
+    }
+}

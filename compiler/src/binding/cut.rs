@@ -1,0 +1,55 @@
+//! From nodes of the graph to an expression of the robot's state, cut where something depends on time alone.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use runtime::program::Op;
+use stdlib_tasks::dimension::NONE;
+use stdlib_tasks::expression::{Expression, Leaf};
+
+use super::Table;
+use crate::expr::{Graph, Kind, Typed};
+
+/// The expression of a typed value. Its inputs are the nodes that depend on time or on what was captured, and not on the
+/// state.
+pub(super) fn cut(graph: &Graph, table: &Table, typed: &Typed) -> Expression {
+    // Operands come before users: the last of the open nodes is never needed again.
+    let mut open: BTreeSet<usize> = typed.nodes.iter().copied().collect();
+    let mut needed = BTreeSet::new();
+    while let Some(i) = open.pop_last() {
+        needed.insert(i);
+        if graph.is_state(i) {
+            open.extend(graph.ops()[i].operands().into_iter().flatten());
+        }
+    }
+    let dimension = if typed.kind == Kind::Rotation { NONE } else { typed.dimension };
+    let mut e = Expression { ops: vec![], inputs: vec![], leaves: vec![], outputs: vec![], dimension };
+    let mut index: BTreeMap<usize, usize> = BTreeMap::new();
+    let mut states: BTreeMap<usize, usize> = BTreeMap::new();
+    for i in needed {
+        let op = match graph.ops()[i] {
+            Op::Const(x) => Op::Const(x),
+            Op::State(k) => Op::State(state_number(table, k, &mut states, &mut e.leaves)),
+            op if graph.is_state(i) => op.renumber(|a| index[&a]),
+            _ => {
+                e.inputs.push(i);
+                Op::Input(e.inputs.len() - 1)
+            }
+        };
+        e.ops.push(op);
+        index.insert(i, e.ops.len() - 1);
+    }
+    e.outputs = typed.nodes.iter().map(|n| index[n]).collect();
+    e
+}
+
+/// The number that number `k` of the robot's state has within one expression.
+fn state_number(table: &Table, k: usize, states: &mut BTreeMap<usize, usize>, leaves: &mut Vec<Leaf>) -> usize {
+    if !states.contains_key(&k)
+        && let Some((at, leaf)) = table.leaf_of(k)
+    {
+        let first = leaves.iter().map(Leaf::width).sum::<usize>();
+        states.extend((0..leaf.width()).map(|i| (at + i, first + i)));
+        leaves.push(leaf.clone());
+    }
+    states.get(&k).copied().unwrap_or(0)
+}

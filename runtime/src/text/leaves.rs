@@ -1,0 +1,44 @@
+//! What the robot does now, in words: the leaves of expressions of its state.
+
+use stdlib_tasks::expression::{Expression, Leaf};
+
+use super::number;
+use crate::program::{Op, Program};
+
+/// The words for an expression that is one leaf, as it is.
+pub(super) fn whole_leaf(p: &Program, e: &Expression) -> Option<String> {
+    let [leaf] = e.leaves.as_slice() else { return None };
+    let same = |i: usize| e.outputs.get(i) == Some(&i) && e.ops.get(i) == Some(&Op::State(i));
+    let whole = e.ops.len() == leaf.width() && e.outputs.len() == leaf.width() && (0..leaf.width()).all(same);
+    whole.then(|| words(p, leaf))
+}
+
+/// The numbers of a leaf, each in words.
+pub(super) fn leaf(p: &Program, leaf: &Leaf) -> Vec<String> {
+    let names: &[&str] = match leaf.width() {
+        1 => return vec![words(p, leaf)],
+        3 => &["x", "y", "z"],
+        _ => &["w", "x", "y", "z"],
+    };
+    names.iter().map(|n| format!("{n} of {}", words(p, leaf))).collect()
+}
+
+/// A leaf in words.
+fn words(p: &Program, leaf: &Leaf) -> String {
+    let name = |l: robot::LinkId| p.robot.model.link_ref(l).name.as_str();
+    let vector = |v: &nalgebra::Vector3<f64>| v.iter().map(|x| number(*x)).collect::<Vec<_>>().join(", ");
+    match leaf {
+        Leaf::Point { link, offset } if offset.norm() == 0.0 => format!("the position of {}", name(*link)),
+        Leaf::Point { link, offset } => format!("the point [{}] m of {}", vector(offset), name(*link)),
+        Leaf::Orientation(link) => format!("the orientation of {}", name(*link)),
+        Leaf::Joint(dof) => format!("the position of joint {}", p.robot.model.dofs[*dof].name),
+        Leaf::Distance(pair) => format!("the distance from {} to {}", pair.0.name, pair.1.name),
+        Leaf::Above(above) => {
+            let plane = &above.plane;
+            let axes = plane.link.map_or("the world", name);
+            let (normal, offset) = (vector(&plane.normal), number(plane.offset));
+            format!("the height of {} above the plane [{normal}]·x = {offset} m in {axes}", above.part.name)
+        }
+        Leaf::Com => "the centre of mass".to_string(),
+    }
+}
