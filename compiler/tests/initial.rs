@@ -135,6 +135,22 @@ fn what_is_lost_on_the_robot_is_a_fault() {
 }
 
 #[test]
+fn a_value_that_needs_its_capture_is_written_and_read() {
+    // Before anything is captured this is one over zero.
+    let body = "task x = track(joint(@J)) { target 0.4 rad^2/initial(joint(@K)) }\nstack s { level all { x } }\n";
+    let good = compiled(body).program.expect("a program");
+    let text = serde_json::to_string(&good).expect("JSON");
+    let back: Program = serde_json::from_str(&text).expect("a program");
+    assert_eq!(back, good);
+    let (mut evaluator, mut problem) = Evaluator::new(&back, 0).expect("it can be executed");
+    let home = &back.robot.home;
+    evaluator.enter(home, Times::default());
+    evaluator.update(home, Times::default(), &mut problem).expect("rows");
+    let k = back.robot.model.dof("joint_4").expect("a joint");
+    assert_eq!(target(&evaluator, &back, 0), [0.4 / home[k]]);
+}
+
+#[test]
 fn programs_are_written_and_read() {
     let body = "task x = track(com) { target initial(com + point(@A, [0, 0, 0.1] m)*0 + [0, 0, 0.01] m) }\n\
         task y = keep(distance(finger, plane([0, 0, -1] m, [0, 0, 1]))) { min initial(distance(finger, lower))*0 }\n\

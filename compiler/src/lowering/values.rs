@@ -27,6 +27,10 @@ impl Lowerer<'_> {
         let mut rates = vec![0.0; initial.len()];
         let inputs = vec![0.0; tape.inputs];
         tape.evaluate(runtime::program::Times::default(), &inputs, &mut registers, &mut initial, &mut rates);
+        // Without a capture it may have no value yet, and a file has no word for that.
+        for o in tape.outputs.iter().filter(|o| !registers[o.value].is_finite()) {
+            initial[o.at] = 0.0;
+        }
         debug_assert!(tape.ops.iter().enumerate().all(|(i, o)| o.operands().iter().flatten().all(|&x| x < i) && !matches!(o, Op::Const(x) if x.is_nan())));
         let finite = |x: f64| x.is_finite().then_some(x);
         let ranges =

@@ -82,7 +82,8 @@ impl RobotProgram {
 /// The table of values that tasks read their parameters from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Values {
-    /// One number for each place; those of moving outputs hold their value at `t = 0` with captures at zero.
+    /// One number for each place; those of moving outputs hold their value at `t = 0` with captures at zero, or
+    /// zero where that is not finite.
     pub initial: Vec<f64>,
     /// How the moving ones are computed.
     pub tape: Tape,
