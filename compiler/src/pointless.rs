@@ -7,7 +7,8 @@ use dsl::tree::{Member, MemberTask, Stack, TaskDefinition};
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, Times};
 use runtime::{Evaluator, text};
-use stdlib_tasks::bound::Bound;
+use stdlib_tasks::bound::{Bound, Slot};
+use stdlib_tasks::expression::{Leaf, Op};
 use stdlib_tasks::task::Nature;
 
 use crate::expand::Expanded;
@@ -92,10 +93,17 @@ pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<
 /// Constant targets of joints that lie beyond the joints' limits.
 fn targets(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
     let moving = |at: usize| program.values.tape.outputs.iter().any(|o| o.at == at);
-    for (task, bound) in program.tasks.iter().zip(&places.tasks).filter(|(t, _)| t.kind == "joint_position") {
-        let Some(Bound::PerJoint(list)) = task.params.get("target") else { continue };
+    for (task, bound) in program.tasks.iter().zip(&places.tasks) {
+        let list: Vec<(usize, Slot)> = match (task.kind.as_str(), task.params.get("value"), task.params.get("target")) {
+            ("joint_position", _, Some(Bound::PerJoint(list))) => list.clone(),
+            ("track", Some(Bound::Expression(e)), Some(Bound::Value(slot))) => match (&e.ops[..], &e.leaves[..]) {
+                ([Op::State(_)], [Leaf::Joint(dof)]) => vec![(*dof, *slot)],
+                _ => continue,
+            },
+            _ => continue,
+        };
         let mut told: Vec<Span> = Vec::new();
-        for (dof, slot) in list {
+        for (dof, slot) in &list {
             let (Some(d), Some(&x)) = (program.robot.model.dofs.get(*dof), program.values.initial.get(slot.at)) else {
                 continue;
             };
