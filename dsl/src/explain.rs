@@ -165,7 +165,7 @@ fn at_place(
                 .help("delete it, or look for the opening bracket that was lost"),
         },
         '(' | '[' if opener(text, at, end).is_some() => {
-            let (open, c) = opener(text, at, end).unwrap_or((at, first));
+            let (open, c) = left_open(text, at, end).unwrap_or((at, first));
             unclosed(place, open, c)
         }
         '[' if at < end && deeper(Rule::list, rest).is_some_and(|n| n > 0) => {
@@ -313,7 +313,7 @@ pub(crate) fn unknown_unit(word: &str, span: crate::Span) -> Diagnostic {
 
 /// The piece stops before it is complete.
 fn ends_early(text: &str, start: usize, end: usize, place: Place, after: After<'_>) -> Diagnostic {
-    if let Some((open, c)) = opener(text, start, end) {
+    if let Some((open, c)) = left_open(text, start, end) {
         return unclosed(place, open, c);
     }
     let before = text[..end].trim_end();
@@ -329,6 +329,12 @@ fn ends_early(text: &str, start: usize, end: usize, place: Place, after: After<'
             Diagnostic::error("HQ0113", place.span(start, end), format!("`{}` cannot be read", clip(&text[start..end])))
         }
     }
+}
+
+/// The bracket of a piece that is left open: one that the rest of the line closes is not the one that was forgotten.
+fn left_open(text: &str, start: usize, end: usize) -> Option<(usize, char)> {
+    let line = text[end..].find('\n').map_or(text.len(), |n| end + n);
+    opener(text, start, line).filter(|o| o.0 < end).or_else(|| opener(text, start, end))
 }
 
 /// A bracket without a partner.

@@ -207,7 +207,14 @@ impl Reader<'_> {
         self.unread.push(junk);
         let diagnostic = explain::junk(self.text, range.start, range.end, place, after, unit_only);
         let code = diagnostic.code;
-        self.diags.push(diagnostic);
+        // The brace that closes a block of the same line, whose declaration lost a bracket before it.
+        let lost = |d: &Diagnostic| {
+            let from = d.primary.span.range().start;
+            d.code == "HQ0105" && self.text.get(from..range.start).is_some_and(|t| !t.contains('\n'))
+        };
+        if code != "HQ0106" || !self.diags.last().is_some_and(lost) {
+            self.diags.push(diagnostic);
+        }
         code
     }
 
