@@ -11,6 +11,7 @@ pub mod diagnostic;
 mod explain;
 mod expr;
 mod grammar;
+pub mod holes;
 mod hq;
 pub mod limits;
 mod normalised;

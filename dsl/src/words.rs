@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use crate::holes::{Part, is_plain_name, parts};
 use crate::tree::{Unit, Value, ValueKind};
 use crate::vocabulary::TEXT_KEYS;
 
@@ -54,49 +55,33 @@ pub(crate) fn nearest_unit(word: &str) -> Option<&'static str> {
 }
 
 /// A word with its holes, `${side}`, filled by a letter.
-fn filled(word: &str) -> Option<Cow<'_, str>> {
-    let Some((before, mut rest)) = word.split_once("${") else { return Some(Cow::Borrowed(word)) };
-    let mut out = before.to_owned();
-    loop {
-        let (hole, after) = rest.split_once('}')?;
-        if !is_plain_name(hole) {
-            return None;
-        }
-        out.push('x');
-        match after.split_once("${") {
-            Some((between, next)) => {
-                out.push_str(between);
-                rest = next;
-            }
-            None => {
-                out.push_str(after);
-                return Some(Cow::Owned(out));
-            }
-        }
+fn filled(word: &str) -> Cow<'_, str> {
+    if !word.contains("${") {
+        return Cow::Borrowed(word);
     }
+    parts(word)
+        .map(|part| match part {
+            Part::Text(text) => text,
+            Part::Hole(_) => "x",
+        })
+        .collect()
 }
 
 /// True for `[A-Za-z_][A-Za-z0-9_]*`, in which holes such as `${side}` may stand for letters.
 pub(crate) fn is_name(word: &str) -> bool {
-    filled(word).is_some_and(|w| is_plain_name(&w))
-}
-
-/// True for `[A-Za-z_][A-Za-z0-9_]*`.
-fn is_plain_name(word: &str) -> bool {
-    word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
-        && word.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_')
+    is_plain_name(&filled(word))
 }
 
 /// True for what YAML may write in plain quotes although it is a text: `arm_left_*`, `*_elbow`, `arm_?_joint`.
 pub(crate) fn is_glob(word: &str) -> bool {
-    let Some(word) = filled(word) else { return false };
+    let word = filled(word);
     word.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'*' | b'?'))
         && (word.starts_with('*') || word.ends_with('*') || word.contains('?'))
 }
 
 /// True for a pattern that may be a key: letters, digits, `_`, and at least one `*` or `?`.
 pub(crate) fn is_pattern(word: &str) -> bool {
-    let Some(word) = filled(word) else { return false };
+    let word = filled(word);
     word.contains(['*', '?']) && word.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'*' | b'?'))
 }
 

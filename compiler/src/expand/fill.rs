@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use dsl::holes::{self, Part};
 use dsl::tree::{Block, Comments, Entry, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 
@@ -86,23 +87,14 @@ impl Expander<'_> {
 
     /// A text with its holes filled; in a name, they take only what can be a part of one.
     fn filled(&mut self, text: &str, name: bool, span: Span, frame: &Frame) -> String {
-        let Some((before, mut rest)) = text.split_once("${") else { return text.to_string() };
-        let mut out = before.to_string();
-        loop {
-            let Some((hole, after)) = rest.split_once('}').filter(|(h, _)| is_name(h)) else {
-                // In a text, `${` may stand for itself.
-                out.push_str("${");
-                match rest.split_once("${") {
-                    Some((between, next)) => {
-                        out.push_str(between);
-                        rest = next;
-                        continue;
-                    }
-                    None => {
-                        out.push_str(rest);
-                        return out;
-                    }
+        let mut out = String::with_capacity(text.len());
+        for part in holes::parts(text) {
+            let hole = match part {
+                Part::Text(text) => {
+                    out.push_str(text);
+                    continue;
                 }
+                Part::Hole(hole) => hole,
             };
             match self.hole(hole, name, span, frame) {
                 Ok(text) => out.push_str(&text),
@@ -122,17 +114,8 @@ impl Expander<'_> {
                     out.push_str("missing");
                 }
             }
-            match after.split_once("${") {
-                Some((between, next)) => {
-                    out.push_str(between);
-                    rest = next;
-                }
-                None => {
-                    out.push_str(after);
-                    return out;
-                }
-            }
         }
+        out
     }
 
     /// The text for a hole; `Err(None)` where nothing has its name.
@@ -313,10 +296,4 @@ pub(crate) fn parts(value: &Value) -> Vec<&Value> {
         ValueKind::Block(block) => block.entries.iter().map(|e| &e.value).collect(),
         ValueKind::Number(_) | ValueKind::Text(_) | ValueKind::Name(_) | ValueKind::Missing => Vec::new(),
     }
-}
-
-/// True for a name without holes.
-fn is_name(word: &str) -> bool {
-    word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
-        && word.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_')
 }
