@@ -6,7 +6,7 @@ use std::path::Path;
 use divan::Bencher;
 use hierarq::project::{Settings, compile};
 use runtime::program::Times;
-use runtime::{Controller, Evaluator, Observation, Program, Recorder, Simulation, Tick};
+use runtime::{Controller, Evaluator, Observation, Program, Recorder, Rest, Simulation, Tick};
 
 fn main() {
     divan::main();
@@ -28,10 +28,12 @@ fn check_and_compile(bencher: Bencher, name: &str) {
 #[divan::bench(args = ["safety_tasks.hq", "cooperative_motion.hq"])]
 fn kinematics_and_rows(bencher: Bencher, name: &str) {
     let program = example(name);
-    let (mut evaluator, mut problem) = Evaluator::new(&program, program.run.stack).expect("it can be executed");
+    let (mut evaluator, mut problem) =
+        Evaluator::new(&program, program.first_stack().expect("it runs a stack")).expect("it can be executed");
+    let rest = Rest::new(&program);
     let q = program.robot.home.clone();
-    evaluator.enter(&q, Times::default());
-    bencher.bench_local(|| evaluator.update(&q, Times { t: 1.0, time: 1.0 }, &mut problem));
+    evaluator.enter(&q, rest.at(Times::default()));
+    bencher.bench_local(|| evaluator.update(&q, rest.at(Times { t: 1.0, time: 1.0 }), &mut problem));
 }
 
 /// A tick of the controller: kinematics, rows, cascade, low-level layer.

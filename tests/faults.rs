@@ -3,7 +3,7 @@
 mod common;
 
 use proptest::prelude::*;
-use runtime::{Controller, Fault, Observation, Program};
+use runtime::{Controller, Fault, FaultKind, Observation, Program};
 
 fn first_step(program: &Program) -> (Controller, Vec<f64>) {
     let mut controller = Controller::new(program).expect("a compiled program can be executed");
@@ -28,7 +28,7 @@ fn a_number_that_is_not_finite_keeps_the_robot_still_for_good() {
         q[7] = bad;
         let fault = still(&mut controller, 0.01, &q);
         assert_eq!(fault, Fault::Observation { index: Some(7) });
-        assert_eq!(fault.kind(), "not_finite");
+        assert_eq!(fault.kind(), FaultKind::NotFinite);
         // Good observations do not bring it back by themselves ..
         assert_eq!(still(&mut controller, 0.02, &home), fault);
         // .. a restart does.
@@ -294,12 +294,12 @@ fn gains_and_limits_that_leave_their_sense_are_faults() {
     let (_, fault, words) = first_fault(&format!(
         "task limit = keep(joint(joint_2)) {{ max 1.5 rad  gain 200 /s/rad * joint(joint_1) + 1 /s }}\n{pull}"
     ));
-    assert!(matches!(fault, Fault::Gain { member: 0 }) && fault.kind() == "value", "{fault:?}");
+    assert!(matches!(fault, Fault::Gain { member: 0 }) && fault.kind() == FaultKind::Value, "{fault:?}");
     assert!(words.contains("gain of task `limit`"), "{words}");
     let (time, fault, words) = first_fault(&format!(
         "task limit = keep(joint(joint_2)) {{ min 0.2 rad  max 0.5 rad - 0.1 rad/s * t  sampled_margin 0.01 rad }}\n{pull}"
     ));
-    assert!(matches!(fault, Fault::Crossed { member: 0, row: 0 }) && fault.kind() == "crossed", "{fault:?}");
+    assert!(matches!(fault, Fault::Crossed { member: 0, row: 0 }) && fault.kind() == FaultKind::Crossed, "{fault:?}");
     assert!(words.contains("lower limit is above"), "{words}");
     // 0.3 - 0.1 t - 0.02 = 0.1 / (5 /s): the sides, each with its reserve, close at 0.1 rad/s.
     assert!((time - 2.6).abs() < 0.02, "{time}");

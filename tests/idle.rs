@@ -3,7 +3,7 @@
 mod common;
 
 use runtime::program::Times;
-use runtime::{Controller, Evaluator, Observation, Program};
+use runtime::{Controller, Evaluator, Observation, Program, Rest};
 use solver::Structure;
 
 /// The safety tasks with distances that leave an elbow room.
@@ -39,10 +39,13 @@ fn dice(state: &mut u64) -> f64 {
 #[test]
 fn no_configuration_and_no_speed_touches_an_idle_row() {
     let (program, whole) = (proven(), spec());
-    let (evaluator, _) = Evaluator::new(&program, program.run.stack).expect("it can be executed");
+    let (evaluator, _) =
+        Evaluator::new(&program, program.first_stack().expect("it runs a stack")).expect("it can be executed");
     let idle = idle(&evaluator);
     assert_eq!(idle.len(), 8, "elbows against column, chest, head and deck");
-    let (mut all, mut problem) = Evaluator::new(&whole, whole.run.stack).expect("it can be executed");
+    let (mut all, mut problem) =
+        Evaluator::new(&whole, whole.first_stack().expect("it runs a stack")).expect("it can be executed");
+    let rest = Rest::new(&whole);
     let model = &whole.robot.model;
     let speeds: Vec<f64> =
         (model.dofs.iter()).map(|d| if d.name.starts_with("arm") { 0.5 } else { d.velocity }).collect();
@@ -63,7 +66,7 @@ fn no_configuration_and_no_speed_touches_an_idle_row() {
                 q[i] = d.lower + (d.upper - d.lower) * share;
             }
         }
-        if all.update(&q, Times::default(), &mut problem).is_err() {
+        if all.update(&q, rest.at(Times::default()), &mut problem).is_err() {
             continue;
         }
         for &(k, r) in &idle {
@@ -105,20 +108,23 @@ fn a_run_is_the_same_without_them() {
 #[test]
 fn a_joint_outside_its_limits_brings_all_rows_back() {
     let program = proven();
-    let (mut evaluator, mut problem) = Evaluator::new(&program, program.run.stack).expect("it can be executed");
+    let (mut evaluator, mut problem) =
+        Evaluator::new(&program, program.first_stack().expect("it runs a stack")).expect("it can be executed");
+    let rest = Rest::new(&program);
     let absent = |problem: &solver::Problem| {
         problem.levels.iter().flat_map(|l| l.structure()).filter(|s| **s == Structure::Absent).count()
     };
     let mut q = program.robot.home.clone();
-    evaluator.update(&q, Times::default(), &mut problem).expect("home is a good place");
+    evaluator.update(&q, rest.at(Times::default()), &mut problem).expect("home is a good place");
     assert_eq!(absent(&problem), 8);
     let joint = program.robot.model.dof("arm_left_1").expect("the robot has it");
     let d = &program.robot.model.dofs[joint];
     q[d.q_index.expect("it is a joint")] = d.upper + 1e-3;
-    evaluator.update(&q, Times::default(), &mut problem).expect("so is this");
+    evaluator.update(&q, rest.at(Times::default()), &mut problem).expect("so is this");
     assert_eq!(absent(&problem), 0);
-    let (mut whole, mut reference) = Evaluator::new(&spec(), program.run.stack).expect("it can be executed");
-    whole.update(&q, Times::default(), &mut reference).expect("and this");
+    let (mut whole, mut reference) =
+        Evaluator::new(&spec(), program.first_stack().expect("it runs a stack")).expect("it can be executed");
+    whole.update(&q, rest.at(Times::default()), &mut reference).expect("and this");
     assert_eq!(problem, reference);
 }
 
@@ -140,7 +146,8 @@ fn what_moves_stays_in() {
     let count = |wall: &str| {
         let mut program = common::program_of(&text(wall));
         compiler::leave_out(&mut program);
-        let (evaluator, _) = Evaluator::new(&program, program.run.stack).expect("it can be executed");
+        let (evaluator, _) =
+            Evaluator::new(&program, program.first_stack().expect("it runs a stack")).expect("it can be executed");
         idle(&evaluator).len()
     };
     assert!(count("d_min 0 m") > 0, "a floor a metre below the arm's base");

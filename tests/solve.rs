@@ -360,7 +360,8 @@ fn bench_measures_the_loop_and_every_solver() {
     }
     assert_eq!(data["solve"]["clarabel"]["ratio_to_clarabel"], 1.0);
     let program = common::program("safety_tasks.hq");
-    let (_, problem) = runtime::Evaluator::new(&program, program.run.stack).expect("it can be executed");
+    let (_, problem) =
+        runtime::Evaluator::new(&program, program.first_stack().expect("it runs a stack")).expect("it can be executed");
     let levels = data["levels"].as_array().expect("a list");
     assert_eq!(levels.len(), problem.levels.len());
     for (is, should) in levels.iter().zip(&problem.levels) {

@@ -5,7 +5,7 @@ mod common;
 
 use runtime::program::Times;
 use runtime::record::verify::Verifier;
-use runtime::{Evaluator, Program, Recorder, Simulation, Tick};
+use runtime::{Evaluator, Program, Recorder, Rest, Simulation, Tick};
 use solver::{ActiveSet, HierarchicalSolver, Solution, Status, certificate};
 
 /// Passes on one tick in so many.
@@ -53,14 +53,16 @@ impl Dice {
 /// never let them: past walls, into collisions, along singularities. Every tick must have an
 /// answer (or name the hard level that has none); one in 200 is put to the certificate.
 fn walk(program: &Program, ticks: usize, seed: u64) {
-    let (mut evaluator, mut problem) = Evaluator::new(program, program.run.stack).expect("it can be executed");
+    let (mut evaluator, mut problem) =
+        Evaluator::new(program, program.first_stack().expect("it runs a stack")).expect("it can be executed");
+    let rest = Rest::new(program);
     let model = &program.robot.model;
     let mut solver = ActiveSet::new(&problem);
     let mut solution = Solution::new(&problem);
     let mut dice = Dice(seed);
     let mut q = program.robot.home.clone();
     let mut v = vec![0.0; model.nv()];
-    evaluator.enter(&q, Times::default());
+    evaluator.enter(&q, rest.at(Times::default()));
     for k in 0..ticks {
         for (v, dof) in v.iter_mut().zip(&model.dofs) {
             let limit = if dof.velocity.is_finite() { dof.velocity } else { 1.0 };
@@ -73,7 +75,7 @@ fn walk(program: &Program, ticks: usize, seed: u64) {
             }
         }
         let t = (k % 5000) as f64 * program.robot.period;
-        if evaluator.update(&q, Times { t, time: t }, &mut problem).is_err() {
+        if evaluator.update(&q, rest.at(Times { t, time: t }), &mut problem).is_err() {
             // Bodies that overlap too deeply to tell a direction: no problem to solve.
             q.copy_from_slice(&program.robot.home);
             continue;

@@ -3,7 +3,7 @@
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, Times};
 use runtime::record::summary::MARGIN_TOLERANCE;
-use runtime::{Controller, Evaluator, Fault, Member, Observation, build_tasks};
+use runtime::{Controller, Evaluator, Fault, Member, Observation, Rest, build_tasks};
 use solver::{Active, Status};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::{Dimension, LENGTH, NONE, RATE};
@@ -224,8 +224,14 @@ fn millimetres(x: f64) -> String {
 /// Evaluates a stack at the home configuration.
 fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
     let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return };
-    evaluator.enter(&program.robot.home, Times::default());
-    if let Err(fault) = evaluator.update(&program.robot.home, Times::default(), &mut problem) {
+    // What signals will say is not known.
+    if !evaluator.needs().is_empty() {
+        return;
+    }
+    let rest = Rest::new(program);
+    let moment = rest.at(Times::default());
+    evaluator.enter(&program.robot.home, moment);
+    if let Err(fault) = evaluator.update(&program.robot.home, moment, &mut problem) {
         let text = Controller::for_stack(program, stack).map(|mut c| {
             c.step(&Observation { time: 0.0, q: &program.robot.home });
             c.describe(&fault)

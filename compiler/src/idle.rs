@@ -68,6 +68,7 @@ struct View<'a> {
     data: Data,
     q: Vec<f64>,
     rates: Vec<f64>,
+    velocity: Vec<f64>,
     idle: Vec<bool>,
     jacobian: Vec<f64>,
     lower: Vec<f64>,
@@ -82,6 +83,7 @@ impl<'a> View<'a> {
             data: Data::new(model),
             q: program.robot.home.clone(),
             rates: vec![0.0; values.len()],
+            velocity: vec![0.0; model.nv()],
             idle: Vec::new(),
             jacobian: vec![0.0; rows * model.nv()],
             lower: vec![0.0; rows],
@@ -107,8 +109,14 @@ impl<'a> View<'a> {
         let model = &self.program.robot.model;
         model.forward(&self.q, &mut self.data);
         self.jacobian.fill(0.0);
-        let state =
-            State { model, data: &self.data, q: &self.q, values: &self.program.values.initial, rates: &self.rates };
+        let state = State {
+            model,
+            data: &self.data,
+            q: &self.q,
+            values: &self.program.values.initial,
+            rates: &self.rates,
+            velocity: &self.velocity,
+        };
         let mut rows = Rows {
             jacobian: &mut self.jacobian,
             stride: model.nv(),

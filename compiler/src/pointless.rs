@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use dsl::tree::{Member, MemberTask, Stack, TaskDefinition};
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, Times};
-use runtime::{Evaluator, text};
+use runtime::{Evaluator, Rest, text};
 use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::expression::{Leaf, Op};
 use stdlib_tasks::task::Nature;
@@ -143,10 +143,11 @@ fn unmoved(program: &Program, stack: usize, places: &Places, diagnostics: &mut V
     };
     let mut configurations = vec![program.robot.home.clone()];
     configurations.extend((0..3).map(|_| model.random_configuration(&mut random)));
+    let rest = Rest::new(program);
     let mut still = vec![true; evaluator.members().len()];
     for q in &configurations {
-        evaluator.enter(q, Times::default());
-        if evaluator.update(q, Times::default(), &mut problem).is_err() {
+        evaluator.enter(q, rest.at(Times::default()));
+        if evaluator.update(q, rest.at(Times::default()), &mut problem).is_err() {
             // Parts that overlap elsewhere say nothing of what moves; at home they have been reported.
             return;
         }

@@ -81,7 +81,7 @@ impl Expression {
         let inputs = [p.x, p.y, p.z, r.w, r.i, r.j, r.k];
         let mut registers = vec![0.0; self.tape.ops.len()];
         let (mut values, mut rates) = (vec![0.0; self.tape.outputs.len()], vec![0.0; self.tape.outputs.len()]);
-        self.tape.evaluate(Times { t, time: t + 2.0 }, &inputs, &mut registers, &mut values, &mut rates);
+        self.tape.evaluate(Times { t, time: t + 2.0 }, &inputs, &[], &mut registers, &mut values, &mut rates);
         (values, rates)
     }
 

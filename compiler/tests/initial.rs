@@ -6,7 +6,7 @@ use common::state::{ARM7, Bench, CANOPIES, program, rng, words};
 use common::{annotated, compile_text, examples};
 use dsl::Spelling;
 use hierarq_compiler::Compiled;
-use runtime::evaluator::Evaluator;
+use runtime::evaluator::{Evaluator, Rest};
 use runtime::program::{CaptureSource, Op, Program, Times};
 use runtime::{Controller, Fault, Observation};
 use stdlib_tasks::bound::Bound;
@@ -45,12 +45,13 @@ fn it_is_the_value_at_that_moment() {
         let program = program(robot, &tasks);
         let bench = Bench { program: &program, inputs: vec![0.0; program.values.tape.inputs] };
         let (mut evaluator, mut problem) = Evaluator::new(&program, 0).expect("it can be executed");
+        let rest = Rest::new(&program);
         let mut rng = rng(21);
         for _ in 0..10 {
             let start = bench.model().random_configuration(&mut rng);
             let later = bench.model().random_configuration(&mut rng);
-            evaluator.enter(&start, Times::default());
-            evaluator.update(&later, Times { t: 1.0, time: 1.0 }, &mut problem).expect("rows");
+            evaluator.enter(&start, rest.at(Times::default()));
+            evaluator.update(&later, rest.at(Times { t: 1.0, time: 1.0 }), &mut problem).expect("rows");
             for (i, (len, text)) in CAPTURED.iter().enumerate() {
                 let expected = bench.value(&*bench.task(i), &start, 0.0, *len);
                 assert_eq!(target(&evaluator, &program, i), expected, "{text}");
@@ -143,9 +144,10 @@ fn a_value_that_needs_its_capture_is_written_and_read() {
     let back: Program = serde_json::from_str(&text).expect("a program");
     assert_eq!(back, good);
     let (mut evaluator, mut problem) = Evaluator::new(&back, 0).expect("it can be executed");
+    let rest = Rest::new(&back);
     let home = &back.robot.home;
-    evaluator.enter(home, Times::default());
-    evaluator.update(home, Times::default(), &mut problem).expect("rows");
+    evaluator.enter(home, rest.at(Times::default()));
+    evaluator.update(home, rest.at(Times::default()), &mut problem).expect("rows");
     let k = back.robot.model.dof("joint_4").expect("a joint");
     assert_eq!(target(&evaluator, &back, 0), [0.4 / home[k]]);
 }

@@ -55,7 +55,7 @@ fn nameless(mut p: Program) -> Program {
         let inputs: Vec<f64> = (0..v.tape.inputs).map(|i| 0.1 * i as f64).collect();
         let (mut values, mut rates) = (v.initial.clone(), vec![0.0; v.initial.len()]);
         let mut registers = vec![0.0; v.tape.ops.len()];
-        v.tape.evaluate(Times { t, time: t }, &inputs, &mut registers, &mut values, &mut rates);
+        v.tape.evaluate(Times { t, time: t }, &inputs, &[], &mut registers, &mut values, &mut rates);
         v.initial.extend(values.into_iter().chain(rates));
     }
     v.tape.ops.clear();

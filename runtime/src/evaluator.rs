@@ -13,7 +13,8 @@ use stdlib_tasks::expression::Evaluation;
 use stdlib_tasks::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault};
 
 use crate::fault::Fault;
-use crate::program::{CaptureSource, Program, ProgramError, StackProgram, TaskProgram, Times, Values};
+use crate::program::{Capture, CaptureSource, Program, ProgramError, StackProgram, TaskProgram, Times};
+use crate::values::ValueTable;
 
 /// A task of the stack, and where its numbers stand.
 #[derive(Clone, Debug)]
@@ -52,19 +53,59 @@ impl Member {
     }
 }
 
+/// What is the case outside of the robot at a tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment<'a> {
+    /// The clocks.
+    pub times: Times,
+    /// The table of signals.
+    pub signals: &'a [f64],
+    /// The velocity that the reference moved with since the last tick, `nv` numbers.
+    pub velocity: &'a [f64],
+}
+
+/// A robot that stands, and no signal: a moment for those who look at a stack without running it.
+#[derive(Clone, Debug)]
+pub struct Rest {
+    signals: Vec<f64>,
+    velocity: Vec<f64>,
+}
+
+impl Rest {
+    /// For a program.
+    pub fn new(program: &Program) -> Rest {
+        let mut signals = vec![f64::NAN; program.interface.width()];
+        for s in &program.interface.signals {
+            signals[s.at] = -1.0;
+        }
+        Rest { signals, velocity: vec![0.0; program.robot.model.nv()] }
+    }
+
+    /// The moment at which the clocks show these times.
+    pub fn at(&self, times: Times) -> Moment<'_> {
+        Moment { times, signals: &self.signals, velocity: &self.velocity }
+    }
+}
+
+/// A capture that the stack needs, made ready.
+struct Captured {
+    /// The numbers that it fills.
+    inputs: Range<usize>,
+    source: Source,
+}
+
+enum Source {
+    /// A value of a task of the stack, by its place among the members.
+    Task(usize, String),
+    State(Evaluation),
+}
+
 /// A stack made ready to run.
 pub struct Evaluator {
     model: Model,
     data: Data,
-    values: Values,
-    inputs: Vec<f64>,
-    /// Each capture that is an expression, made ready.
-    captures: Vec<Option<Evaluation>>,
-    /// For each captured number, the first place in the table of values that follows from it.
-    reads: Vec<Option<usize>>,
-    registers: Vec<f64>,
-    current: Vec<f64>,
-    rates: Vec<f64>,
+    values: ValueTable,
+    captures: Vec<Captured>,
     tasks: Vec<Box<dyn Task>>,
     members: Vec<Member>,
     locked: Vec<usize>,
@@ -132,24 +173,22 @@ fn flush(numbers: &mut [f64]) {
     }
 }
 
-/// The values that some tasks read: those of other stacks are not worked out, and are nobody's fault.
-fn of_tasks<'p>(values: &Values, tasks: impl Iterator<Item = &'p TaskProgram>) -> Values {
+/// The places of the table of values that some tasks read: those of other stacks are not worked out, and are nobody's
+/// fault.
+fn places<'p>(tasks: impl Iterator<Item = &'p TaskProgram>) -> BTreeSet<usize> {
     let slots = tasks.flat_map(|t| t.params.values()).flat_map(|b| b.slots());
-    let wanted: BTreeSet<usize> = slots.flat_map(|s| s.at..s.at + s.len).collect();
-    Values {
-        initial: values.initial.clone(),
-        tape: values.tape.only(&wanted),
-        captures: values.captures.clone(),
-        ranges: values.ranges.iter().filter(|r| wanted.contains(&r.at)).copied().collect(),
-    }
+    slots.flat_map(|s| s.at..s.at + s.len).collect()
 }
 
-/// A capture that is an expression, made ready.
-fn ready(source: &CaptureSource, model: &Model) -> Option<Evaluation> {
-    match source {
-        CaptureSource::Task(..) => None,
-        CaptureSource::State(e) => Some(Evaluation::new(e, model)),
-    }
+/// A capture made ready; none where it belongs to a task of another stack.
+fn ready(capture: &Capture, model: &Model, members: &[Member]) -> Option<Captured> {
+    let source = match &capture.source {
+        CaptureSource::Task(index, name) => {
+            Source::Task(members.iter().position(|m| m.program_index == *index)?, name.clone())
+        }
+        CaptureSource::State(e) => Source::State(Evaluation::new(e, model)),
+    };
+    Some(Captured { inputs: capture.at..capture.at + capture.len, source })
 }
 
 /// The position limits of joints, with the tolerance for standing on one.
@@ -231,15 +270,18 @@ impl Evaluator {
         for (member, task) in members.iter().zip(&tasks) {
             write_constant(task.as_ref(), member, &stack_program.locked, &mut problem);
         }
-        let values = of_tasks(&program.values, members.iter().map(|m| &program.tasks[m.program_index]));
+        let wanted = places(members.iter().map(|m| &program.tasks[m.program_index]));
+        let values = ValueTable::new(&program.values, &wanted, &program.interface);
+        let needed = |c: &&Capture| (c.at..c.at + c.len).any(|k| values.is_read(k));
         let evaluator = Evaluator {
             data: Data::new(&model),
-            inputs: vec![0.0; values.tape.inputs],
-            captures: values.captures.iter().map(|c| ready(&c.source, &model)).collect(),
-            reads: values.tape.readers(),
-            registers: vec![0.0; values.tape.ops.len()],
-            current: program.values.initial.clone(),
-            rates: vec![0.0; program.values.initial.len()],
+            captures: program
+                .values
+                .captures
+                .iter()
+                .filter(needed)
+                .filter_map(|c| ready(c, &model, &members))
+                .collect(),
             values,
             undefined: vec![false; tasks.len()],
             tasks,
@@ -300,79 +342,72 @@ impl Evaluator {
 
     /// The value of a parameter at the last tick.
     pub fn value(&self, at: usize) -> Option<f64> {
-        self.current.get(at).copied()
+        self.values.current.get(at).copied()
     }
 
     /// How fast the value of a parameter changed at the last tick, per second.
     pub fn rate(&self, at: usize) -> Option<f64> {
-        self.rates.get(at).copied()
+        self.values.rates.get(at).copied()
     }
 
-    /// Enters the stack at a configuration: captures what `initial(..)` asks for.
-    pub fn enter(&mut self, q: &[f64], times: Times) {
-        self.inputs.fill(0.0);
-        self.kinematics(q, times);
-        self.capture(q);
-        self.kinematics(q, times);
-        let Evaluator { model, data, current, rates, tasks, .. } = self;
-        let state = State { model, data, q, values: current, rates };
+    /// Signals that must be present for the stack to run.
+    pub fn needs(&self) -> &[usize] {
+        self.values.needs()
+    }
+
+    /// Enters the stack at a configuration: captures what `initial(..)` asks for. Never allocates.
+    pub fn enter(&mut self, q: &[f64], moment: Moment) {
+        self.values.inputs.fill(0.0);
+        self.kinematics(q, moment);
+        self.capture(q, moment);
+        self.kinematics(q, moment);
+        let Evaluator { model, data, values, tasks, .. } = self;
+        let ValueTable { current, rates, .. } = values;
+        let state = State { model, data, q, values: current, rates, velocity: moment.velocity };
         for task in tasks {
             task.enter(&state);
         }
     }
 
     /// Captures all values at the configuration whose kinematics are known. What has no value becomes NaN.
-    fn capture(&mut self, q: &[f64]) {
-        let Evaluator { model, data, values, inputs, captures, current, rates, tasks, members, .. } = self;
-        let state = State { model, data, q, values: current, rates };
-        for (capture, own) in values.captures.iter().zip(captures) {
-            let out = &mut inputs[capture.at..capture.at + capture.len];
-            match (&capture.source, own) {
-                (CaptureSource::Task(index, name), _) => {
-                    // A task that another stack uses leaves its captures at zero: nothing here reads them.
-                    if let Some(i) = members.iter().position(|m| m.program_index == *index) {
-                        tasks[i].actual(name, &state, out);
-                    }
+    fn capture(&mut self, q: &[f64], moment: Moment) {
+        let Evaluator { model, data, values, captures, tasks, .. } = self;
+        let ValueTable { current, rates, inputs, .. } = values;
+        let state = State { model, data, q, values: current, rates, velocity: moment.velocity };
+        for capture in captures {
+            let out = &mut inputs[capture.inputs.clone()];
+            match &mut capture.source {
+                Source::Task(member, name) => {
+                    tasks[*member].actual(name, &state, out);
                 }
-                (CaptureSource::State(_), Some(expression)) => {
+                Source::State(expression) => {
                     expression.forget();
                     let found = expression.forward(&state).is_ok();
                     for (i, x) in out.iter_mut().enumerate() {
                         *x = if found { expression.value(i) } else { f64::NAN };
                     }
                 }
-                (CaptureSource::State(_), None) => {}
             }
         }
     }
 
-    fn kinematics(&mut self, q: &[f64], times: Times) {
+    fn kinematics(&mut self, q: &[f64], moment: Moment) {
         self.model.forward(q, &mut self.data);
-        let Evaluator { values, inputs, registers, current, rates, .. } = self;
-        values.tape.evaluate(times, inputs, registers, current, rates);
+        self.values.evaluate(moment.times, moment.signals);
     }
 
     /// Fills the problem for this tick. Never allocates.
     ///
     /// # Errors
     /// A task could not write its rows.
-    pub fn update(&mut self, q: &[f64], times: Times, problem: &mut Problem) -> Result<(), Fault> {
-        self.kinematics(q, times);
-        // Told of before a `min` or an `if` can hide it.
-        let mut lost = self.inputs.iter().zip(&self.reads).filter(|(x, _)| !x.is_finite());
-        if let Some(at) = lost.find_map(|(_, at)| *at) {
-            self.current[at] = f64::NAN;
-            return Err(Fault::Value { at });
-        }
-        if let Some(r) =
-            self.values.ranges.iter().find(|r| !r.contains(self.current[r.at]) || !self.rates[r.at].is_finite())
-        {
-            return Err(Fault::Value { at: r.at });
-        }
-        let Evaluator { model, data, current, rates, tasks, members, locked, margins, measures, undefined, .. } = self;
+    pub fn update(&mut self, q: &[f64], moment: Moment, problem: &mut Problem) -> Result<(), Fault> {
+        self.kinematics(q, moment);
+        self.values.check(moment.signals)?;
+        let Evaluator { model, data, values, tasks, members, locked, margins, measures, undefined, .. } = self;
+        let ValueTable { current, rates, .. } = values;
         margins.fill(f64::INFINITY);
         let inside = self.limits.iter().all(|&(i, lower, upper)| lower <= q[i] && q[i] <= upper);
-        let state = State { model, data, q, values: current, rates };
+        let state = State { model, data, q, values: current, rates, velocity: moment.velocity };
         for (i, (task, m)) in tasks.iter_mut().zip(members.iter()).enumerate() {
             let level = &mut problem.levels[m.level];
             let stride = level.stride();
@@ -425,8 +460,9 @@ impl Evaluator {
 
     /// Lets the tasks see the velocity that was chosen. Never allocates.
     pub fn observe(&mut self, q: &[f64], v: &[f64]) {
-        let Evaluator { model, data, current, rates, tasks, members, margins, measures, .. } = self;
-        let state = State { model, data, q, values: current, rates };
+        let Evaluator { model, data, values, tasks, members, margins, measures, .. } = self;
+        let ValueTable { current, rates, .. } = values;
+        let state = State { model, data, q, values: current, rates, velocity: v };
         for (task, m) in tasks.iter().zip(members.iter()) {
             task.observe(&state, v, &mut margins[m.margins.clone()], &mut measures[m.measures.clone()]);
         }

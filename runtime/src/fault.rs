@@ -1,14 +1,26 @@
 //! What can go wrong while a program runs, as small values that the control loop can make without allocating.
 
-/// A fault. The controller answers every fault in the same way: it commands zero velocity from that tick on, which
-/// keeps every static limit whose margin is not negative (mathematics, velocity scaling of limits), and stays there
-/// until it is started again. [`crate::Controller::describe`] puts names to the indices.
+use serde::{Deserialize, Serialize};
+
+/// A fault. The robot stands still at the tick at which one is found, which keeps every static limit whose margin is not
+/// negative (mathematics, velocity scaling of limits). A machine that has a transition for it goes on from there; otherwise
+/// the robot stands until the controller is started again. [`crate::Controller::describe`] puts names to the indices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
     /// An observed position, or the time, is not finite.
     Observation {
         /// Index in the configuration; `None` for the time.
         index: Option<usize>,
+    },
+    /// A tick came later than the robot's deadline allows, or the time went back.
+    Deadline {
+        /// Time since the tick before, in s.
+        gap: f64,
+    },
+    /// A signal that the state needs is absent, or was received too long ago.
+    Stale {
+        /// Its index.
+        signal: usize,
     },
     /// A row of a task holds a number that is not finite.
     NotFinite {
@@ -46,6 +58,13 @@ pub enum Fault {
         /// Its index.
         level: usize,
     },
+    /// A limit is passed, and a transition of the state asks for it.
+    Limit {
+        /// Index of the task in the stack's order.
+        member: usize,
+        /// Its row.
+        row: usize,
+    },
     /// The solver gave no usable answer.
     Solver {
         /// The level's index.
@@ -58,17 +77,78 @@ pub enum Fault {
     },
 }
 
-impl Fault {
-    /// A word for the kind, as it stands in logs.
-    pub fn kind(&self) -> &'static str {
+/// The kinds of fault, as transitions and logs name them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FaultKind {
+    /// [`Fault::Observation`], [`Fault::NotFinite`]
+    NotFinite,
+    /// [`Fault::Deadline`]
+    Deadline,
+    /// [`Fault::Stale`]
+    Stale,
+    /// [`Fault::Value`], [`Fault::Gain`]
+    Value,
+    /// [`Fault::Crossed`]
+    Crossed,
+    /// [`Fault::Overlap`]
+    Overlap,
+    /// [`Fault::Infeasible`]
+    Infeasible,
+    /// [`Fault::Limit`]
+    Limit,
+    /// [`Fault::Solver`]
+    Solver,
+    /// [`Fault::Tracking`]
+    Tracking,
+}
+
+impl FaultKind {
+    /// All kinds.
+    pub const ALL: [FaultKind; 10] = [
+        FaultKind::NotFinite,
+        FaultKind::Deadline,
+        FaultKind::Stale,
+        FaultKind::Value,
+        FaultKind::Crossed,
+        FaultKind::Overlap,
+        FaultKind::Infeasible,
+        FaultKind::Limit,
+        FaultKind::Solver,
+        FaultKind::Tracking,
+    ];
+
+    /// Its word in specs and logs.
+    pub fn word(self) -> &'static str {
         match self {
-            Fault::Observation { .. } | Fault::NotFinite { .. } => "not_finite",
-            Fault::Value { .. } | Fault::Gain { .. } => "value",
-            Fault::Crossed { .. } => "crossed",
-            Fault::Overlap { .. } => "overlap",
-            Fault::Infeasible { .. } => "infeasible",
-            Fault::Solver { .. } => "solver",
-            Fault::Tracking { .. } => "tracking",
+            FaultKind::NotFinite => "not_finite",
+            FaultKind::Deadline => "deadline",
+            FaultKind::Stale => "stale",
+            FaultKind::Value => "value",
+            FaultKind::Crossed => "crossed",
+            FaultKind::Overlap => "overlap",
+            FaultKind::Infeasible => "infeasible",
+            FaultKind::Limit => "limit",
+            FaultKind::Solver => "solver",
+            FaultKind::Tracking => "tracking",
+        }
+    }
+}
+
+impl Fault {
+    /// Its kind.
+    pub fn kind(&self) -> FaultKind {
+        match self {
+            Fault::Observation { .. } | Fault::NotFinite { .. } => FaultKind::NotFinite,
+            Fault::Deadline { .. } => FaultKind::Deadline,
+            Fault::Stale { .. } => FaultKind::Stale,
+            Fault::Value { .. } | Fault::Gain { .. } => FaultKind::Value,
+            Fault::Crossed { .. } => FaultKind::Crossed,
+            Fault::Overlap { .. } => FaultKind::Overlap,
+            Fault::Infeasible { .. } => FaultKind::Infeasible,
+            Fault::Limit { .. } => FaultKind::Limit,
+            Fault::Solver { .. } => FaultKind::Solver,
+            Fault::Tracking { .. } => FaultKind::Tracking,
         }
     }
 }

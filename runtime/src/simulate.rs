@@ -4,7 +4,7 @@ use solver::Problem;
 use solver::Solution;
 
 use crate::controller::{Controller, Observation};
-use crate::evaluator::Evaluator;
+use crate::evaluator::{Evaluator, Moment};
 use crate::fault::Fault;
 use crate::program::{Program, ProgramError, Times};
 use crate::simulated_robot::SimulatedRobot;
@@ -21,13 +21,21 @@ pub struct Tick<'a> {
     pub v: &'a [f64],
     /// The velocity that was commanded.
     pub command: &'a [f64],
+    /// The place of the stack that runs among [`Controller::stages`].
+    pub stage: usize,
+    /// The state of the machine, by its path; empty where there is none.
+    pub state: &'a str,
+    /// Its index.
+    pub state_index: usize,
+    /// The controller, after the tick.
+    pub controller: &'a Controller,
     /// Margins and errors at the true configuration.
     pub evaluator: &'a Evaluator,
     /// What the solver was asked.
     pub problem: &'a Problem,
     /// The solver's answer.
     pub solution: &'a Solution,
-    /// The fault that keeps the robot still, if any.
+    /// The fault that was found at this tick, or that keeps the robot still.
     pub fault: Option<Fault>,
     /// How long the controller took, in s, by the caller's clock.
     pub elapsed: f64,
@@ -62,13 +70,37 @@ impl std::fmt::Display for RunError {
 
 impl std::error::Error for RunError {}
 
+/// The stacks at the robot's true configuration, which the controller does not know.
+struct Truth {
+    /// For each stage.
+    stages: Vec<(Evaluator, Problem)>,
+    /// The last visit to a state that was seen.
+    visit: Option<u64>,
+}
+
 /// A run in progress.
 pub struct Simulation {
     controller: Controller,
     robot: SimulatedRobot,
-    truth: Option<(Evaluator, Problem)>,
+    truth: Option<Truth>,
     period: f64,
     ticks: usize,
+}
+
+impl Truth {
+    fn tick(&mut self, controller: &Controller, q: &[f64], time: f64, velocity: &[f64]) -> &Evaluator {
+        let (evaluator, problem) = &mut self.stages[controller.stage()];
+        let times = Times { t: time - controller.stage_entered(), time };
+        let moment = Moment { times, signals: controller.signal_table(), velocity };
+        if self.visit != Some(controller.visit()) {
+            self.visit = Some(controller.visit());
+            evaluator.enter(q, moment);
+        }
+        // A fault of the monitors alone is not the controller's: its last good numbers stand.
+        let _ = evaluator.update(q, moment, problem);
+        evaluator.observe(q, velocity);
+        evaluator
+    }
 }
 
 impl Simulation {
@@ -82,9 +114,10 @@ impl Simulation {
         let truth = if robot.is_perfect() && program.robot.home_is_legal() {
             None
         } else {
-            let (mut evaluator, problem) = Evaluator::new(program, program.run.stack)?;
-            evaluator.enter(robot.q(), Times::default());
-            Some((evaluator, problem))
+            Some(Truth {
+                stages: controller.stages().iter().map(|s| s.again(program)).collect::<Result<_, _>>()?,
+                visit: None,
+            })
         };
         let ticks = (program.run.duration / program.robot.period).round() as usize;
         Ok(Simulation { controller, robot, truth, period: program.robot.period, ticks })
@@ -122,20 +155,18 @@ impl Simulation {
             let fault = command.fault;
             let velocity = command.velocity.to_vec();
             let evaluator = match &mut self.truth {
-                Some((truth, problem)) => {
-                    let times = Times { t: time, time };
-                    // A fault of the monitors alone is not the controller's: its last good numbers stand.
-                    let _ = truth.update(self.robot.q(), times, problem);
-                    truth.observe(self.robot.q(), &velocity);
-                    &*truth
-                }
+                Some(truth) => truth.tick(&self.controller, self.robot.q(), time, &velocity),
                 None => self.controller.evaluator(),
             };
             let tick = Tick {
                 index,
                 time,
                 q: self.robot.q(),
-                v: &self.controller.solution().x,
+                v: self.controller.velocity(),
+                stage: self.controller.stage(),
+                state: self.controller.state(),
+                state_index: self.controller.state_index(),
+                controller: &self.controller,
                 command: &velocity,
                 evaluator,
                 problem: self.controller.problem(),

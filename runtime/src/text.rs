@@ -13,7 +13,7 @@ use stdlib_tasks::task::Nature;
 
 use crate::controller::{Controller, Observation};
 use crate::evaluator::{Evaluator, build_tasks};
-use crate::program::{CaptureSource, IdleRow, Op, Program, StackProgram, TaskProgram};
+use crate::program::{CaptureSource, IdleRow, Op, Program, StackProgram, Subject, TaskProgram};
 use leaves::{leaf, whole_leaf};
 
 /// The text of a program. `None` where the program cannot be executed.
@@ -33,13 +33,11 @@ fn write(p: &Program, out: &mut String) -> std::fmt::Result {
     }
     values(p, out)?;
     let ticks = (p.run.duration / p.robot.period).round();
-    writeln!(
-        out,
-        "\nrun stack {} for {} s, {ticks} ticks, solver {}",
-        p.stacks[p.run.stack].name,
-        p.run.duration,
-        p.run.solver.name()
-    )?;
+    let subject = match p.run.subject {
+        Subject::Stack(stack) => format!("stack {}", p.stacks[stack].name),
+        Subject::Machine => format!("machine {}", p.machine.as_ref().map_or("", |m| m.states[0].name.as_str())),
+    };
+    writeln!(out, "\nrun {subject} for {} s, {ticks} ticks, solver {}", p.run.duration, p.run.solver.name())?;
     let s = &p.run.simulator;
     if s.lag > 0.0 || s.noise > 0.0 {
         writeln!(out, "  simulator lag {} s, noise {} rad or m, seed {}", s.lag, s.noise, s.seed)?;
@@ -347,6 +345,7 @@ fn operation(op: &Op, sign: char) -> String {
         Op::Time => "time".to_string(),
         Op::Input(k) => format!("captured {k}"),
         Op::State(k) => format!("state {k}"),
+        Op::Signal(k) => format!("signal {k}"),
         Op::Add(a, b) => two(a, "+", b),
         Op::Sub(a, b) => two(a, "-", b),
         Op::Mul(a, b) => two(a, "*", b),

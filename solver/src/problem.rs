@@ -163,6 +163,17 @@ impl Level {
         self.set_structure(i, Structure::Absent);
     }
 
+    /// Makes this level equal to another of the same shape, without allocating. Panics where the shapes differ, as slices
+    /// do.
+    pub fn copy_from(&mut self, other: &Level) {
+        (self.hard, self.damping, self.fixed) = (other.hard, other.damping, other.fixed);
+        self.a.copy_from_slice(&other.a);
+        self.lower.copy_from_slice(&other.lower);
+        self.upper.copy_from_slice(&other.upper);
+        self.weight.copy_from_slice(&other.weight);
+        self.structure.copy_from_slice(&other.structure);
+    }
+
     /// What is known of the coefficients of each row.
     pub fn structure(&self) -> &[Structure] {
         &self.structure

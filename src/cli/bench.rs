@@ -11,7 +11,7 @@ use clap::Args;
 use hierarq::project;
 use runtime::program::Times as At;
 use runtime::record::summary::Percentiles;
-use runtime::{Controller, Evaluator, Observation, Program, SimulatedRobot};
+use runtime::{Controller, Evaluator, Moment, Observation, Program, SimulatedRobot};
 use serde_json::{Value, json};
 use solver::{Active, Backend, Problem, Solution, Status};
 
@@ -86,8 +86,10 @@ struct Loop {
 
 impl Loop {
     fn new(program: &Program) -> Result<Loop, runtime::ProgramError> {
-        let controller = Controller::new(program)?;
-        let (evaluator, problem) = Evaluator::new(program, program.run.stack)?;
+        // A machine's first stack; the machine itself waits for the world.
+        let stack = program.first_stack().unwrap_or(0);
+        let controller = Controller::for_stack(program, stack)?;
+        let (evaluator, problem) = Evaluator::new(program, stack)?;
         let candidate = |name, backend, cold| Candidate {
             name,
             measured: Measured::new(backend, cold, &problem),
@@ -117,9 +119,13 @@ impl Loop {
     fn run(&mut self, ticks: u64) {
         let mut q = self.robot.q().to_vec();
         let mut reference = q.clone();
+        let mut velocity = self.controller.velocity().to_vec();
         for index in 0..ticks {
             let time = index as f64 * self.period;
-            let at = At { t: time, time };
+            let times = At { t: time, time };
+            let signals = self.controller.signal_table().to_vec();
+            velocity.copy_from_slice(self.controller.velocity());
+            let at = Moment { times, signals: &signals, velocity: &velocity };
             q.copy_from_slice(self.robot.measure());
             // The rows of a tick are those at the reference; the first tick takes it from the robot.
             if index == 0 {

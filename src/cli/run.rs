@@ -82,8 +82,8 @@ fn execute(program: &Program, spec: &str, folder: &Path, a: &Arguments) -> Resul
     let log = path("log.csv");
     let file = File::create(&log).map_err(failed(&log))?;
     let controller = simulation.controller();
-    let mut csv = CsvRecorder::new(BufWriter::with_capacity(1 << 16, file), program, controller.evaluator().members())
-        .map_err(failed(&log))?;
+    let mut csv =
+        CsvRecorder::new(BufWriter::with_capacity(1 << 16, file), program, controller).map_err(failed(&log))?;
     let mut statistics = SummaryRecorder::new(controller, ticks);
     let mut series = SeriesRecorder::new(controller, ticks, report::drawn_links(program));
 
@@ -139,9 +139,7 @@ fn progress(ticks: usize) -> ProgressBar {
 }
 
 fn show(program: &Program, summary: &Summary, folder: &Path, took: Duration) {
-    let stack = &program.stacks[program.run.stack];
-    let order: Vec<String> =
-        stack.levels.iter().flat_map(|l| &l.members).map(|m| program.tasks[m.task].name.clone()).collect();
+    let order = report::task_order(program);
     let speed = summary.duration_s / took.as_secs_f64().max(1e-9);
     let t = &summary.tick_us;
     let verified = summary.verification.as_ref().map(table::verification).unwrap_or_default();

@@ -81,11 +81,23 @@ pub fn verdict(summary: &Summary) -> String {
     }
 }
 
+/// Names of the tasks of a run, in the order of stacks and levels, each once.
+pub fn task_order(program: &Program) -> Vec<String> {
+    let mut order: Vec<String> = Vec::new();
+    let stacks = program.run_stacks();
+    let members = stacks.iter().flat_map(|&s| &program.stacks[s].levels).flat_map(|l| &l.members);
+    for name in members.map(|m| &program.tasks[m.task].name) {
+        if !order.contains(name) {
+            order.push(name.clone());
+        }
+    }
+    order
+}
+
 fn rows(program: &Program, summary: &Summary) -> Vec<Json> {
-    let stack = &program.stacks[program.run.stack];
-    let ordered = stack.levels.iter().flat_map(|l| &l.members).map(|m| &program.tasks[m.task].name);
-    ordered
-        .filter_map(|name| Some((name, summary.tasks.get(name)?)))
+    task_order(program)
+        .into_iter()
+        .filter_map(|name| summary.tasks.get(&name).map(|t| (name, t)))
         .map(|(name, t)| {
             let measures: Vec<Json> = if let Some(m) = t.min_margin {
                 let unit = t.min_margin_unit.as_deref().unwrap_or(&t.unit);

@@ -118,16 +118,26 @@ fn positions(program: &Program, series: &SeriesRecorder, plots: &mut Vec<Json>) 
     }
 }
 
-/// The speed that the stack allows a degree of freedom: the robot's own, or that of a velocity limit.
+/// The speed that the run allows a degree of freedom: the robot's own, or that of a velocity limit.
 fn allowed(program: &Program) -> Vec<f64> {
     let mut speed: Vec<f64> = program.robot.model.dofs.iter().map(|d| d.velocity).collect();
-    let stack = &program.stacks[program.run.stack];
     let values = &program.values.initial;
-    let built = runtime::build_tasks(&program.robot.model, program.robot.period, values, &program.tasks, stack);
-    for task in built.iter().flat_map(|b| &b.task) {
-        for (dof, limit) in task.speed_limits(values) {
-            speed[dof] = speed[dof].min(limit);
+    // The largest of what the stacks of the run allow.
+    let mut allowed = vec![0.0_f64; speed.len()];
+    let stacks = program.run_stacks();
+    for &stack in &stacks {
+        let mut own = speed.clone();
+        let stack = &program.stacks[stack];
+        let built = runtime::build_tasks(&program.robot.model, program.robot.period, values, &program.tasks, stack);
+        for task in built.iter().flat_map(|b| &b.task) {
+            for (dof, limit) in task.speed_limits(values) {
+                own[dof] = own[dof].min(limit);
+            }
         }
+        allowed.iter_mut().zip(own).for_each(|(a, x)| *a = a.max(x));
+    }
+    if !stacks.is_empty() {
+        speed = allowed;
     }
     speed
 }
@@ -158,7 +168,13 @@ fn velocities(program: &Program, series: &SeriesRecorder, plots: &mut Vec<Json>)
 }
 
 fn hierarchy(program: &Program, series: &SeriesRecorder, plots: &mut Vec<Json>) {
-    let names: Vec<&str> = program.stacks[program.run.stack].levels.iter().map(|l| l.name.as_str()).collect();
+    let several = program.run_stacks().len() > 1;
+    let names: Vec<String> = (series.roster.levels.iter())
+        .map(|l| match program.stacks.get(l.stack) {
+            Some(stack) if several => format!("{}: {}", stack.name, l.name),
+            _ => l.name.clone(),
+        })
+        .collect();
     let lines = |rows: &[Vec<f64>]| -> Vec<Json> {
         names.iter().enumerate().map(|(i, n)| json!({ "name": n, "y": column(rows, i) })).collect()
     };

@@ -2,6 +2,8 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use robot::{LinkId, Model, Shape, VisualGeometry};
+use std::collections::BTreeSet;
+
 use runtime::Program;
 use runtime::record::series::SeriesRecorder;
 use serde_json::{Value as Json, json};
@@ -86,10 +88,12 @@ fn placed(shape: &Shape, origin: &Isometry3<f64>) -> Json {
     out
 }
 
-/// Tasks of the run's stack with a type of this name.
+/// Tasks of the run's stacks with a type of this name, each once.
 fn tasks<'p>(program: &'p Program, kind: &'static str) -> impl Iterator<Item = &'p runtime::program::TaskProgram> {
-    let members = program.stacks[program.run.stack].levels.iter().flat_map(|l| &l.members);
-    members.map(|m| &program.tasks[m.task]).filter(move |t| t.kind == kind)
+    let stacks = program.run_stacks();
+    let members = stacks.iter().flat_map(|&s| &program.stacks[s].levels).flat_map(|l| &l.members).map(|m| m.task);
+    let tasks: BTreeSet<usize> = members.collect();
+    tasks.into_iter().map(|t| &program.tasks[t]).filter(move |t| t.kind == kind)
 }
 
 fn numbers(program: &Program, bound: Option<&Bound>) -> Vec<f64> {

@@ -166,6 +166,8 @@ pub struct State<'a> {
     pub values: &'a [f64],
     /// Their time derivatives.
     pub rates: &'a [f64],
+    /// The velocity that the reference moved with since the last tick, `nv` numbers; zero at the beginning.
+    pub velocity: &'a [f64],
 }
 
 /// Where a task writes: its rows of `lower <= J v <= upper`, and what monitors and plots read.

@@ -85,5 +85,7 @@ pub fn run(program: &Program) -> Vec<Sample> {
 
 /// The evaluator of a program's run stack, for names and places of rows.
 pub fn evaluator(program: &Program) -> Evaluator {
-    Evaluator::new(program, program.run.stack).expect("a compiled program can be executed").0
+    Evaluator::new(program, program.first_stack().expect("it runs a stack"))
+        .expect("a compiled program can be executed")
+        .0
 }

@@ -41,6 +41,7 @@ fn key(op: Op) -> (u8, u64, usize, usize) {
         Op::Atan2(a, b) => (22, 0, a, b),
         Op::Less(a, b) => (23, 0, a, b),
         Op::LessEqual(a, b) => (24, 0, a, b),
+        Op::Signal(k) => (25, 0, k, 0),
     }
 }
 
@@ -138,7 +139,9 @@ impl Graph {
     fn rate_of(&mut self, node: usize) -> usize {
         let d = |g: &Self, n: usize| g.rates[&n];
         match self.ops[node] {
-            Op::Const(_) | Op::Input(_) | Op::State(_) | Op::Less(..) | Op::LessEqual(..) => self.number(0.0),
+            Op::Const(_) | Op::Input(_) | Op::State(_) | Op::Signal(_) | Op::Less(..) | Op::LessEqual(..) => {
+                self.number(0.0)
+            }
             Op::T | Op::Time => self.number(1.0),
             Op::Add(a, b) => {
                 let (da, db) = (d(self, a), d(self, b));

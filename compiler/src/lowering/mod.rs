@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use dsl::tree::{Stack, TaskDefinition};
 use dsl::{Diagnostic, SourceId, Span, Spelling};
-use runtime::program::{FORMAT, Program, RobotProgram, RunProgram, StackProgram, TaskProgram};
+use runtime::program::{FORMAT, Interface, Program, RobotProgram, RunProgram, StackProgram, TaskProgram};
 
 use crate::binding::{BoundTask, Table};
 use crate::checks;
@@ -113,6 +113,8 @@ struct Lowerer<'a> {
     graph: Graph,
     table: Table,
     params: Params,
+    /// Signals and events.
+    interface: Interface,
     /// Tasks that a misspelt name in a stack probably meant.
     meant: Vec<String>,
     /// Tasks that could not be expanded.
@@ -134,6 +136,7 @@ impl<'a> Lowerer<'a> {
             graph: Graph::default(),
             table: Table::default(),
             params: Params::default(),
+            interface: Interface::default(),
             meant: Vec::new(),
             failed: std::collections::BTreeSet::new(),
         }
@@ -246,13 +249,16 @@ impl<'a> Lowerer<'a> {
                 model: robot.model.clone(),
                 period: robot.period,
                 home: robot.home.clone(),
+                deadline: robot.deadline,
                 tracking_gain: robot.tracking_gain,
                 arms: robot.arms.clone(),
                 geometries: robot.geometries.clone(),
             },
+            interface: self.interface.clone(),
             values: self.values(),
             tasks,
             stacks,
+            machine: None,
             run: run.0,
         };
         Some((program, Places { tasks: bound, stacks: places, rate: robot.rate_span, home: robot.home_span }))

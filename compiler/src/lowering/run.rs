@@ -2,7 +2,7 @@
 
 use dsl::tree::{Block, Run};
 use dsl::{Diagnostic, Span, Spanned};
-use runtime::program::{RunProgram, Simulator};
+use runtime::program::{RunProgram, Simulator, Subject};
 use solver::Backend;
 use stdlib_tasks::dimension::{ANGLE, NONE, TIME};
 
@@ -167,6 +167,14 @@ impl Lowerer<'_> {
             self.push(d.label(robot.rate_span, format!("one tick is {} s", robot.period)).help("make the run longer"));
         }
         let title = settings.title.unwrap_or_else(|| stacks[stack].name.value.clone());
-        Some((RunProgram { stack, duration, solver: settings.solver, simulator: settings.simulator }, title))
+        Some((
+            RunProgram {
+                subject: Subject::Stack(stack),
+                duration,
+                solver: settings.solver,
+                simulator: settings.simulator,
+            },
+            title,
+        ))
     }
 }

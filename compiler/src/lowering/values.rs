@@ -26,7 +26,8 @@ impl Lowerer<'_> {
         let mut registers = vec![0.0; tape.ops.len()];
         let mut rates = vec![0.0; initial.len()];
         let inputs = vec![0.0; tape.inputs];
-        tape.evaluate(runtime::program::Times::default(), &inputs, &mut registers, &mut initial, &mut rates);
+        let signals = vec![f64::NAN; self.interface.width()];
+        tape.evaluate(Default::default(), &inputs, &signals, &mut registers, &mut initial, &mut rates);
         // Without a capture it may have no value yet, and a file has no word for that.
         for o in tape.outputs.iter().filter(|o| !registers[o.value].is_finite()) {
             initial[o.at] = 0.0;

@@ -41,6 +41,9 @@ pub struct BoundRobot {
     /// Where `home` was written.
     pub home_span: Span,
     /// Low-level gain, in 1/s.
+    /// Longest time from one tick to the next, in s.
+    pub deadline: f64,
+    /// Gain of the low-level layer, in 1/s.
     pub tracking_gain: f64,
     /// Arms, in the order declared.
     pub arms: Vec<Arm>,
@@ -205,12 +208,15 @@ pub fn bind(robot: &Robot, files: &mut Files, constants: &mut Constants) -> Opti
                 .help(format!("keep it at or below {} /s, or raise the rate", 1.0 / p)),
         );
     }
+    let period = period.unwrap_or(0.01);
+    let deadline = 2.0 * period;
     let (model, failed) = (b.model, b.failed);
     Some(BoundRobot {
         name: robot.name.clone(),
         urdf: path_text,
         model,
-        period: period.unwrap_or(0.01),
+        period,
+        deadline,
         rate_span,
         home,
         home_span,

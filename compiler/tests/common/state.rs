@@ -101,7 +101,7 @@ impl Bench<'_> {
         let v = &self.program.values;
         let (mut values, mut rates) = (v.initial.clone(), vec![0.0; v.initial.len()]);
         let mut registers = vec![0.0; v.tape.ops.len()];
-        v.tape.evaluate(Times { t, time: t }, &self.inputs, &mut registers, &mut values, &mut rates);
+        v.tape.evaluate(Times { t, time: t }, &self.inputs, &[], &mut registers, &mut values, &mut rates);
         (values, rates)
     }
 
@@ -110,7 +110,8 @@ impl Bench<'_> {
         let mut data = Data::new(model);
         model.forward(q, &mut data);
         let (values, rates) = self.tables(t);
-        let state = State { model, data: &data, q, values: &values, rates: &rates };
+        let velocity = vec![0.0; model.nv()];
+        let state = State { model, data: &data, q, values: &values, rates: &rates, velocity: &velocity };
         let (n, nv) = (task.rows().len(), model.nv());
         let stride = nv + 3;
         let mut jacobian = vec![0.0; n * stride];
@@ -142,7 +143,9 @@ impl Bench<'_> {
         model.forward(q, &mut data);
         let (values, rates) = self.tables(t);
         let mut out = vec![0.0; len];
-        assert!(task.actual("value", &State { model, data: &data, q, values: &values, rates: &rates }, &mut out));
+        let velocity = vec![0.0; model.nv()];
+        let state = State { model, data: &data, q, values: &values, rates: &rates, velocity: &velocity };
+        assert!(task.actual("value", &state, &mut out));
         out
     }
 }

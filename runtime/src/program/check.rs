@@ -5,7 +5,7 @@
 
 use stdlib_tasks::bound::{Bound, Geometry, Slot};
 
-use super::{CaptureSource, FORMAT, Op, Program};
+use super::{CaptureSource, FORMAT, Op, Program, Subject};
 
 /// Why a program cannot be executed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,7 +28,7 @@ pub(crate) fn error(place: impl Into<String>, message: impl Into<String>) -> Pro
     ProgramError { place: place.into(), message: message.into() }
 }
 
-fn ensure(good: bool, place: &str, message: &str) -> Result<(), ProgramError> {
+pub(super) fn ensure(good: bool, place: &str, message: &str) -> Result<(), ProgramError> {
     if good { Ok(()) } else { Err(error(place, message)) }
 }
 
@@ -44,6 +44,7 @@ impl Program {
             "this program was compiled by another version; compile the spec again",
         )?;
         self.check_robot()?;
+        self.check_interface()?;
         self.check_values()?;
         for (i, task) in self.tasks.iter().enumerate() {
             let place = format!("tasks[{i}]");
@@ -64,8 +65,12 @@ impl Program {
                 }
             }
         }
+        self.check_machine()?;
         let run = &self.run;
-        ensure(run.stack < self.stacks.len(), "run.stack", "no such stack")?;
+        match run.subject {
+            Subject::Stack(stack) => ensure(stack < self.stacks.len(), "run.subject", "no such stack")?,
+            Subject::Machine => ensure(self.machine.is_some(), "run.subject", "there is no machine")?,
+        }
         ensure(run.duration.is_finite() && run.duration > 0.0, "run.duration", "not a positive time")?;
         ensure(run.duration / self.robot.period >= 0.5, "run.duration", "shorter than one tick")?;
         ensure(run.duration / self.robot.period <= 1e9, "run.duration", "more than a thousand million ticks")?;
@@ -88,6 +93,7 @@ impl Program {
             ensure(d.velocity >= 0.0, "robot.model", "the speed limit of a joint is negative or no number")?;
             ensure(d.lower <= d.upper, "robot.model", "the limits of a joint are upside down or no numbers")?;
         }
+        ensure(r.deadline > r.period, "robot.deadline", "not longer than the period")?;
         ensure(r.tracking_gain.is_finite() && r.tracking_gain >= 0.0, "robot.tracking_gain", "negative or not finite")?;
         for g in &r.geometries {
             self.check_geometry(g, "robot.geometries")?;
@@ -102,6 +108,9 @@ impl Program {
             ensure(op.operands().iter().flatten().all(|&o| o < i), &place, "reads an operation that comes later")?;
             if let Op::Input(k) = op {
                 ensure(*k < v.tape.inputs, &place, "reads a captured value that does not exist")?;
+            }
+            if let Op::Signal(k) = op {
+                ensure(*k < self.interface.width(), &place, "reads a signal that does not exist")?;
             }
             ensure(!matches!(op, Op::State(_)), &place, "reads the robot's state, and only tasks do")?;
         }

@@ -5,6 +5,9 @@
 //! the controller panic.
 
 mod check;
+mod check_machine;
+mod machine;
+mod signal;
 mod tape;
 
 use robot::Model;
@@ -14,10 +17,12 @@ use stdlib_tasks::expression::Expression;
 
 pub use check::ProgramError;
 pub(crate) use check::error;
+pub use machine::{ActionProgram, FaultPattern, MachineProgram, StateProgram, TransitionProgram, Trigger};
+pub use signal::{Interface, MAX_SIGNAL, SignalProgram};
 pub use tape::{Op, Output, Tape, Times};
 
 /// The version of the format; a program of another version is refused.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// A compiled spec.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,14 +35,44 @@ pub struct Program {
     pub title: String,
     /// The robot.
     pub robot: RobotProgram,
+    /// Signals and events.
+    pub interface: Interface,
     /// Values of parameters, constant and moving.
     pub values: Values,
     /// Tasks that some stack uses, in the order declared.
     pub tasks: Vec<TaskProgram>,
     /// Stacks, in the order declared.
     pub stacks: Vec<StackProgram>,
+    /// The machine that changes between them.
+    pub machine: Option<MachineProgram>,
     /// What `run` does.
     pub run: RunProgram,
+}
+
+impl Program {
+    /// The stack that a run begins with; none where it begins with standing still.
+    pub fn first_stack(&self) -> Option<usize> {
+        match (self.run.subject, &self.machine) {
+            (Subject::Stack(stack), _) => Some(stack),
+            (Subject::Machine, Some(machine)) => machine.stack(machine.leaf(0)),
+            (Subject::Machine, None) => None,
+        }
+    }
+
+    /// The stacks that a run can enter, each once.
+    pub fn run_stacks(&self) -> Vec<usize> {
+        let states = match (self.run.subject, &self.machine) {
+            (Subject::Stack(stack), _) => return vec![stack],
+            (Subject::Machine, machine) => machine.iter().flat_map(|m| &m.states),
+        };
+        let mut stacks: Vec<usize> = Vec::new();
+        for stack in states.filter_map(|s| s.stack) {
+            if !stacks.contains(&stack) {
+                stacks.push(stack);
+            }
+        }
+        stacks
+    }
 }
 
 /// The robot of a program.
@@ -53,6 +88,8 @@ pub struct RobotProgram {
     pub period: f64,
     /// Start configuration, `nq` numbers.
     pub home: Vec<f64>,
+    /// A tick that comes later than this after the one before is a fault, in s.
+    pub deadline: f64,
     /// Gain of the low-level layer, thesis (3.9), in 1/s.
     pub tracking_gain: f64,
     /// Arms, in the order declared.
@@ -194,8 +231,8 @@ pub struct IdleRow {
 /// What `run` does.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunProgram {
-    /// Index into [`Program::stacks`].
-    pub stack: usize,
+    /// What runs.
+    pub subject: Subject,
     /// How long, in s.
     pub duration: f64,
     /// What solves the hierarchy.
@@ -203,6 +240,16 @@ pub struct RunProgram {
     pub solver: solver::Backend,
     /// The simulated robot.
     pub simulator: Simulator,
+}
+
+/// What a run runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Subject {
+    /// One stack, from start to end: an index into [`Program::stacks`].
+    Stack(usize),
+    /// The machine.
+    Machine,
 }
 
 /// How the simulated robot differs from a perfect one.

@@ -33,7 +33,7 @@ pub struct Tape {
 /// The two clocks of an expression, in s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Times {
-    /// Since the stack became active.
+    /// Since the state, and with it the stack, was entered.
     pub t: f64,
     /// Since the start of the run.
     pub time: f64,
@@ -84,15 +84,33 @@ impl Tape {
         readers
     }
 
+    /// The numbers of signals that it reads, in ascending order.
+    pub fn signals(&self) -> BTreeSet<usize> {
+        let read = |op: &Op| match *op {
+            Op::Signal(k) => Some(k),
+            _ => None,
+        };
+        self.ops.iter().filter_map(read).collect()
+    }
+
     /// Evaluates all operations into `registers` (as many as operations) and writes the outputs into the tables of
     /// values and rates. The tape has passed [`super::Program::check`].
-    pub fn evaluate(&self, times: Times, inputs: &[f64], registers: &mut [f64], values: &mut [f64], rates: &mut [f64]) {
+    pub fn evaluate(
+        &self,
+        times: Times,
+        inputs: &[f64],
+        signals: &[f64],
+        registers: &mut [f64],
+        values: &mut [f64],
+        rates: &mut [f64],
+    ) {
         for (i, op) in self.ops.iter().enumerate() {
             let r = &*registers;
             let leaf = |op: Op| match op {
                 Op::T => times.t,
                 Op::Time => times.time,
                 Op::Input(k) => inputs[k],
+                Op::Signal(k) => signals[k],
                 _ => f64::NAN,
             };
             registers[i] = op.value(|a| r[a], leaf);

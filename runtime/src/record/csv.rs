@@ -3,6 +3,7 @@
 //! | column | is | unit |
 //! |---|---|---|
 //! | `time` | start of the tick | s |
+//! | `state` | state of the machine, where one runs | |
 //! | `q.JOINT` | true position; the base as `base_x`, `base_y`, `base_yaw` | rad or m |
 //! | `v.JOINT` | velocity that the hierarchy chose | rad/s or m/s |
 //! | `cmd.JOINT` | velocity that was commanded, after the low-level layer | rad/s or m/s |
@@ -10,18 +11,23 @@
 //! | `error.TASK` | norm of a target's whole error | that of the rows; rad and m mixed for a pose |
 //! | `error.TASK.PART` | norm of a part of it, such as `left.position` | m or rad |
 //!
-//! Numbers are written so that reading them gives the same double; an undefined one is an empty cell.
+//! Numbers are written so that reading them gives the same double; an undefined one is an empty cell, as are those of tasks
+//! that do not run.
 
 use std::io::Write;
 
+use super::roster::Roster;
+use crate::controller::Controller;
 use crate::evaluator::{Evaluator, Member};
-use crate::program::Program;
+use crate::program::{Program, Subject};
 use crate::simulate::{Recorder, Tick};
 use stdlib_tasks::task::Nature;
 
 /// Writes ticks to a stream.
 pub struct CsvRecorder<W: Write> {
     out: W,
+    roster: Roster,
+    machine: bool,
 }
 
 impl<W: Write> CsvRecorder<W> {
@@ -29,9 +35,10 @@ impl<W: Write> CsvRecorder<W> {
     ///
     /// # Errors
     /// The stream failed.
-    pub fn new(mut out: W, program: &Program, members: &[Member]) -> std::io::Result<Self> {
-        writeln!(out, "{}", header(program, members).join(","))?;
-        Ok(CsvRecorder { out })
+    pub fn new(mut out: W, program: &Program, controller: &Controller) -> std::io::Result<Self> {
+        let roster = Roster::new(controller);
+        writeln!(out, "{}", header(program, &roster.members).join(","))?;
+        Ok(CsvRecorder { out, roster, machine: program.run.subject == Subject::Machine })
     }
 
     /// Writes what is buffered.
@@ -46,6 +53,9 @@ impl<W: Write> CsvRecorder<W> {
 /// The names of the columns.
 pub fn header(program: &Program, members: &[Member]) -> Vec<String> {
     let mut names = vec!["time".to_string()];
+    if program.run.subject == Subject::Machine {
+        names.push("state".to_string());
+    }
     names.extend(program.robot.q_names().iter().map(|n| format!("q.{n}")));
     for prefix in ["v", "cmd"] {
         names.extend(program.robot.model.dofs.iter().map(|d| format!("{prefix}.{}", d.name)));
@@ -78,19 +88,22 @@ impl<W: Write> Recorder for CsvRecorder<W> {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
         let out = &mut self.out;
         write!(out, "{}", tick.time)?;
+        if self.machine {
+            write!(out, ",{}", tick.state)?;
+        }
         let mut cell = |x: f64| if x.is_finite() { write!(out, ",{x}") } else { write!(out, ",") };
         for x in tick.q.iter().chain(tick.v).chain(tick.command) {
             cell(*x)?;
         }
-        for m in tick.evaluator.members() {
+        let running: Vec<(usize, &Member)> = self.roster.running(tick).collect();
+        for (i, m) in self.roster.members.iter().enumerate() {
+            let now = running.iter().find(|r| r.0 == i).map(|r| r.1);
             match m.nature {
-                Nature::Limit => cell(margin(tick.evaluator, m))?,
+                Nature::Limit => cell(now.map_or(f64::NAN, |m| margin(tick.evaluator, m)))?,
                 Nature::Target => {
-                    cell(error(tick.evaluator, m))?;
-                    if m.measure_info.len() > 1 {
-                        for x in &tick.evaluator.measures()[m.measures.clone()] {
-                            cell(*x)?;
-                        }
+                    cell(now.map_or(f64::NAN, |m| error(tick.evaluator, m)))?;
+                    for part in (0..m.measure_info.len()).filter(|_| m.measure_info.len() > 1) {
+                        cell(now.map_or(f64::NAN, |m| tick.evaluator.measures()[m.measures.start + part]))?;
                     }
                 }
             }

@@ -5,9 +5,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::controller::Controller;
+use crate::controller::{Controller, Stage};
 use crate::evaluator::Member;
-use crate::program::Program;
 use crate::simulate::{Recorder, Tick};
 
 /// A level that could not do all it asked for, because of a row above it.
@@ -36,35 +35,37 @@ struct Count {
 
 /// Counts them during a run.
 pub struct HeldBackRecorder {
-    members: Vec<Member>,
-    counts: BTreeMap<(usize, usize, usize), Count>,
+    /// The tasks of each stage, and the names of its levels.
+    stages: Vec<(Vec<Member>, Vec<String>)>,
+    counts: BTreeMap<(usize, usize, usize, usize), Count>,
     ticks: usize,
 }
 
 impl HeldBackRecorder {
     /// For a run of this controller.
     pub fn new(controller: &Controller) -> Self {
-        HeldBackRecorder { members: controller.evaluator().members().to_vec(), counts: BTreeMap::new(), ticks: 0 }
+        let stage = |s: &Stage| (s.evaluator().members().to_vec(), s.level_names().to_vec());
+        HeldBackRecorder { stages: controller.stages().iter().map(stage).collect(), counts: BTreeMap::new(), ticks: 0 }
     }
 
     /// What was seen so far: by level, then the longest first.
-    pub fn result(&self, program: &Program) -> Vec<HeldBack> {
-        let levels = &program.stacks[program.run.stack].levels;
-        let mut all: Vec<(usize, usize, HeldBack)> = Vec::new();
-        for (&(level, by_level, by_row), c) in &self.counts {
-            let Some(m) = self.members.iter().find(|m| m.level == by_level && m.rows.contains(&by_row)) else {
+    pub fn result(&self) -> Vec<HeldBack> {
+        let mut all: Vec<((usize, usize), usize, HeldBack)> = Vec::new();
+        for (&(stage, level, by_level, by_row), c) in &self.counts {
+            let (members, levels) = &self.stages[stage];
+            let Some(m) = members.iter().find(|m| m.level == by_level && m.rows.contains(&by_row)) else {
                 continue;
             };
             let row = m.row_info.get(by_row - m.rows.start);
             let held = HeldBack {
-                level: levels.get(level).map_or_else(String::new, |l| l.name.clone()),
+                level: levels.get(level).cloned().unwrap_or_default(),
                 by_task: m.name.clone(),
                 by_row: row.map_or_else(String::new, |r| r.name.clone()),
                 share: c.ticks as f64 / self.ticks.max(1) as f64,
                 max_multiplier: c.most,
                 at_s: c.at,
             };
-            all.push((level, c.ticks, held));
+            all.push(((stage, level), c.ticks, held));
         }
         all.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.cmp(&a.1)));
         all.into_iter().map(|x| x.2).collect()
@@ -78,7 +79,7 @@ impl Recorder for HeldBackRecorder {
             return Ok(());
         }
         for b in &tick.solution.blocking {
-            let c = self.counts.entry((b.level, b.by_level, b.by_row)).or_default();
+            let c = self.counts.entry((tick.stage, b.level, b.by_level, b.by_row)).or_default();
             c.ticks += 1;
             if b.multiplier > c.most {
                 (c.most, c.at) = (b.multiplier, tick.time);

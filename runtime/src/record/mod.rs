@@ -2,6 +2,7 @@
 
 pub mod csv;
 pub mod held_back;
+pub mod roster;
 pub mod series;
 pub mod summary;
 pub mod verify;

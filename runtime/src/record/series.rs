@@ -3,6 +3,7 @@
 use robot::LinkId;
 use stdlib_tasks::task::Nature;
 
+use super::roster::Roster;
 use crate::controller::Controller;
 use crate::evaluator::Member;
 use crate::simulate::{Recorder, Tick};
@@ -10,7 +11,8 @@ use crate::simulate::{Recorder, Tick};
 /// The most samples that are kept.
 pub const MAX_SAMPLES: usize = 1000;
 
-/// Series of a run. Every `Vec<Vec<f64>>` holds one inner vector a sample.
+/// Series of a run. Every `Vec<Vec<f64>>` holds one inner vector a sample; numbers of tasks and levels that do not run are
+/// NaN.
 pub struct SeriesRecorder {
     stride: usize,
     /// Times, in s.
@@ -31,8 +33,10 @@ pub struct SeriesRecorder {
     pub poses: Vec<Vec<f64>>,
     /// The links that are drawn.
     pub links: Vec<LinkId>,
-    /// The tasks.
-    pub members: Vec<Member>,
+    /// The tasks and levels.
+    pub roster: Roster,
+    /// The state of the machine at each sample, as an index.
+    pub states: Vec<usize>,
 }
 
 impl SeriesRecorder {
@@ -49,13 +53,14 @@ impl SeriesRecorder {
             active: Vec::new(),
             poses: Vec::new(),
             links,
-            members: controller.evaluator().members().to_vec(),
+            roster: Roster::new(controller),
+            states: Vec::new(),
         }
     }
 
     /// The members of a nature.
     pub fn members_of(&self, nature: Nature) -> impl Iterator<Item = &Member> {
-        self.members.iter().filter(move |m| m.nature == nature)
+        self.roster.members.iter().filter(move |m| m.nature == nature)
     }
 }
 
@@ -71,6 +76,7 @@ impl Recorder for SeriesRecorder {
         let first = tick.index.is_multiple_of(self.stride);
         if first {
             self.times.push(tick.time);
+            self.states.push(tick.state_index);
             self.q.push(tick.q.to_vec());
             self.command.push(tick.command.to_vec());
             let mut poses = Vec::with_capacity(7 * self.links.len());
@@ -81,14 +87,14 @@ impl Recorder for SeriesRecorder {
             }
             self.poses.push(poses);
         }
-        worst(&mut self.margins, tick.evaluator.margins().iter().copied(), first, f64::min);
-        worst(&mut self.measures, tick.evaluator.measures().iter().copied(), first, f64::max);
-        worst(&mut self.violations, tick.solution.levels.iter().map(|l| l.violation), first, f64::max);
+        worst(&mut self.margins, self.roster.margins(tick).into_iter(), first, f64::min);
+        worst(&mut self.measures, self.roster.measures(tick).into_iter(), first, f64::max);
+        worst(&mut self.violations, self.roster.levels(tick, |l| l.violation).into_iter(), first, f64::max);
         let at_bound = |l: &solver::LevelSolution| {
             use solver::Active;
             l.active.iter().filter(|a| matches!(a, Active::Lower | Active::Upper | Active::Violated)).count() as f64
         };
-        worst(&mut self.active, tick.solution.levels.iter().map(at_bound), first, f64::max);
+        worst(&mut self.active, self.roster.levels(tick, at_bound).into_iter(), first, f64::max);
         Ok(())
     }
 }

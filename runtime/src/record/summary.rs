@@ -6,12 +6,14 @@ use serde::Serialize;
 use solver::{Active, LevelStatus};
 use stdlib_tasks::task::Nature;
 
-use crate::controller::Controller;
-use crate::evaluator::{Evaluator, Member};
-use crate::program::Program;
+use crate::controller::{Controller, Stage};
+use crate::evaluator::Member;
+use crate::fault::FaultKind;
+use crate::program::{Program, Subject};
 use crate::quantity::quantity;
 use crate::record::csv;
 use crate::record::held_back::{HeldBack, HeldBackRecorder};
+use crate::record::roster::{Roster, RosterLevel};
 use crate::record::verify::Verification;
 use crate::simulate::{Recorder, Tick};
 
@@ -28,10 +30,13 @@ pub struct Summary {
     pub ticks: usize,
     /// Simulated time, in s.
     pub duration_s: f64,
-    /// True where no fault occurred and no margin fell below zero (by more than [`MARGIN_TOLERANCE`]).
+    /// True where every fault was answered and no margin fell below zero (by more than [`MARGIN_TOLERANCE`]).
     pub ok: bool,
-    /// Faults, in order; the first one keeps the robot still, so there is at most one.
+    /// Faults, in order. One that no transition answers keeps the robot still until the end.
     pub faults: Vec<FaultRecord>,
+    /// States that the machine was in, in order; empty where none ran.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub states: Vec<StateRecord>,
     /// Tasks, by name.
     pub tasks: BTreeMap<String, TaskSummary>,
     /// Levels, the most important first.
@@ -55,10 +60,21 @@ pub struct Summary {
 pub struct FaultRecord {
     /// Time, in s.
     pub time: f64,
-    /// A word: `not_finite`, `overlap`, `infeasible`, `solver`, `tracking`.
+    /// The word of its [`FaultKind`].
     pub kind: String,
     /// In words.
     pub text: String,
+}
+
+/// A stay in a state.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StateRecord {
+    /// The state's path.
+    pub state: String,
+    /// From when, in s.
+    pub from_s: f64,
+    /// Until when, in s.
+    pub to_s: f64,
 }
 
 /// How a task fared.
@@ -120,6 +136,9 @@ pub struct PartError {
 /// How a level fared.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LevelSummary {
+    /// Its stack, where a machine ran.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stack: Option<String>,
     /// Its name.
     pub name: String,
     /// Takes no slack.
@@ -167,6 +186,7 @@ struct PartStatistics {
 }
 
 struct TaskStatistics {
+    ticks: usize,
     worst: f64,
     worst_row: usize,
     at: f64,
@@ -191,7 +211,11 @@ fn unit(m: &Member) -> String {
 }
 
 /// What to do about a limit that was passed without a reserve, by no more than a tick can lose.
-fn sampling_hint(evaluator: &Evaluator, member: usize, m: &Member, s: &TaskStatistics) -> Option<String> {
+fn sampling_hint(controller: &Controller, m: &Member, s: &TaskStatistics) -> Option<String> {
+    let (evaluator, member) = controller.stages().iter().find_map(|stage| {
+        let members = stage.evaluator().members();
+        Some((stage.evaluator(), members.iter().position(|x| x.program_index == m.program_index)?))
+    })?;
     let (loss, reserve) = (evaluator.sampled_loss(member), evaluator.reserve(member));
     let (loss, reserve) = (*loss.get(s.worst_row)?, *reserve.get(s.worst_row)?);
     let explained = m.nature == Nature::Limit && s.worst < -MARGIN_TOLERANCE && -s.worst <= loss && reserve < loss;
@@ -209,6 +233,7 @@ fn sampling_hint(evaluator: &Evaluator, member: usize, m: &Member, s: &TaskStati
 }
 
 struct LevelStatistics {
+    ticks: usize,
     relaxed: usize,
     saturated: usize,
     violation: f64,
@@ -217,11 +242,15 @@ struct LevelStatistics {
 
 /// Gathers a summary while a run goes on.
 pub struct SummaryRecorder {
-    members: Vec<Member>,
+    roster: Roster,
     tasks: Vec<TaskStatistics>,
     levels: Vec<LevelStatistics>,
     ticks: usize,
-    fault: Option<(f64, crate::fault::Fault)>,
+    faults: Vec<FaultRecord>,
+    /// The kind of fault of the last tick.
+    fault: Option<FaultKind>,
+    halted: bool,
+    states: Vec<StateRecord>,
     elapsed_us: Vec<f32>,
     held_back: HeldBackRecorder,
 }
@@ -229,10 +258,10 @@ pub struct SummaryRecorder {
 impl SummaryRecorder {
     /// For a run of so many ticks.
     pub fn new(controller: &Controller, ticks: usize) -> Self {
-        let members = controller.evaluator().members().to_vec();
-        let tasks = members
-            .iter()
+        let roster = Roster::new(controller);
+        let tasks = (roster.members.iter())
             .map(|m| TaskStatistics {
+                ticks: 0,
                 worst: if m.nature == Nature::Limit { f64::INFINITY } else { 0.0 },
                 worst_row: 0,
                 at: 0.0,
@@ -244,14 +273,17 @@ impl SummaryRecorder {
             })
             .collect();
         let nv = controller.evaluator().model().nv();
-        let level = |_: &String| LevelStatistics { relaxed: 0, saturated: 0, violation: 0.0, freedom: nv };
-        let levels = controller.level_names().iter().map(level).collect();
+        let level = |_| LevelStatistics { ticks: 0, relaxed: 0, saturated: 0, violation: 0.0, freedom: nv };
+        let levels = roster.levels.iter().map(level).collect();
         SummaryRecorder {
-            members,
+            roster,
             tasks,
             levels,
             ticks: 0,
+            faults: Vec::new(),
             fault: None,
+            halted: false,
+            states: Vec::new(),
             elapsed_us: Vec::with_capacity(ticks),
             held_back: HeldBackRecorder::new(controller),
         }
@@ -259,10 +291,17 @@ impl SummaryRecorder {
 
     /// The summary so far.
     pub fn summary(&mut self, program: &Program, controller: &Controller, outputs: Vec<String>) -> Summary {
-        let stack = &program.stacks[program.run.stack];
-        let share = |n: usize| if self.ticks == 0 { 0.0 } else { n as f64 / self.ticks as f64 };
+        let machine = program.run.subject == Subject::Machine;
+        let share = |n: usize, of: usize| if of == 0 { 0.0 } else { n as f64 / of as f64 };
+        let level_of = |m: &Member| {
+            let named = |s: &Stage| {
+                let own = s.evaluator().members().iter().find(|x| x.program_index == m.program_index)?;
+                s.level_names().get(own.level).cloned()
+            };
+            controller.stages().iter().find_map(named).unwrap_or_default()
+        };
         let mut tasks = BTreeMap::new();
-        for (m, s) in self.members.iter().zip(&self.tasks) {
+        for (m, s) in self.roster.members.iter().zip(&self.tasks).filter(|(_, s)| s.ticks > 0 || !machine) {
             let limit = m.nature == Nature::Limit;
             let named = |used: &[bool]| {
                 m.row_info.iter().zip(used).filter(|(_, u)| **u).map(|(r, _)| r.name.clone()).collect::<Vec<_>>()
@@ -280,7 +319,7 @@ impl SummaryRecorder {
             };
             let summary = TaskSummary {
                 kind: m.kind.to_string(),
-                level: stack.levels[m.level].name.clone(),
+                level: level_of(m),
                 unit: unit(m),
                 min_margin: limit.then_some(s.worst),
                 min_margin_row: limit.then(|| m.row_info.get(s.worst_row).map(|r| r.name.clone())).flatten(),
@@ -290,38 +329,38 @@ impl SummaryRecorder {
                 final_error: (!limit).then_some(s.last),
                 errors,
                 at_s: s.at,
-                active_share: limit.then(|| share(s.active)),
+                active_share: limit.then(|| share(s.active, s.ticks)),
                 active_rows: if limit { named(&s.rows_active) } else { Vec::new() },
                 undefined_ticks: s.undefined,
             };
             tasks.insert(m.name.clone(), summary);
         }
-        let level = |(i, (l, s)): (usize, (&crate::program::LevelProgram, &LevelStatistics))| LevelSummary {
+        let stack = |l: &RosterLevel| program.stacks.get(l.stack).map(|s| s.name.clone()).filter(|_| machine);
+        let level = |(l, s): (&RosterLevel, &LevelStatistics)| LevelSummary {
+            stack: stack(l),
             name: l.name.clone(),
             hard: l.hard,
-            rows: controller.problem().levels[i].rows(),
-            relaxed_share: share(s.relaxed),
-            saturated_share: share(s.saturated),
+            rows: l.rows,
+            relaxed_share: share(s.relaxed, s.ticks),
+            saturated_share: share(s.saturated, s.ticks),
             max_violation: s.violation,
-            min_freedom: s.freedom.saturating_sub(controller.evaluator().locked().len()),
+            min_freedom: s.freedom.saturating_sub(l.locked),
         };
-        let faults: Vec<FaultRecord> = self
-            .fault
-            .iter()
-            .map(|(time, f)| FaultRecord { time: *time, kind: f.kind().to_string(), text: controller.describe(f) })
-            .collect();
-        let hints = self.members.iter().zip(&self.tasks).enumerate();
-        let hints = hints.filter_map(|(i, (m, s))| sampling_hint(controller.evaluator(), i, m, s)).collect();
+        let levels = self.roster.levels.iter().zip(&self.levels).filter(|(_, s)| s.ticks > 0 || !machine);
+        let levels = levels.map(level).collect();
+        let hints = self.roster.members.iter().zip(&self.tasks);
+        let hints = hints.filter_map(|(m, s)| sampling_hint(controller, m, s)).collect();
         let passed = tasks.values().any(|t| t.min_margin.is_some_and(|m| m < -MARGIN_TOLERANCE));
         Summary {
             program: program.name.clone(),
             ticks: self.ticks,
             duration_s: self.ticks as f64 * program.robot.period,
-            ok: faults.is_empty() && !passed,
-            faults,
+            ok: !self.halted && !passed,
+            faults: self.faults.clone(),
+            states: self.states.clone(),
             tasks,
-            levels: stack.levels.iter().zip(&self.levels).enumerate().map(level).collect(),
-            held_back: self.held_back.result(program),
+            levels,
+            held_back: self.held_back.result(),
             verification: None,
             tick_us: Percentiles::of(&mut self.elapsed_us),
             hints,
@@ -334,52 +373,21 @@ impl Recorder for SummaryRecorder {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
         self.ticks += 1;
         self.held_back.tick(tick)?;
-        if self.fault.is_none() {
+        if !self.halted {
             self.elapsed_us.push((tick.elapsed * 1e6) as f32);
         }
-        if let (None, Some(fault)) = (&self.fault, tick.fault) {
-            self.fault = Some((tick.time, fault));
-        }
+        self.note_fault(tick);
+        self.note_state(tick);
         let frozen = tick.fault.is_some();
-        for (i, (m, s)) in self.members.iter().zip(&mut self.tasks).enumerate() {
-            let e = tick.evaluator;
-            s.undefined += usize::from(e.undefined()[i] && !frozen);
-            match m.nature {
-                Nature::Limit => {
-                    for (row, &h) in e.margins()[m.margins.clone()].iter().enumerate() {
-                        if h < s.worst {
-                            (s.worst, s.worst_row, s.at) = (h, row, tick.time);
-                        }
-                    }
-                    s.last = csv::margin(e, m);
-                    let active = &tick.solution.levels[m.level].active;
-                    let mut any = false;
-                    for (row, r) in m.rows.clone().enumerate() {
-                        let bound = active.get(r).is_some_and(|a| *a != Active::Free) && !frozen;
-                        any |= bound;
-                        s.rows_active[row] |= bound;
-                    }
-                    s.active += usize::from(any);
-                }
-                Nature::Target => {
-                    let error = csv::error(e, m);
-                    s.last = error;
-                    if error > s.worst {
-                        (s.worst, s.at) = (error, tick.time);
-                    }
-                    for (part, &x) in s.parts.iter_mut().zip(&e.measures()[m.measures.clone()]) {
-                        part.last = x;
-                        if x > part.worst {
-                            (part.worst, part.at) = (x, tick.time);
-                        }
-                    }
-                }
-            }
+        let running: Vec<(usize, &Member)> = self.roster.running(tick).collect();
+        for (place, (i, m)) in running.into_iter().enumerate() {
+            task(&mut self.tasks[i], place, m, tick, frozen);
         }
         if frozen {
             return Ok(());
         }
-        for (l, s) in tick.solution.levels.iter().zip(&mut self.levels) {
+        for (l, s) in tick.solution.levels.iter().zip(&mut self.levels[self.roster.running_levels(tick)]) {
+            s.ticks += 1;
             s.relaxed += usize::from(l.status == LevelStatus::Relaxed);
             s.saturated += usize::from(l.active.iter().any(|a| matches!(a, Active::Lower | Active::Upper)));
             if l.status != LevelStatus::NotSolved {
@@ -388,5 +396,65 @@ impl Recorder for SummaryRecorder {
             }
         }
         Ok(())
+    }
+}
+
+impl SummaryRecorder {
+    fn note_fault(&mut self, tick: &Tick) {
+        let kind = tick.fault.map(|f| f.kind());
+        if let (Some(fault), true) = (&tick.fault, kind != self.fault) {
+            let text = tick.controller.describe(fault);
+            self.faults.push(FaultRecord { time: tick.time, kind: fault.kind().word().to_string(), text });
+        }
+        self.fault = kind;
+        self.halted = tick.controller.is_halted();
+    }
+
+    fn note_state(&mut self, tick: &Tick) {
+        if tick.state.is_empty() {
+            return;
+        }
+        match self.states.last_mut() {
+            Some(last) if last.state == tick.state => last.to_s = tick.time,
+            _ => self.states.push(StateRecord { state: tick.state.to_string(), from_s: tick.time, to_s: tick.time }),
+        }
+    }
+}
+
+/// Takes note of a task at a tick; `place` is its place in the stack.
+fn task(s: &mut TaskStatistics, place: usize, m: &Member, tick: &Tick, frozen: bool) {
+    let e = tick.evaluator;
+    s.ticks += 1;
+    s.undefined += usize::from(e.undefined()[place] && !frozen);
+    match m.nature {
+        Nature::Limit => {
+            for (row, &h) in e.margins()[m.margins.clone()].iter().enumerate() {
+                if h < s.worst {
+                    (s.worst, s.worst_row, s.at) = (h, row, tick.time);
+                }
+            }
+            s.last = csv::margin(e, m);
+            let active = &tick.solution.levels[m.level].active;
+            let mut any = false;
+            for (row, r) in m.rows.clone().enumerate() {
+                let bound = active.get(r).is_some_and(|a| *a != Active::Free) && !frozen;
+                any |= bound;
+                s.rows_active[row] |= bound;
+            }
+            s.active += usize::from(any);
+        }
+        Nature::Target => {
+            let error = csv::error(e, m);
+            s.last = error;
+            if error > s.worst {
+                (s.worst, s.at) = (error, tick.time);
+            }
+            for (part, &x) in s.parts.iter_mut().zip(&e.measures()[m.measures.clone()]) {
+                part.last = x;
+                if x > part.worst {
+                    (part.worst, part.at) = (x, tick.time);
+                }
+            }
+        }
     }
 }

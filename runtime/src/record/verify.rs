@@ -36,8 +36,8 @@ pub struct Verification {
 
 /// Solves every tick a second time.
 pub struct Verifier {
-    solver: Box<dyn HierarchicalSolver + Send>,
-    solution: Solution,
+    /// For each stage.
+    solvers: Vec<(Box<dyn HierarchicalSolver + Send>, Solution)>,
     so_far: Verification,
 }
 
@@ -45,10 +45,9 @@ impl Verifier {
     /// For a run of this program.
     pub fn new(program: &Program, controller: &Controller) -> Self {
         let other = program.run.solver.other();
-        let problem: &Problem = controller.problem();
+        let solver = |p: &Problem| (other.solver(p), Solution::new(p));
         Verifier {
-            solver: other.solver(problem),
-            solution: Solution::new(problem),
+            solvers: controller.stages().iter().map(|s| solver(s.problem())).collect(),
             so_far: Verification {
                 backend: other.name(),
                 ticks: 0,
@@ -72,15 +71,16 @@ impl Recorder for Verifier {
         if tick.fault.is_some() || tick.solution.status != Status::Optimal {
             return Ok(());
         }
-        self.solver.solve(tick.problem, &mut self.solution);
+        let (solver, solution) = &mut self.solvers[tick.stage];
+        solver.solve(tick.problem, solution);
         let v = &mut self.so_far;
         v.max_certificate = v.max_certificate.max(certificate(tick.problem, &tick.solution.x));
-        if self.solution.status != Status::Optimal {
+        if solution.status != Status::Optimal {
             v.failed += 1;
             return Ok(());
         }
         v.ticks += 1;
-        let both = tick.solution.x.iter().zip(&self.solution.x);
+        let both = tick.solution.x.iter().zip(&solution.x);
         let difference = both.fold(0.0_f64, |d, (a, b)| d.max((a - b).abs()));
         v.different += usize::from(difference > DIFFERENT);
         if difference > v.max_difference {

@@ -80,7 +80,7 @@ impl Leaf {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Expression {
     /// Operations, operands before users. [`Op::Input`] reads `inputs`, [`Op::State`] the numbers of `leaves`, counted
-    /// through; [`Op::T`] and [`Op::Time`] do not occur.
+    /// through; [`Op::T`], [`Op::Time`] and [`Op::Signal`] do not occur.
     pub ops: Vec<Op>,
     /// Places in the table of values.
     pub inputs: Vec<usize>,
@@ -106,7 +106,9 @@ impl Expression {
             match *op {
                 Op::Input(k) => ensure(k < self.inputs.len(), "an operation reads a value that does not exist")?,
                 Op::State(k) => ensure(k < width, "an operation reads a state that does not exist")?,
-                Op::T | Op::Time => return Err("an expression of the state reads the time by itself"),
+                Op::T | Op::Time | Op::Signal(_) => {
+                    return Err("an expression of the state reads the time or a signal by itself");
+                }
                 _ => {}
             }
         }

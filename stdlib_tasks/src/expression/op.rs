@@ -22,6 +22,8 @@ pub enum Op {
     Input(usize),
     /// A number of the robot's present state.
     State(usize),
+    /// A number of the signals: whether one is present (1 or -1), or a part of its value.
+    Signal(usize),
     /// a + b
     Add(usize, usize),
     /// a - b
@@ -83,7 +85,7 @@ impl Op {
     #[inline]
     pub fn operands(&self) -> [Option<usize>; 3] {
         match *self {
-            Op::Const(_) | Op::T | Op::Time | Op::Input(_) | Op::State(_) => [None; 3],
+            Op::Const(_) | Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) => [None; 3],
             Op::Neg(a)
             | Op::Sin(a)
             | Op::Cos(a)
@@ -110,7 +112,7 @@ impl Op {
     /// The same operation on other operands: `f` gives the new index of each old one.
     pub fn renumber(self, f: impl Fn(usize) -> usize) -> Op {
         match self {
-            Op::Const(_) | Op::T | Op::Time | Op::Input(_) | Op::State(_) => self,
+            Op::Const(_) | Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) => self,
             Op::Neg(a) => Op::Neg(f(a)),
             Op::Sin(a) => Op::Sin(f(a)),
             Op::Cos(a) => Op::Cos(f(a)),
@@ -134,13 +136,13 @@ impl Op {
         }
     }
 
-    /// Its value, from those of its operands (`r`) and of what comes from outside (`leaf`, asked for `T`, `Time`, `Input`
-    /// and `State`).
+    /// Its value, from those of its operands (`r`) and of what comes from outside (`leaf`, asked for `T`, `Time`, `Input`,
+    /// `State` and `Signal`).
     #[inline]
     pub fn value(self, r: impl Fn(usize) -> f64, leaf: impl Fn(Op) -> f64) -> f64 {
         match self {
             Op::Const(x) => x,
-            Op::T | Op::Time | Op::Input(_) | Op::State(_) => leaf(self),
+            Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) => leaf(self),
             Op::Add(a, b) => r(a) + r(b),
             Op::Sub(a, b) => r(a) - r(b),
             Op::Mul(a, b) => r(a) * r(b),
@@ -196,7 +198,14 @@ impl Op {
             }
         };
         match self {
-            Op::Const(_) | Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Less(..) | Op::LessEqual(..) => {}
+            Op::Const(_)
+            | Op::T
+            | Op::Time
+            | Op::Input(_)
+            | Op::State(_)
+            | Op::Signal(_)
+            | Op::Less(..)
+            | Op::LessEqual(..) => {}
             Op::Add(a, b) => {
                 add(a, g);
                 add(b, g);

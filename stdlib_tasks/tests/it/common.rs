@@ -185,13 +185,14 @@ pub struct Place<'a> {
     pub model: &'a Model,
     pub data: Data,
     pub q: Vec<f64>,
+    pub velocity: Vec<f64>,
 }
 
 impl<'a> Place<'a> {
     pub fn new(model: &'a Model, q: &[f64]) -> Self {
         let mut data = Data::new(model);
         model.forward(q, &mut data);
-        Place { model, data, q: q.to_vec() }
+        Place { model, data, q: q.to_vec(), velocity: vec![0.0; model.nv()] }
     }
 
     /// This place after `dt` seconds of `v`.
@@ -202,7 +203,8 @@ impl<'a> Place<'a> {
     }
 
     pub fn state<'s>(&'s self, values: &'s [f64], rates: &'s [f64]) -> State<'s> {
-        State { model: self.model, data: &self.data, q: &self.q, values, rates }
+        let velocity = &self.velocity;
+        State { model: self.model, data: &self.data, q: &self.q, values, rates, velocity }
     }
 
     /// What the task writes at time `t`, into rows that are longer than the robot needs.

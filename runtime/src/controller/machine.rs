@@ -1,0 +1,315 @@
+//! The machine at run time: which state the controller is in, and the way from there.
+//!
+//! Once a tick, before the cascade, the transitions of the current state are looked at in the order written, then those of
+//! the state around it, and so on up to the machine; the first one whose trigger holds is taken, and no other at this tick.
+//! Where there is a fault, only transitions for faults are looked at. Leaving goes from the inside out up to the state in
+//! which the transition stands and its target too, entering from there inwards, and on into initial states. A transition to
+//! a state that holds the current one enters it anew; but a fault never enters again the state that it happened in.
+
+use robot::{Data, Model};
+use stdlib_tasks::expression::Evaluation;
+use stdlib_tasks::task::State as TaskState;
+
+use super::stage::Stage;
+use crate::evaluator::Moment;
+use crate::fault::Fault;
+use crate::program::{FaultPattern, MachineProgram, Program, Times, Trigger};
+use crate::values::ValueTable;
+
+/// What the outside world is asked at a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Request {
+    /// Index into the machine's actions.
+    pub action: usize,
+    /// Begin it, or call it off.
+    pub begin: bool,
+}
+
+/// A state changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Change {
+    /// How long the command takes to go over, in s.
+    pub blend: f64,
+    /// The stack of the new state is entered.
+    pub stack: bool,
+}
+
+/// What the machine makes of a fault.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Answer {
+    /// A transition was taken.
+    Went(Change),
+    /// The state that a transition leads to is the current one.
+    Here,
+    /// No transition is for it.
+    None,
+}
+
+/// The conditions of a state.
+struct Guards {
+    values: ValueTable,
+    /// For each transition its condition, and since when it has held, in s; NaN while it does not.
+    conditions: Vec<(Option<Evaluation>, f64)>,
+    /// Whether a condition reads what the robot does.
+    state: bool,
+}
+
+/// A machine at run time.
+pub(super) struct Machine {
+    program: MachineProgram,
+    guards: Vec<Guards>,
+    model: Model,
+    data: Data,
+    current: usize,
+    /// For each state when it was entered, in s.
+    entered: Vec<f64>,
+    /// The state whose stack runs.
+    owner: usize,
+    /// Requests of this tick.
+    pub requests: Vec<Request>,
+    /// Events that the machine raised at the last tick, and those of this one.
+    raised: [Vec<bool>; 2],
+}
+
+fn guards(program: &Program, machine: &MachineProgram, state: usize) -> Guards {
+    let conditions: Vec<Option<&stdlib_tasks::expression::Expression>> = (machine.states[state].transitions.iter())
+        .map(|t| match &t.trigger {
+            Trigger::When { condition, .. } => Some(condition),
+            _ => None,
+        })
+        .collect();
+    let wanted = conditions.iter().flatten().flat_map(|e| e.inputs.iter().copied()).collect();
+    Guards {
+        values: ValueTable::new(&program.values, &wanted, &program.interface),
+        state: conditions.iter().flatten().any(|e| !e.leaves.is_empty()),
+        conditions: conditions
+            .into_iter()
+            .map(|e| (e.map(|e| Evaluation::new(e, &program.robot.model)), f64::NAN))
+            .collect(),
+    }
+}
+
+impl Machine {
+    /// Makes a checked machine ready.
+    pub fn new(program: &Program, machine: &MachineProgram) -> Machine {
+        let states = machine.states.len();
+        let events = program.interface.events.len();
+        Machine {
+            guards: (0..states).map(|s| guards(program, machine, s)).collect(),
+            data: Data::new(&program.robot.model),
+            model: program.robot.model.clone(),
+            current: machine.leaf(0),
+            entered: vec![0.0; states],
+            owner: 0,
+            // Each state is left and entered at most once at a tick.
+            requests: Vec::with_capacity(2 * machine.actions.len() + 2),
+            raised: [vec![false; events], vec![false; events]],
+            program: machine.clone(),
+        }
+    }
+
+    /// The innermost state that the machine is in.
+    pub fn state(&self) -> usize {
+        self.current
+    }
+
+    /// The machine as data.
+    pub fn program(&self) -> &MachineProgram {
+        &self.program
+    }
+
+    /// Whether the machine has come to its end.
+    pub fn is_final(&self) -> bool {
+        self.program.path(self.current).any(|s| self.program.states[s].is_final)
+    }
+
+    /// The stack that runs; none where the robot stands.
+    pub fn stack(&self) -> Option<usize> {
+        self.program.states[self.owner].stack
+    }
+
+    /// When the state whose stack runs was entered, in s.
+    pub fn stack_entered(&self) -> f64 {
+        self.entered[self.owner]
+    }
+
+    /// Begins anew in the initial state.
+    pub fn start(&mut self, time: f64) {
+        self.requests.clear();
+        self.raised.iter_mut().for_each(|r| r.fill(false));
+        self.current = 0;
+        self.enter(0, time);
+    }
+
+    /// Makes ready for a tick: what was asked at the last one is history, what was raised then is seen now.
+    pub fn begin(&mut self) {
+        self.requests.clear();
+        self.raised.swap(0, 1);
+        self.raised[1].fill(false);
+    }
+
+    /// A signal that a condition of the current state needs and has waited for too long.
+    pub fn stale(&self, is_stale: impl Fn(usize) -> bool) -> Option<Fault> {
+        let needs = self.program.path(self.current).flat_map(|s| self.guards[s].values.needs());
+        needs.copied().find(|&s| is_stale(s)).map(|signal| Fault::Stale { signal })
+    }
+
+    /// Answers a fault, which `stage` found.
+    pub fn fault(&mut self, fault: &Fault, stage: &Stage, time: f64) -> Answer {
+        let mut level = self.current;
+        loop {
+            for i in 0..self.program.states[level].transitions.len() {
+                let t = &self.program.states[level].transitions[i];
+                let Trigger::Fault(pattern) = &t.trigger else { continue };
+                if !answers(pattern, fault, stage) {
+                    continue;
+                }
+                let (target, blend) = (t.target, t.blend);
+                if self.program.path(self.current).any(|s| s == target) {
+                    return Answer::Here;
+                }
+                return Answer::Went(self.go(level, target, blend, time));
+            }
+            match self.program.states[level].parent {
+                Some(parent) => level = parent,
+                None => return Answer::None,
+            }
+        }
+    }
+
+    /// The limit tasks whose being passed a transition of the current state waits for.
+    pub fn watches(&self, task: usize) -> bool {
+        let all = self.program.path(self.current).flat_map(|s| &self.program.states[s].transitions);
+        all.into_iter().any(|t| match &t.trigger {
+            Trigger::Fault(FaultPattern::Limit(l)) => *l == task,
+            Trigger::Fault(FaultPattern::Kind(k)) => *k == crate::fault::FaultKind::Limit,
+            _ => false,
+        })
+    }
+
+    /// Takes the first transition whose trigger holds at this tick. Never allocates.
+    pub fn step(&mut self, q: &[f64], events: &[bool], moment: Moment, stage: &Stage) -> Option<Change> {
+        let time = moment.times.time;
+        if self.program.path(self.current).any(|s| self.guards[s].state) {
+            self.model.forward(q, &mut self.data);
+        }
+        let mut taken = None;
+        let mut level = Some(self.current);
+        while let Some(s) = level {
+            self.look(s, q, moment);
+            let found = (0..self.program.states[s].transitions.len()).find(|&i| self.holds(s, i, events, time, stage));
+            // Conditions further out are looked at in any case: they may have to hold for a while.
+            taken = taken.or(found.map(|i| (s, i)));
+            level = self.program.states[s].parent;
+        }
+        let (s, i) = taken?;
+        let t = &self.program.states[s].transitions[i];
+        let (target, blend) = (t.target, t.blend);
+        Some(self.go(s, target, blend, time))
+    }
+
+    /// Works out the conditions of a state.
+    fn look(&mut self, state: usize, q: &[f64], moment: Moment) {
+        let time = moment.times.time;
+        let Machine { guards, model, data, entered, .. } = self;
+        let g = &mut guards[state];
+        if g.conditions.iter().all(|c| c.0.is_none()) {
+            return;
+        }
+        g.values.evaluate(Times { t: time - entered[state], time }, moment.signals);
+        let now =
+            TaskState { model, data, q, values: &g.values.current, rates: &g.values.rates, velocity: moment.velocity };
+        for (condition, since) in &mut g.conditions {
+            let Some(condition) = condition else { continue };
+            let holds = condition.forward(&now).is_ok() && condition.value(0) > 0.0;
+            if !holds {
+                *since = f64::NAN;
+            } else if since.is_nan() {
+                *since = time;
+            }
+        }
+    }
+
+    fn holds(&self, state: usize, i: usize, events: &[bool], time: f64, stage: &Stage) -> bool {
+        match &self.program.states[state].transitions[i].trigger {
+            Trigger::Event(e) => events.get(*e) == Some(&true) || self.raised[0].get(*e) == Some(&true),
+            // A sum of periods is a little off: half a microsecond counts as nothing.
+            Trigger::When { hold, .. } => time - self.guards[state].conditions[i].1 >= hold - 5e-7,
+            Trigger::After(d) => time - self.entered[state] >= d - 5e-7,
+            Trigger::Reached { task, tolerances } => {
+                let member = stage.evaluator.members().iter().find(|m| m.program_index == *task);
+                let running = self.stack() == Some(stage.stack()) && stage.ticks() > 0;
+                running
+                    && member.is_some_and(|m| {
+                        let errors = &stage.evaluator.measures()[m.measures.clone()];
+                        errors.len() == tolerances.len() && errors.iter().zip(tolerances).all(|(e, t)| e.abs() <= *t)
+                    })
+            }
+            Trigger::Fault(_) => false,
+        }
+    }
+
+    /// Goes from the current state to another; `source` is the state whose transition it is.
+    fn go(&mut self, source: usize, target: usize, blend: f64, time: f64) -> Change {
+        // The innermost state that is not left: the transition stands in it, and it holds the target.
+        let holds_target = |s: usize| s != target && self.program.path(target).any(|p| p == s);
+        let stays = self.program.path(source).find(|&s| holds_target(s)).unwrap_or(0);
+        let (owner, mut state) = (self.owner, self.current);
+        while state != stays {
+            self.ask(state, |s| &s.activities, false);
+            self.ask(state, |s| &s.exit, true);
+            state = self.program.states[state].parent.unwrap_or(stays);
+        }
+        self.current = stays;
+        self.enter(target, time);
+        let same = self.owner == owner && self.program.path(stays).any(|s| s == owner);
+        Change { blend, stack: !same }
+    }
+
+    /// Enters a state inside the current one, the states between, and its initial states.
+    fn enter(&mut self, target: usize, time: f64) {
+        let leaf = self.program.leaf(target);
+        let inside = |m: &Machine, s: usize| m.program.path(leaf).take_while(|&p| p != s).last();
+        let first = self.current == 0 && target == 0;
+        if first {
+            self.enter_one(0, time);
+        }
+        while let Some(next) = inside(self, self.current) {
+            self.enter_one(next, time);
+            self.current = next;
+        }
+        self.owner = self.program.owner(self.current).unwrap_or(0);
+    }
+
+    fn enter_one(&mut self, state: usize, time: f64) {
+        self.entered[state] = time;
+        self.guards[state].conditions.iter_mut().for_each(|c| c.1 = f64::NAN);
+        self.ask(state, |s| &s.enter, true);
+        self.ask(state, |s| &s.activities, true);
+    }
+
+    fn ask(&mut self, state: usize, which: fn(&crate::program::StateProgram) -> &Vec<usize>, begin: bool) {
+        let Machine { program, requests, raised, .. } = self;
+        for &action in which(&program.states[state]) {
+            match program.actions[action].event {
+                Some(event) if begin => raised[1][event] = true,
+                Some(_) => {}
+                None if requests.len() < requests.capacity() => requests.push(Request { action, begin }),
+                None => {}
+            }
+        }
+    }
+}
+
+fn answers(pattern: &FaultPattern, fault: &Fault, stage: &Stage) -> bool {
+    match (pattern, fault) {
+        (FaultPattern::Any, _) => true,
+        (FaultPattern::Kind(kind), f) => f.kind() == *kind,
+        (FaultPattern::Stale(signal), Fault::Stale { signal: s }) => s == signal,
+        (FaultPattern::Infeasible(name), Fault::Infeasible { level }) => stage.level_names().get(*level) == Some(name),
+        (FaultPattern::Limit(task), Fault::Limit { member, .. }) => {
+            stage.evaluator.members().get(*member).is_some_and(|m| m.program_index == *task)
+        }
+        _ => false,
+    }
+}

@@ -1,0 +1,260 @@
+//! A stack on stage: its tasks, the problem that they fill, the solver, and the way over from another stack's velocity.
+//!
+//! Going over. Let v be the velocity that the reference moved with at the last tick, and v_B(0) what this stack asks for at
+//! its first tick. While a blend of T seconds lasts, the stack's hierarchy is solved as ever, giving v_B, and then once
+//! more for
+//!
+//! ```text
+//! v*  =  v_B + (1 - s) (v - v_B(0)),     s = x²(3 - 2x),  x = t/T
+//! ```
+//!
+//! as the point nearest to v* among those that meet every hard level of the stack as well as can be, and every soft level
+//! that the stack left has too, above the first one in which the two differ. At x = 0 that is v, up to what these levels
+//! demand; at x = 1 it is v_B. A hard level therefore holds at every tick of a blend as at every other. Source: ours.
+
+use std::collections::BTreeSet;
+
+use solver::{HierarchicalSolver, LevelStatus, Problem, Solution, Status};
+
+use crate::evaluator::{Evaluator, Moment};
+use crate::fault::Fault;
+use crate::program::{LevelProgram, Op, Program, ProgramError, StackProgram};
+
+/// The way over from another velocity.
+struct Blend {
+    problem: Problem,
+    solution: Solution,
+    solver: Box<dyn HierarchicalSolver + Send>,
+    /// v - v_B(0)
+    offset: Vec<f64>,
+    /// How long it takes, in s; 0 while none is under way.
+    duration: f64,
+    /// For each level whether it holds during this blend.
+    kept: Vec<bool>,
+}
+
+/// A stack on stage.
+pub struct Stage {
+    pub(super) evaluator: Evaluator,
+    problem: Problem,
+    pub(super) solution: Solution,
+    level_names: Vec<String>,
+    pub(super) value_names: Vec<(std::ops::Range<usize>, String)>,
+    solver: Box<dyn HierarchicalSolver + Send>,
+    blend: Blend,
+    /// Index of the stack in the program.
+    stack: usize,
+    /// Ticks since it was entered.
+    ticks: u64,
+}
+
+/// The parameters of a stack's tasks by their places, as `` `gain` of task `reach` ``.
+fn value_names(program: &Program, stack: &StackProgram) -> Vec<(std::ops::Range<usize>, String)> {
+    let tasks = stack.levels.iter().flat_map(|l| &l.members).filter_map(|m| program.tasks.get(m.task));
+    let named = |task: &crate::program::TaskProgram| {
+        let one = |(name, bound): (&String, &stdlib_tasks::bound::Bound)| {
+            let text = format!("`{name}` of task `{}`", task.name);
+            bound.slots().into_iter().map(|s| (s.at..s.at + s.len, text.clone())).collect::<Vec<_>>()
+        };
+        task.params.iter().flat_map(one).collect::<Vec<_>>()
+    };
+    tasks.flat_map(named).collect()
+}
+
+/// Whether what a task asks for depends on when its stack was entered, or on where.
+fn depends_on_entry(program: &Program, task: usize) -> bool {
+    let places: BTreeSet<usize> =
+        program.tasks[task].params.values().flat_map(|b| b.slots()).flat_map(|s| s.at..s.at + s.len).collect();
+    let ops = program.values.tape.only(&places).ops;
+    ops.iter().any(|op| matches!(op, Op::T | Op::Input(_)))
+}
+
+/// How many levels two stacks have in common, from the top. Soft levels that ask for something else when they are entered
+/// anew do not count.
+fn in_common(program: &Program, a: &StackProgram, b: &StackProgram) -> usize {
+    if a.locked != b.locked {
+        return 0;
+    }
+    let lasting = |l: &LevelProgram| l.hard || !l.members.iter().any(|m| depends_on_entry(program, m.task));
+    a.levels.iter().zip(&b.levels).take_while(|(a, b)| a == b && lasting(a)).count()
+}
+
+impl Stage {
+    pub(super) fn new(program: &Program, stack: usize) -> Result<Stage, ProgramError> {
+        let Some(stack_program) = program.stacks.get(stack) else {
+            return Err(crate::program::error("stacks", "there is no such stack"));
+        };
+        let (evaluator, problem) = Evaluator::new(program, stack)?;
+        let nv = evaluator.model().nv();
+        let blend = Blend {
+            problem: problem.clone(),
+            solution: Solution::new(&problem),
+            solver: program.run.solver.solver(&problem),
+            offset: vec![0.0; nv],
+            duration: 0.0,
+            kept: vec![false; problem.levels.len()],
+        };
+        Ok(Stage {
+            solution: Solution::new(&problem),
+            solver: program.run.solver.solver(&problem),
+            level_names: stack_program.levels.iter().map(|l| l.name.clone()).collect(),
+            value_names: value_names(program, stack_program),
+            blend,
+            stack,
+            ticks: 0,
+            evaluator,
+            problem,
+        })
+    }
+
+    /// Index of the stack in the program.
+    pub fn stack(&self) -> usize {
+        self.stack
+    }
+
+    /// The same stack made ready once more, for monitors.
+    ///
+    /// # Errors
+    /// It cannot be executed, which was excluded when this one was made.
+    pub fn again(&self, program: &Program) -> Result<(Evaluator, Problem), ProgramError> {
+        match program.stacks.get(self.stack) {
+            Some(_) => Evaluator::new(program, self.stack),
+            None => Evaluator::new(&standing(program), self.stack),
+        }
+    }
+
+    /// Its tasks.
+    pub fn evaluator(&self) -> &Evaluator {
+        &self.evaluator
+    }
+
+    /// What its solver was asked when it last ran.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
+    /// Names of its levels.
+    pub fn level_names(&self) -> &[String] {
+        &self.level_names
+    }
+
+    /// Ticks since it was entered.
+    pub(super) fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    /// Whether the command is still going over from what ran before.
+    pub(super) fn is_blending(&self) -> bool {
+        self.blend.duration > 0.0
+    }
+
+    pub(super) fn solver_name(&self) -> &'static str {
+        self.solver.name()
+    }
+
+    /// Enters the stack. `blend` is how long the way over takes, in s; `common` how many levels, from the top, it shares
+    /// with what ran before.
+    pub(super) fn enter(&mut self, q: &[f64], moment: Moment, blend: f64, common: usize) {
+        self.evaluator.enter(q, moment);
+        self.ticks = 0;
+        self.blend.duration = blend;
+        for (i, (kept, level)) in self.blend.kept.iter_mut().zip(&self.problem.levels).enumerate() {
+            *kept = level.hard || i < common;
+        }
+    }
+
+    /// Works out the velocity of a tick at a configuration. Never allocates.
+    ///
+    /// # Errors
+    /// There is none.
+    pub(super) fn solve(&mut self, q: &[f64], moment: Moment) -> Result<(), Fault> {
+        self.evaluator.update(q, moment, &mut self.problem)?;
+        self.solver.solve(&self.problem, &mut self.solution);
+        usable(&self.solution, &self.evaluator)?;
+        if self.is_blending() {
+            self.go_over(moment)?;
+        }
+        self.ticks += 1;
+        Ok(())
+    }
+
+    fn go_over(&mut self, moment: Moment) -> Result<(), Fault> {
+        let b = &mut self.blend;
+        if self.ticks == 0 {
+            for ((offset, v), x) in b.offset.iter_mut().zip(moment.velocity).zip(&self.solution.x) {
+                *offset = v - x;
+            }
+        }
+        let x = moment.times.t / b.duration;
+        if x >= 1.0 {
+            b.duration = 0.0;
+            return Ok(());
+        }
+        let left = 1.0 - x * x * (3.0 - 2.0 * x);
+        for ((r, v), offset) in b.problem.reference.iter_mut().zip(&self.solution.x).zip(&b.offset) {
+            *r = v + left * offset;
+        }
+        for &dof in self.evaluator.locked() {
+            b.problem.reference[dof] = 0.0;
+        }
+        for ((to, from), kept) in b.problem.levels.iter_mut().zip(&self.problem.levels).zip(&b.kept) {
+            if *kept {
+                to.copy_from(from);
+            } else {
+                (0..to.rows()).for_each(|i| to.leave_out(i));
+            }
+        }
+        b.solver.solve(&b.problem, &mut b.solution);
+        usable(&b.solution, &self.evaluator)
+    }
+
+    /// The velocity of the last tick.
+    pub(super) fn velocity(&self) -> &[f64] {
+        if self.is_blending() { &self.blend.solution.x } else { &self.solution.x }
+    }
+
+    /// Names of the rows of a level that were not met at the last tick, as `task: row`.
+    pub(super) fn unmet(&self, level: usize) -> Vec<String> {
+        let Some(l) = self.solution.levels.get(level) else { return Vec::new() };
+        if l.status == LevelStatus::NotSolved {
+            return Vec::new();
+        }
+        let members = self.evaluator.members().iter().filter(|m| m.level == level);
+        members
+            .flat_map(|m| m.rows.clone().zip(&m.row_info).map(move |(r, info)| (r, m, info)))
+            .filter(|(r, _, _)| l.active.get(*r) == Some(&solver::Active::Violated))
+            .map(|(_, m, info)| format!("`{}`, {}", m.name, info.name))
+            .collect()
+    }
+}
+
+/// Whether an answer may be used.
+fn usable(solution: &Solution, evaluator: &Evaluator) -> Result<(), Fault> {
+    match solution.status {
+        Status::Optimal if solution.x.iter().all(|v| v.is_finite()) => Ok(()),
+        Status::Optimal => Err(Fault::Solver { level: 0 }),
+        Status::Infeasible { level } => Err(Fault::Infeasible { level }),
+        Status::Failed { level } => Err(Fault::Solver { level }),
+        Status::NotFinite { level, row } => {
+            let member = evaluator.members().iter().position(|m| m.level == level && m.rows.contains(&row));
+            Err(match member {
+                Some(i) => Fault::NotFinite { member: i, row: row - evaluator.members()[i].rows.start },
+                None => Fault::Solver { level },
+            })
+        }
+    }
+}
+
+/// A program with one more stack, which holds nothing: the robot stands.
+pub(super) fn standing(program: &Program) -> Program {
+    let mut program = program.clone();
+    program.stacks.push(StackProgram { name: String::new(), locked: Vec::new(), levels: Vec::new() });
+    program
+}
+
+/// For each pair of stages how many levels they share, from the top: `common[from][to]`.
+pub(super) fn common_levels(program: &Program, stages: &[Stage]) -> Vec<Vec<usize>> {
+    let of = |s: &Stage| program.stacks.get(s.stack);
+    let pair = |a: &Stage, b: &Stage| of(a).zip(of(b)).map_or(0, |(a, b)| in_common(program, a, b));
+    stages.iter().map(|a| stages.iter().map(|b| pair(a, b)).collect()).collect()
+}

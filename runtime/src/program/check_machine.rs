@@ -1,0 +1,82 @@
+//! Makes sure that signals and the machine of a program can be executed.
+
+use super::check::{ProgramError, ensure, error};
+use super::{FaultPattern, MAX_SIGNAL, MachineProgram, Program, StateProgram, Trigger};
+
+/// The most states that one may stand inside another.
+const MAX_DEPTH: usize = 64;
+
+impl Program {
+    pub(super) fn check_interface(&self) -> Result<(), ProgramError> {
+        let mut next = 0;
+        for (i, s) in self.interface.signals.iter().enumerate() {
+            let place = format!("interface.signals[{i}]");
+            ensure(s.at == next, &place, "its numbers do not follow those of the signal before")?;
+            ensure((1..=MAX_SIGNAL).contains(&s.len), &place, "has too many numbers, or none")?;
+            ensure(s.timeout.is_none_or(|t| t > 0.0), &place, "its timeout is no positive time")?;
+            next += 1 + s.len;
+        }
+        Ok(())
+    }
+
+    pub(super) fn check_machine(&self) -> Result<(), ProgramError> {
+        let Some(machine) = &self.machine else { return Ok(()) };
+        let root = machine.states.first();
+        ensure(root.is_some_and(|r| r.parent.is_none()), "machine.states", "the first state is not the root")?;
+        for (i, state) in machine.states.iter().enumerate() {
+            self.check_state(machine, i, state, &format!("machine.states[{i}]"))?;
+        }
+        for (i, action) in machine.actions.iter().enumerate() {
+            let place = format!("machine.actions[{i}]");
+            let events = action.outcomes.iter().map(|o| o.1).chain(action.event);
+            for event in events {
+                ensure(event < self.interface.events.len(), &place, "an event does not exist")?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_state(&self, m: &MachineProgram, i: usize, s: &StateProgram, place: &str) -> Result<(), ProgramError> {
+        // Parents come before children: walking up ends.
+        ensure(i == 0 || s.parent.is_some_and(|p| p < i), place, "its parent does not come before it")?;
+        ensure(m.path(i).take(MAX_DEPTH + 1).count() <= MAX_DEPTH, place, "stands inside too many others")?;
+        let inside = |c: usize| c > i && m.states.get(c).is_some_and(|c| c.parent == Some(i));
+        ensure(s.initial.is_none_or(inside), place, "its initial state does not stand in it")?;
+        ensure(s.stack.is_none_or(|k| k < self.stacks.len()), place, "its stack does not exist")?;
+        let actions = s.enter.iter().chain(&s.activities).chain(&s.exit);
+        for &a in actions {
+            ensure(a < m.actions.len(), place, "an action does not exist")?;
+        }
+        for (k, t) in s.transitions.iter().enumerate() {
+            let place = format!("{place}.transitions[{k}]");
+            ensure(t.target < m.states.len(), &place, "its target does not exist")?;
+            ensure(t.target != 0, &place, "leads to the machine itself")?;
+            ensure(t.blend.is_finite() && t.blend >= 0.0, &place, "its blend is negative or not finite")?;
+            self.check_trigger(&t.trigger, &place)?;
+        }
+        Ok(())
+    }
+
+    fn check_trigger(&self, trigger: &Trigger, place: &str) -> Result<(), ProgramError> {
+        let task = |t: &usize| ensure(*t < self.tasks.len(), place, "a task does not exist");
+        match trigger {
+            Trigger::Event(e) => ensure(*e < self.interface.events.len(), place, "an event does not exist"),
+            Trigger::When { condition, hold } => {
+                let model = &self.robot.model;
+                condition.check(model, self.values.initial.len()).map_err(|text| error(place, text))?;
+                ensure(condition.outputs.len() == 1, place, "a condition is no single number")?;
+                ensure(hold.is_finite() && *hold >= 0.0, place, "a time is negative or not finite")
+            }
+            Trigger::After(d) => ensure(d.is_finite() && *d >= 0.0, place, "a time is negative or not finite"),
+            Trigger::Reached { task: t, tolerances } => {
+                task(t)?;
+                ensure(tolerances.iter().all(|x| *x >= 0.0), place, "a tolerance is negative")
+            }
+            Trigger::Fault(FaultPattern::Stale(s)) => {
+                ensure(*s < self.interface.signals.len(), place, "a signal does not exist")
+            }
+            Trigger::Fault(FaultPattern::Limit(t)) => task(t),
+            Trigger::Fault(FaultPattern::Any | FaultPattern::Kind(_) | FaultPattern::Infeasible(_)) => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! A state machine as data: states form a tree whose root is the machine itself, so that what is said of the machine
+//! holds in all states.
+
+use serde::{Deserialize, Serialize};
+use stdlib_tasks::expression::Expression;
+
+use crate::fault::FaultKind;
+
+/// A machine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MachineProgram {
+    /// States, parents before children; the first is the machine itself.
+    pub states: Vec<StateProgram>,
+    /// What states ask the outside world to do.
+    pub actions: Vec<ActionProgram>,
+}
+
+/// A state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StateProgram {
+    /// Its name, behind those of the states that it stands in: `outer.inner`. That of the root is the machine's.
+    pub name: String,
+    /// The state that it stands in; none for the root.
+    pub parent: Option<usize>,
+    /// The state inside it that is entered with it.
+    pub initial: Option<usize>,
+    /// The stack that is entered with it; where none is given, that of the state around it goes on.
+    pub stack: Option<usize>,
+    /// The machine has come to its end here.
+    #[serde(rename = "final")]
+    pub is_final: bool,
+    /// Actions on entering, in order.
+    pub enter: Vec<usize>,
+    /// Actions that are begun on entering and called off on leaving.
+    pub activities: Vec<usize>,
+    /// Actions on leaving.
+    pub exit: Vec<usize>,
+    /// Ways out, in the order in which they are looked at.
+    pub transitions: Vec<TransitionProgram>,
+}
+
+/// A way from one state to another.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TransitionProgram {
+    /// When it is taken.
+    pub trigger: Trigger,
+    /// The state that it leads to.
+    pub target: usize,
+    /// How long the command takes to go over to that of another stack, in s.
+    pub blend: f64,
+}
+
+/// When a transition is taken.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Trigger {
+    /// An event came since the last tick.
+    Event(usize),
+    /// A condition holds, and has held for some time without a break.
+    When {
+        /// A truth value: 1 for true, -1 for false. One that is not a number is false.
+        condition: Expression,
+        /// How long, in s.
+        hold: f64,
+    },
+    /// The state was entered so long ago, in s.
+    After(f64),
+    /// A target is reached: each of its errors is at most its tolerance.
+    Reached {
+        /// The task.
+        task: usize,
+        /// For each of the task's errors, in the order of [`stdlib_tasks::task::Task::measures`].
+        tolerances: Vec<f64>,
+    },
+    /// A fault came.
+    Fault(FaultPattern),
+}
+
+/// The faults that a transition answers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FaultPattern {
+    /// Every fault.
+    Any,
+    /// Those of a kind.
+    Kind(FaultKind),
+    /// A signal is stale.
+    Stale(usize),
+    /// A hard level of this name cannot be met.
+    Infeasible(String),
+    /// A limit is passed.
+    Limit(usize),
+}
+
+/// Something that the outside world is asked to do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ActionProgram {
+    /// `say`, `capture`, `gripper`.
+    pub verb: String,
+    /// What it is said with, as text.
+    pub arguments: Vec<String>,
+    /// The event that the controller itself raises, for `emit`.
+    pub event: Option<usize>,
+    /// Events that tell how it came out, with the word for the outcome.
+    pub outcomes: Vec<(String, usize)>,
+}
+
+impl MachineProgram {
+    /// From a state up to the root.
+    pub fn path(&self, state: usize) -> impl Iterator<Item = usize> + '_ {
+        std::iter::successors(Some(state), |&s| self.states.get(s).and_then(|s| s.parent))
+    }
+
+    /// The innermost state that is entered when a state is.
+    pub fn leaf(&self, state: usize) -> usize {
+        std::iter::successors(Some(state), |&s| self.states.get(s).and_then(|s| s.initial)).last().unwrap_or(state)
+    }
+
+    /// The state whose stack runs in a state.
+    pub fn owner(&self, state: usize) -> Option<usize> {
+        self.path(state).find(|&s| self.states[s].stack.is_some())
+    }
+
+    /// The stack that runs in a state.
+    pub fn stack(&self, state: usize) -> Option<usize> {
+        self.owner(state).and_then(|s| self.states[s].stack)
+    }
+}

@@ -1,0 +1,114 @@
+//! Everybody who may appear in a run: the tasks and levels of all stacks that it can enter, each task once.
+
+use std::ops::Range;
+
+use crate::controller::Controller;
+use crate::evaluator::Member;
+use crate::simulate::Tick;
+
+/// A level of a stack.
+#[derive(Clone, Debug)]
+pub struct RosterLevel {
+    /// Index of the stack in the program.
+    pub stack: usize,
+    /// Its name.
+    pub name: String,
+    /// Takes no slack.
+    pub hard: bool,
+    /// Number of rows.
+    pub rows: usize,
+    /// Degrees of freedom that the stack locks.
+    pub locked: usize,
+}
+
+/// The tasks and levels of a run.
+#[derive(Clone, Debug)]
+pub struct Roster {
+    /// The tasks; `margins` and `measures` number those of all of them through.
+    pub members: Vec<Member>,
+    /// The levels, stack by stack.
+    pub levels: Vec<RosterLevel>,
+    /// For each stage, for each of its members, the place among `members`.
+    places: Vec<Vec<usize>>,
+    /// For each stage the places of its levels.
+    stages: Vec<Range<usize>>,
+    margins: usize,
+    measures: usize,
+}
+
+impl Roster {
+    /// Of a controller.
+    pub fn new(controller: &Controller) -> Roster {
+        let mut roster = Roster {
+            members: Vec::new(),
+            levels: Vec::new(),
+            places: Vec::new(),
+            stages: Vec::new(),
+            margins: 0,
+            measures: 0,
+        };
+        for stage in controller.stages() {
+            let mut places = Vec::new();
+            for m in stage.evaluator().members() {
+                let known = roster.members.iter().position(|k| k.program_index == m.program_index);
+                places.push(known.unwrap_or(roster.members.len()));
+                if known.is_none() {
+                    let mut m = m.clone();
+                    m.margins = roster.margins..roster.margins + m.margins.len();
+                    m.measures = roster.measures..roster.measures + m.measures.len();
+                    (roster.margins, roster.measures) = (m.margins.end, m.measures.end);
+                    roster.members.push(m);
+                }
+            }
+            let first = roster.levels.len();
+            let levels = stage.level_names().iter().zip(&stage.problem().levels);
+            roster.levels.extend(levels.map(|(name, l)| RosterLevel {
+                stack: stage.stack(),
+                name: name.clone(),
+                hard: l.hard,
+                rows: l.rows(),
+                locked: stage.evaluator().locked().len(),
+            }));
+            roster.stages.push(first..roster.levels.len());
+            roster.places.push(places);
+        }
+        roster
+    }
+
+    /// The members that run at a tick, each with its place among [`Roster::members`].
+    pub fn running<'t>(&'t self, tick: &Tick<'t>) -> impl Iterator<Item = (usize, &'t Member)> {
+        self.places[tick.stage].iter().copied().zip(tick.evaluator.members())
+    }
+
+    /// The places of the levels that run at a tick.
+    pub fn running_levels(&self, tick: &Tick) -> Range<usize> {
+        self.stages[tick.stage].clone()
+    }
+
+    /// The margins of all tasks at a tick; NaN for those of tasks that do not run.
+    pub fn margins(&self, tick: &Tick) -> Vec<f64> {
+        let mut all = vec![f64::NAN; self.margins];
+        for (i, m) in self.running(tick) {
+            all[self.members[i].margins.clone()].copy_from_slice(&tick.evaluator.margins()[m.margins.clone()]);
+        }
+        all
+    }
+
+    /// The errors of all tasks at a tick; NaN for those of tasks that do not run.
+    pub fn measures(&self, tick: &Tick) -> Vec<f64> {
+        let mut all = vec![f64::NAN; self.measures];
+        for (i, m) in self.running(tick) {
+            all[self.members[i].measures.clone()].copy_from_slice(&tick.evaluator.measures()[m.measures.clone()]);
+        }
+        all
+    }
+
+    /// A number for each level at a tick; NaN for those that do not run.
+    pub fn levels(&self, tick: &Tick, number: impl Fn(&solver::LevelSolution) -> f64) -> Vec<f64> {
+        let mut all = vec![f64::NAN; self.levels.len()];
+        for (x, l) in all[self.running_levels(tick)].iter_mut().zip(&tick.solution.levels) {
+            *x = number(l);
+        }
+        all
+    }
+}
