@@ -58,8 +58,8 @@ enum Action {
     Implies,
     Rise { before: Interval },
     Running { until: Running, negate: bool },
-    Sliding { until: Sliding, negate: bool },
-    OpenEnd { first: u32, before: Queue, negate: bool },
+    Sliding { until: Box<Sliding>, negate: bool },
+    OpenEnd { first: u32, before: Box<Queue>, negate: bool },
     FirstTime { last: u32, period: f64, first: FirstTime },
     FirstTimes { last: u32, period: f64 },
 }
@@ -124,8 +124,14 @@ impl Network {
         }
     }
 
-    /// The formula at the first tick, as far as it is known.
-    pub fn value(&self) -> Interval {
+    /// The formula at the first tick, as far as it is known; `ended` says that no tick follows.
+    pub fn value(&mut self, ended: bool) -> Interval {
+        for i in 0..self.operations.len() {
+            let (before, rest) = self.operations.split_at_mut(i);
+            if let Some(operation) = rest.first_mut() {
+                operation.settle(before, ended);
+            }
+        }
         self.operations.last().map_or(Interval::unknown(0), |root| root.now)
     }
 }
@@ -203,12 +209,12 @@ fn action(node: &Node, once: bool, sense: Sense, period: f64, kept: &mut Kept) -
             for room in Sliding::room(first, last, kept.ticks) {
                 kept.queue(room)?;
             }
-            Ok(Action::Sliding { until: Sliding::new(first, last, kept.ticks), negate })
+            Ok(Action::Sliding { until: Box::new(Sliding::new(first, last, kept.ticks)), negate })
         }
         None => {
             let room = first.min(kept.ticks) as usize + 1;
             kept.queue(room)?;
-            Ok(Action::OpenEnd { first, before: Queue::with_capacity(room), negate })
+            Ok(Action::OpenEnd { first, before: Box::new(Queue::with_capacity(room)), negate })
         }
     }
 }
@@ -238,9 +244,7 @@ impl Operation {
                     *now = value;
                 }
             }
-            Action::Not | Action::And | Action::Or | Action::Implies | Action::Rise { .. } if once => {
-                *now = action.at_a_tick(0, operands.iter().map(|&a| before[a].now));
-            }
+            Action::Not | Action::And | Action::Or | Action::Implies | Action::Rise { .. } if once => {}
             Action::Not | Action::And | Action::Or | Action::Implies | Action::Rise { .. } => {
                 for t in ring.len..ready {
                     ring.put(action.at_a_tick(t, operands.iter().map(|&a| before[a].ring.at(t))));
@@ -254,7 +258,6 @@ impl Operation {
                     until.take(stretch(*taken, *negate));
                     *taken += 1;
                 }
-                *now = signed(until.value(ended), *negate);
             }
             Action::Sliding { until, negate } => {
                 for t in *taken..ready {
@@ -273,12 +276,11 @@ impl Operation {
                 out.iter_mut().for_each(|value| *value = signed(*value, *negate));
                 ring.len = ticks;
             }
-            Action::FirstTime { last, period, first } => {
+            Action::FirstTime { first, .. } => {
                 for t in *taken..ready {
                     first.take(operand(t));
                 }
                 *taken = ready;
-                *now = first.value(*last, *period);
             }
             Action::FirstTimes { last, period } if ended => {
                 first_times(*last, *period, ticks, operand, &mut ring.values[..ticks as usize]);
@@ -286,6 +288,19 @@ impl Operation {
             }
             Action::OpenEnd { .. } | Action::FirstTimes { .. } => {}
         }
+    }
+
+    /// Sets its value at the first tick, where that alone is wanted.
+    fn settle(&mut self, before: &[Operation], ended: bool) {
+        if !self.ring.values.is_empty() {
+            return;
+        }
+        self.now = match &self.action {
+            Action::Predicate { .. } => self.now,
+            Action::Running { until, negate } => signed(until.value(ended), *negate),
+            Action::FirstTime { last, period, first } => first.value(*last, *period),
+            action => action.at_a_tick(0, self.operands.iter().map(|&a| before[a].now)),
+        };
     }
 }
 

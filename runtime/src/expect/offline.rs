@@ -143,8 +143,8 @@ fn within(last: u32, series: &[Interval], ticks: u32, period: f64) -> Series {
 fn slack(deadline: u32, surely: Option<u32>, perhaps: u32, ticks: u32, period: f64) -> Interval {
     let at = |met: u32| {
         let robustness = (f64::from(deadline) - f64::from(met)) * period;
-        Value { robustness, tick: met.min(ticks.saturating_sub(1)) }
+        Value::new(robustness, met.min(ticks.saturating_sub(1)))
     };
-    let never = Value { robustness: f64::NEG_INFINITY, tick: ticks.saturating_sub(1) };
+    let never = Value::new(f64::NEG_INFINITY, ticks.saturating_sub(1));
     Interval { lower: surely.map_or(never, at), upper: at(perhaps) }
 }

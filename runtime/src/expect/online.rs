@@ -83,8 +83,8 @@ impl Monitor {
     }
 
     /// The verdict as far as the ticks until now decide it. It never changes once it is not undecided.
-    pub fn verdict(&self) -> Verdict {
-        Verdict::of(self.number.value())
+    pub fn verdict(&mut self) -> Verdict {
+        Verdict::of(self.number.value(false))
     }
 
     /// The outcome, when the run has ended. Allocates nothing; takes a time that grows with the ticks where an unbounded
@@ -93,6 +93,6 @@ impl Monitor {
         let step = Step { values: None, ticks: self.ticks };
         self.number.advance(&step);
         self.truth.advance(&step);
-        Outcome::new(self.number.value(), self.truth.value(), self.unit, self.undefined)
+        Outcome::new(self.number.value(true), self.truth.value(true), self.unit, self.undefined)
     }
 }

@@ -29,8 +29,10 @@ impl Running {
 
     /// The next tick.
     pub fn take(&mut self, tick: Stretch) {
-        let goal = if self.ticks < self.window.first { Interval::FALSE } else { tick.goal };
-        self.seen = self.seen.then(Stretch { goal, hold: tick.hold });
+        if self.ticks >= self.window.first {
+            self.seen.goal = self.seen.goal.or(self.seen.hold.and(tick.goal));
+        }
+        self.seen.hold = self.seen.hold.and(tick.hold);
         self.ticks += 1;
     }
 
@@ -170,8 +172,8 @@ pub(super) fn first_times(last: u32, period: f64, ticks: u32, of: impl Fn(u32) -
 fn slack(deadline: u32, surely: Option<u32>, perhaps: Option<u32>, ticks: u32, period: f64) -> Interval {
     let end = ticks.saturating_sub(1);
     let seconds = |met: u32| (f64::from(deadline) - f64::from(met)) * period;
-    let met = |met: u32| Value { robustness: seconds(met), tick: met };
-    let never = Value { robustness: f64::NEG_INFINITY, tick: end };
-    let not_yet = Value { robustness: seconds(ticks), tick: end };
+    let met = |met: u32| Value::new(seconds(met), met);
+    let never = Value::new(f64::NEG_INFINITY, end);
+    let not_yet = Value::new(seconds(ticks), end);
     Interval { lower: surely.map_or(never, met), upper: perhaps.map_or(not_yet, met) }
 }

@@ -9,67 +9,66 @@
 //! Intervals: what ticks that are not there could still make of a formula. Deshmukh et al., *Robust online monitoring of
 //! signal temporal logic*, 2017.
 
-use std::cmp::Ordering;
-
-/// A robustness and where it comes from.
-#[derive(Clone, Copy, Debug)]
-pub struct Value {
-    /// How far from the other truth value; true where the sign is positive. Never NaN.
-    pub robustness: f64,
-    /// The tick that decides it.
-    pub tick: u32,
-}
+/// A robustness and the instant that it comes from.
+///
+/// One integer that orders as values do: above the lowest 32 bits the number's bits in the order of [`f64::total_cmp`], in
+/// these the tick, counted down where the number is positive. Turning all bits over is then `not`, and no comparison
+/// needs a branch.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Value(i128);
 
 impl Value {
     /// The largest: neutral for `and`.
-    pub const TOP: Value = Value { robustness: f64::INFINITY, tick: 0 };
+    pub const TOP: Value = Value::new(f64::INFINITY, 0);
     /// The smallest: neutral for `or`.
-    pub const BOTTOM: Value = Value { robustness: f64::NEG_INFINITY, tick: 0 };
+    pub const BOTTOM: Value = Value::new(f64::NEG_INFINITY, 0);
+
+    /// A robustness, which is not NaN, and its instant.
+    pub const fn new(robustness: f64, tick: u32) -> Value {
+        let bits = robustness.to_bits() as i64;
+        let (number, time) = if bits >= 0 { (bits, !tick) } else { (bits ^ i64::MAX, tick) };
+        Value((number as i128) << 32 | time as i128)
+    }
 
     /// The value of a signal at a tick. Zero is true whatever its sign; NaN is false, by minus infinity.
     pub fn of_signal(x: f64, tick: u32) -> Value {
         // -0 + 0 is +0.
-        Value { robustness: if x.is_nan() { f64::NEG_INFINITY } else { x + 0.0 }, tick }
+        Value::new(if x.is_nan() { f64::NEG_INFINITY } else { x + 0.0 }, tick)
+    }
+
+    /// How far it is from the other truth value: true where the sign is positive.
+    pub fn robustness(self) -> f64 {
+        let number = (self.0 >> 32) as i64;
+        f64::from_bits(if number >= 0 { number } else { number ^ i64::MAX } as u64)
+    }
+
+    /// The tick that decides it.
+    pub fn tick(self) -> u32 {
+        let time = self.0 as u32;
+        if self.is_true() { !time } else { time }
     }
 
     /// True where the sign is positive.
     pub fn is_true(self) -> bool {
-        self.robustness.is_sign_positive()
+        self.0 >= 0
     }
 
     /// The negation, of the same instant.
     pub fn negated(self) -> Value {
-        Value { robustness: -self.robustness, tick: self.tick }
+        Value(!self.0)
     }
 
     /// The truth value alone: plus or minus infinity.
     pub fn truth(self) -> Value {
-        Value { robustness: f64::INFINITY.copysign(self.robustness), tick: self.tick }
+        Value::new(if self.is_true() { f64::INFINITY } else { f64::NEG_INFINITY }, self.tick())
     }
 }
 
-impl Ord for Value {
-    fn cmp(&self, other: &Value) -> Ordering {
-        self.robustness.total_cmp(&other.robustness).then_with(|| {
-            let later = self.tick.cmp(&other.tick);
-            if self.is_true() { later.reverse() } else { later }
-        })
+impl std::fmt::Debug for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:?} at tick {}", self.robustness(), self.tick())
     }
 }
-
-impl PartialOrd for Value {
-    fn partial_cmp(&self, other: &Value) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Value {
-    fn eq(&self, other: &Value) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Value {}
 
 /// All that the value may be, whatever follows: it is exact where both ends are equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,10 +92,7 @@ impl Interval {
 
     /// Nothing is known; `tick` is the first that was not seen.
     pub const fn unknown(tick: u32) -> Interval {
-        Interval {
-            lower: Value { robustness: f64::NEG_INFINITY, tick },
-            upper: Value { robustness: f64::INFINITY, tick },
-        }
+        Interval { lower: Value::new(f64::NEG_INFINITY, tick), upper: Value::new(f64::INFINITY, tick) }
     }
 
     /// Both: the smaller ends.
@@ -116,7 +112,7 @@ impl Interval {
 
     /// The same, known at `tick` at the earliest.
     pub fn known_from(self, tick: u32) -> Interval {
-        let later = |v: Value| Value { robustness: v.robustness, tick: v.tick.max(tick) };
+        let later = |v: Value| Value::new(v.robustness(), v.tick().max(tick));
         Interval { lower: later(self.lower), upper: later(self.upper) }
     }
 
@@ -135,14 +131,17 @@ mod tests {
     fn value() -> impl Strategy<Value = Value> {
         let number =
             prop_oneof![(-2_i32..=2).prop_map(f64::from), Just(-0.0), Just(f64::INFINITY), Just(-f64::INFINITY)];
-        (number, 0_u32..4).prop_map(|(robustness, tick)| Value { robustness, tick })
+        let tick = prop_oneof![0_u32..4, Just(u32::MAX)];
+        (number, tick).prop_map(|(robustness, tick)| Value::new(robustness, tick))
     }
 
     proptest! {
         #[test]
         fn the_order_is_reversed_by_not(a in value(), b in value()) {
             prop_assert_eq!(a.cmp(&b), b.negated().cmp(&a.negated()));
-            prop_assert_eq!(a == b, a.robustness.to_bits() == b.robustness.to_bits() && a.tick == b.tick);
+            // Numbers first; of equals the earlier is the stronger.
+            let ticks = if a.is_true() { b.tick().cmp(&a.tick()) } else { a.tick().cmp(&b.tick()) };
+            prop_assert_eq!(a.cmp(&b), a.robustness().total_cmp(&b.robustness()).then(ticks));
         }
 
         #[test]
@@ -161,7 +160,15 @@ mod tests {
     }
 
     #[test]
-    fn no_number_is_false() {
-        assert_eq!(Value::of_signal(f64::NAN, 3), Value { robustness: f64::NEG_INFINITY, tick: 3 });
+    fn what_is_put_in_comes_out() {
+        for x in [0.0, -0.0, 1.5, -1.5, f64::INFINITY, f64::NEG_INFINITY, 5e-324] {
+            for tick in [0, 1, u32::MAX] {
+                for (value, x) in [(Value::new(x, tick), x), (Value::new(x, tick).negated(), -x)] {
+                    assert_eq!((value.robustness().to_bits(), value.tick()), (x.to_bits(), tick));
+                    assert_eq!(value.is_true(), x.is_sign_positive());
+                }
+            }
+        }
+        assert_eq!(Value::of_signal(f64::NAN, 3), Value::new(f64::NEG_INFINITY, 3));
     }
 }

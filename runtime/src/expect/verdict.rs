@@ -52,11 +52,11 @@ impl Outcome {
     pub(super) fn new(number: Interval, truth: Interval, unit: Unit, undefined: Option<u32>) -> Outcome {
         let verdict = Verdict::of(number);
         let (worst, decided) = match verdict {
-            Verdict::Holds => (Some(number.lower.tick), Some(truth.lower.tick)),
-            Verdict::Fails => (Some(number.upper.tick), Some(truth.upper.tick)),
+            Verdict::Holds => (Some(number.lower.tick()), Some(truth.lower.tick())),
+            Verdict::Fails => (Some(number.upper.tick()), Some(truth.upper.tick())),
             Verdict::Undecided => (None, None),
         };
-        let (lower, upper) = (number.lower.robustness, number.upper.robustness);
+        let (lower, upper) = (number.lower.robustness(), number.upper.robustness());
         Outcome { verdict, lower, upper, unit, worst, decided, undefined }
     }
 

@@ -57,8 +57,8 @@ impl Definition<'_> {
             Tree::Within(last, a) => {
                 let first = |holds: fn(Interval) -> bool| (t..self.end()).find(|s| holds(self.at(a, *s)));
                 let slack = |s: u32| (i64::from(t + last) - i64::from(s)) as f64 * PERIOD;
-                let met = |s: u32| Value { robustness: slack(s), tick: s };
-                let missed = |robustness| Value { robustness, tick: self.end() - 1 };
+                let met = |s: u32| Value::new(slack(s), s);
+                let missed = |robustness| Value::new(robustness, self.end() - 1);
                 Interval {
                     lower: first(|x| x.lower.is_true()).map_or(missed(f64::NEG_INFINITY), met),
                     upper: first(|x| x.upper.is_true()).map_or(missed(slack(self.end())), met),
@@ -83,13 +83,13 @@ proptest! {
         let outcome = judge(&tree, &rows);
         let number = Definition { rows: &rows, truth: false }.at(&tree, 0);
         let truth = Definition { rows: &rows, truth: true }.at(&tree, 0);
-        prop_assert_eq!(outcome.lower.to_bits(), number.lower.robustness.to_bits());
-        prop_assert_eq!(outcome.upper.to_bits(), number.upper.robustness.to_bits());
+        prop_assert_eq!(outcome.lower.to_bits(), number.lower.robustness().to_bits());
+        prop_assert_eq!(outcome.upper.to_bits(), number.upper.robustness().to_bits());
         prop_assert_eq!(outcome.verdict, Verdict::of(number));
         prop_assert_eq!(outcome.verdict, Verdict::of(truth));
         let (worst, decided) = match outcome.verdict {
-            Verdict::Holds => (Some(number.lower.tick), Some(truth.lower.tick)),
-            Verdict::Fails => (Some(number.upper.tick), Some(truth.upper.tick)),
+            Verdict::Holds => (Some(number.lower.tick()), Some(truth.lower.tick())),
+            Verdict::Fails => (Some(number.upper.tick()), Some(truth.upper.tick())),
             Verdict::Undecided => (None, None),
         };
         prop_assert_eq!((outcome.worst, outcome.decided), (worst, decided));

@@ -19,8 +19,9 @@ fn judge(build: impl FnOnce(&mut Formula), log: [Vec<f64>; 3]) -> Outcome {
     build(&mut f);
     let outcome = offline::evaluate(&f, &UNITS, &log).unwrap();
     let mut monitor = Monitor::new(&f, &UNITS, log[0].len() as u32).unwrap();
-    for t in 0..log[0].len() {
-        monitor.push(&[log[0][t], log[1][t], log[2][t]]).unwrap();
+    let [ask, grasp, gap] = &log;
+    for ((ask, grasp), gap) in ask.iter().zip(grasp).zip(gap) {
+        monitor.push(&[*ask, *grasp, *gap]).unwrap();
     }
     assert_eq!(monitor.finish(), outcome);
     outcome
