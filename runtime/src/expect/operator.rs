@@ -98,10 +98,11 @@ impl Sliding {
     }
 
     fn slide(&mut self) {
-        if let Some(tick) = self.inside.pop() {
-            self.before.push(tick);
+        let entered = self.inside.pop();
+        if self.first > 0 {
+            entered.into_iter().for_each(|tick| self.before.push(tick));
+            self.before.pop();
         }
-        self.before.pop();
     }
 }
 
