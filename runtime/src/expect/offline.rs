@@ -132,7 +132,7 @@ fn within(last: u32, series: &[Interval], ticks: u32, period: f64) -> Series {
         if x.upper.is_true() {
             perhaps = t;
         }
-        out.push(slack(t.saturating_add(last), surely, perhaps, ticks, period));
+        out.push(slack(u64::from(t) + u64::from(last), surely, perhaps, ticks, period));
     }
     out.reverse();
     out
@@ -140,9 +140,9 @@ fn within(last: u32, series: &[Interval], ticks: u32, period: f64) -> Series {
 
 /// What is left of the time to a deadline, in s. `surely` is the first tick at which it is met for sure, `perhaps` the
 /// first at which it may be, `ticks` where only the ticks after the end can meet it.
-fn slack(deadline: u32, surely: Option<u32>, perhaps: u32, ticks: u32, period: f64) -> Interval {
+fn slack(deadline: u64, surely: Option<u32>, perhaps: u32, ticks: u32, period: f64) -> Interval {
     let at = |met: u32| {
-        let robustness = (f64::from(deadline) - f64::from(met)) * period;
+        let robustness = (deadline as f64 - f64::from(met)) * period;
         Value::new(robustness, met.min(ticks.saturating_sub(1)))
     };
     let never = Value::new(f64::NEG_INFINITY, ticks.saturating_sub(1));

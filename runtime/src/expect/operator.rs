@@ -153,7 +153,7 @@ impl FirstTime {
         if self.ticks == 0 {
             return Interval::unknown(0);
         }
-        slack(last, self.surely, self.perhaps, self.ticks, period)
+        slack(u64::from(last), self.surely, self.perhaps, self.ticks, period)
     }
 }
 
@@ -164,15 +164,15 @@ pub(super) fn first_times(last: u32, period: f64, ticks: u32, of: impl Fn(u32) -
         let now = of(t);
         surely = if now.lower.is_true() { Some(t) } else { surely };
         perhaps = if now.upper.is_true() { Some(t) } else { perhaps };
-        *out = slack(t.saturating_add(last), surely, perhaps, ticks, period);
+        *out = slack(u64::from(t) + u64::from(last), surely, perhaps, ticks, period);
     }
 }
 
 /// The deadline less the tick at which it was met, in s: for the lower end the first at which it surely was, for the upper
 /// end the first at which it may have been.
-fn slack(deadline: u32, surely: Option<u32>, perhaps: Option<u32>, ticks: u32, period: f64) -> Interval {
+fn slack(deadline: u64, surely: Option<u32>, perhaps: Option<u32>, ticks: u32, period: f64) -> Interval {
     let end = ticks.saturating_sub(1);
-    let seconds = |met: u32| (f64::from(deadline) - f64::from(met)) * period;
+    let seconds = |met: u32| (deadline as f64 - f64::from(met)) * period;
     let met = |met: u32| Value::new(seconds(met), met);
     let never = Value::new(f64::NEG_INFINITY, end);
     let not_yet = Value::new(seconds(ticks), end);

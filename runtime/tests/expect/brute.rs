@@ -18,8 +18,8 @@ impl Definition<'_> {
 
     /// The ticks of a window, and one of which nothing is known where the end leaves it open.
     fn ticks(&self, w: Window, t: u32) -> (Vec<u32>, bool) {
-        let last = w.last.map_or(self.end() - 1, |last| t + last);
-        let inside: Vec<u32> = (t + w.first..=last).filter(|s| *s < self.end()).collect();
+        let last = w.last.map_or(self.end() - 1, |last| t.saturating_add(last));
+        let inside: Vec<u32> = (t..self.end()).filter(|s| *s <= last && *s - t >= w.first).collect();
         let open = if w.last.is_some() { last >= self.end() } else { inside.is_empty() };
         (inside, open)
     }
@@ -56,7 +56,7 @@ impl Definition<'_> {
             }
             Tree::Within(last, a) => {
                 let first = |holds: fn(Interval) -> bool| (t..self.end()).find(|s| holds(self.at(a, *s)));
-                let slack = |s: u32| (i64::from(t + last) - i64::from(s)) as f64 * PERIOD;
+                let slack = |s: u32| (i64::from(t) + i64::from(*last) - i64::from(s)) as f64 * PERIOD;
                 let met = |s: u32| Value::new(slack(s), s);
                 let missed = |robustness| Value::new(robustness, self.end() - 1);
                 Interval {

@@ -53,11 +53,16 @@ impl Tree {
     }
 }
 
+/// How long a window may be: short, or longer than any run.
+fn reach() -> impl Strategy<Value = u32> {
+    prop_oneof![12 => 0_u32..6, 1 => Just(u32::MAX)]
+}
+
 fn window(bounded: bool) -> impl Strategy<Value = Window> {
     let last = |bounded: bool| {
-        if bounded { (0_u32..5).prop_map(Some).boxed() } else { proptest::option::of(0_u32..5).boxed() }
+        if bounded { reach().prop_map(Some).boxed() } else { proptest::option::of(reach()).boxed() }
     };
-    (0_u32..4, last(bounded)).prop_map(|(first, more)| Window { first, last: more.map(|m| first + m) })
+    (0_u32..4, last(bounded)).prop_map(|(first, more)| Window { first, last: more.map(|m| m.saturating_add(first)) })
 }
 
 /// Formulas of depth 4 at most; with bounded windows only, where so wanted.
@@ -74,7 +79,7 @@ pub fn tree(bounded: bool) -> impl Strategy<Value = Tree> {
             (window(bounded), one()).prop_map(|(w, a)| Tree::Always(w, a)),
             (window(bounded), one()).prop_map(|(w, a)| Tree::Eventually(w, a)),
             (window(bounded), one(), one()).prop_map(|(w, a, b)| Tree::Until(w, a, b)),
-            (0_u32..6, one()).prop_map(|(last, a)| Tree::Within(last, a)),
+            (reach(), one()).prop_map(|(last, a)| Tree::Within(last, a)),
         ]
     })
 }
