@@ -5,6 +5,7 @@
 
 pub mod controller;
 pub mod evaluator;
+pub mod expect;
 pub mod fault;
 pub mod program;
 pub mod quantity;

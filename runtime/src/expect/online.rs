@@ -1,0 +1,98 @@
+//! A monitor: a formula judged one tick at a time, in storage that is allocated before the first.
+//!
+//! The formula is evaluated twice, by one network of operations over the signals as they are, and by one over their truth
+//! values: the first knows the robustness and its instant, the second the tick at which the verdict became certain.
+
+use super::formula::{Formula, Unit};
+use super::network::{Network, Step};
+use super::verdict::{Outcome, Sense, Verdict};
+use crate::program::ProgramError;
+
+/// Why a tick was not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PushError {
+    /// The run has more ticks than the monitor was made for.
+    TooLong,
+    /// A tick has another number of signals than the monitor was made for.
+    Signals,
+}
+
+impl std::fmt::Display for PushError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            PushError::TooLong => "the run has more ticks than the monitor was made for",
+            PushError::Signals => "a tick has another number of signals than the monitor was made for",
+        })
+    }
+}
+
+impl std::error::Error for PushError {}
+
+/// Judges a formula while the run goes on.
+#[derive(Clone, Debug)]
+pub struct Monitor {
+    number: Network,
+    truth: Network,
+    signals: Vec<usize>,
+    /// How many numbers a tick has.
+    width: usize,
+    unit: Unit,
+    undefined: Option<u32>,
+    ticks: u32,
+    most: u32,
+}
+
+impl Monitor {
+    /// For a run of at most `ticks`, whose ticks have one number for each of `units`.
+    ///
+    /// # Errors
+    /// The formula does not pass [`Formula::check`], or would need too much memory.
+    pub fn new(formula: &Formula, units: &[Unit], ticks: u32) -> Result<Monitor, ProgramError> {
+        formula.check(units.len())?;
+        Ok(Monitor {
+            number: Network::new(formula, Sense::Number, ticks)?,
+            truth: Network::new(formula, Sense::Truth, ticks)?,
+            signals: formula.signals(),
+            width: units.len(),
+            unit: formula.unit(units),
+            undefined: None,
+            ticks: 0,
+            most: ticks,
+        })
+    }
+
+    /// The next tick. Allocates nothing, and takes constant time on average.
+    ///
+    /// # Errors
+    /// The tick does not belong to the run that the monitor was made for; it is left out.
+    pub fn push(&mut self, values: &[f64]) -> Result<(), PushError> {
+        if values.len() != self.width {
+            return Err(PushError::Signals);
+        }
+        if self.ticks == self.most {
+            return Err(PushError::TooLong);
+        }
+        if self.undefined.is_none() && self.signals.iter().any(|&k| values[k].is_nan()) {
+            self.undefined = Some(self.ticks);
+        }
+        let step = Step { values: Some(values), ticks: self.ticks + 1 };
+        self.number.advance(&step);
+        self.truth.advance(&step);
+        self.ticks += 1;
+        Ok(())
+    }
+
+    /// The verdict as far as the ticks until now decide it. It never changes once it is not undecided.
+    pub fn verdict(&mut self) -> Verdict {
+        Verdict::of(self.number.value(false))
+    }
+
+    /// The outcome, when the run has ended. Allocates nothing; takes a time that grows with the ticks where an unbounded
+    /// operator stands below another temporal one.
+    pub fn finish(mut self) -> Outcome {
+        let step = Step { values: None, ticks: self.ticks };
+        self.number.advance(&step);
+        self.truth.advance(&step);
+        Outcome::new(self.number.value(true), self.truth.value(true), self.unit, self.undefined)
+    }
+}
