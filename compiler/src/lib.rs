@@ -21,6 +21,7 @@ mod paths;
 mod pointless;
 pub mod report;
 mod robot_binding;
+pub mod sections;
 mod spelling;
 pub mod units;
 mod window;

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use compiler::sections::{SPEC, Section};
 use dsl::Spelling;
 use dsl::vocabulary::UNITS;
 use lsp_types::{
@@ -16,8 +17,9 @@ use super::document::Document;
 use super::hover;
 use super::mentions::{Class, MARKER, Mentions, Slot};
 use super::urdf::Part;
-use super::vocabulary::{BUILT_IN, DECLARATIONS, FRAME_FIELDS, Key, PRESENT, SECTIONS};
+use super::vocabulary::{BUILT_IN, FRAME_FIELDS, PRESENT};
 use crate::catalogue::describe;
+use crate::keys;
 
 /// What could stand at a byte.
 pub(super) fn of(document: &Document, byte: usize) -> Option<Vec<CompletionItem>> {
@@ -41,7 +43,7 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Vec<CompletionItem>
         Some((_, Slot::Expression { .. })) if unit => {}
         Some((mentions, slot)) => list.slot(&mentions, &slot),
         None if top_level(&text[..start], line, spelling) => {
-            list.keys(if spelling == Spelling::Hq { DECLARATIONS } else { SECTIONS }, &[]);
+            list.keys(&SPEC, &[]);
         }
         None => {}
     }
@@ -140,7 +142,7 @@ impl List<'_> {
 
     fn slot(&mut self, mentions: &Mentions, slot: &Slot) {
         match slot {
-            Slot::Keys(keys, used) => self.keys(keys, used),
+            Slot::Keys(section, used) => self.keys(section, used),
             Slot::Parameters(infos, used) => self.parameters(infos, used),
             Slot::Named(infos, used) => {
                 self.colon = true;
@@ -213,9 +215,10 @@ impl List<'_> {
         }
     }
 
-    fn keys(&mut self, keys: &[Key], used: &[String]) {
-        for key in keys.iter().filter(|k| !used.iter().any(|u| u == k.name)) {
-            self.add(key.name, CompletionItemKind::PROPERTY, 0, "", key.doc.to_string());
+    fn keys(&mut self, section: &'static Section, used: &[String]) {
+        let spelling = if self.colon { Spelling::Yaml } else { Spelling::Hq };
+        for key in section.written(spelling).filter(|k| !used.iter().any(|u| u == k.name)) {
+            self.add(key.name, CompletionItemKind::PROPERTY, 0, &keys::describe(&key.holds), hover::key(key));
         }
     }
 

@@ -2,16 +2,18 @@
 
 use std::fmt::Write;
 
+use compiler::sections::Key;
 use compiler::units;
 use lsp_types::{Hover, HoverContents, MarkupContent, MarkupKind};
 use stdlib_tasks::dimension::NONE;
-use stdlib_tasks::params::{ParamInfo, Presence};
+use stdlib_tasks::params::ParamInfo;
 use stdlib_tasks::task::{Nature, TaskKind};
 
 use super::document::{Analysis, Document};
 use super::mentions::{Class, What};
-use super::vocabulary::{BUILT_IN, find};
-use crate::catalogue::describe;
+use super::vocabulary::find;
+use crate::catalogue::{describe, presence};
+use crate::keys;
 
 /// Lines of a declaration that are shown.
 const SHOWN: usize = 16;
@@ -35,7 +37,7 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
         }
         What::Kind(kind) => task_kind(kind),
         What::Parameter(kind, info) => format!("{}\n\nParameter of `{}`.", parameter(info), kind.name),
-        What::Key(key) => format!("`{}`\n\n{}", key.name, key.doc),
+        What::Key(key) => self::key(key),
         What::BuiltIn(name) => built_in(name)?,
         What::Unit(unit) => {
             let text = document.text.as_str().get(mention.place.clone()).filter(|_| mention.exact);
@@ -84,17 +86,14 @@ fn declared(document: &Document, analysis: &Analysis, class: Class, name: &str) 
     Some(out)
 }
 
-fn presence(info: &ParamInfo) -> String {
-    match info.presence {
-        Presence::Required => "required".to_string(),
-        Presence::Optional => "optional".to_string(),
-        Presence::Default(text) => format!("default `{text}`"),
-    }
+/// A key: what it holds, whether it may be left out, what it does.
+pub(super) fn key(key: &Key) -> String {
+    format!("`{}`: {}; {}\n\n{}", key.name, keys::describe(&key.holds), presence(&key.presence), key.doc)
 }
 
 /// A parameter: what it holds, whether it may be left out, what it does.
 pub(super) fn parameter(info: &ParamInfo) -> String {
-    format!("`{}`: {}; {}\n\n{}", info.name, describe(&info.ty), presence(info), info.text())
+    format!("`{}`: {}; {}\n\n{}", info.name, describe(&info.ty), presence(&info.presence), info.text())
 }
 
 /// A task type: its page of the catalogue.
@@ -105,7 +104,7 @@ pub(super) fn task_kind(kind: &TaskKind) -> String {
     };
     let mut out = format!("**{}** ({nature}): {}\n\n{}\n\n", kind.name, kind.summary, kind.docs);
     for info in kind.params {
-        let _ = writeln!(out, "- `{}`: {}; {}", info.name, describe(&info.ty), presence(info));
+        let _ = writeln!(out, "- `{}`: {}; {}", info.name, describe(&info.ty), presence(&info.presence));
     }
     let _ = write!(out, "\n```hq\n{}\n```", kind.example);
     out
@@ -113,7 +112,7 @@ pub(super) fn task_kind(kind: &TaskKind) -> String {
 
 /// A function or a built-in name.
 pub(super) fn built_in(name: &str) -> Option<String> {
-    if let Some(known) = find(BUILT_IN, name) {
+    if let Some(known) = find(name) {
         return Some(known.doc.to_string());
     }
     let function = compiler::expr::FUNCTIONS.iter().find(|f| f.name == name)?;

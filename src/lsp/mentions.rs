@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use compiler::sections::{Key, Section};
 use dsl::tree::Spec;
 use dsl::{Span, Spelling};
 use stdlib_tasks::params::ParamInfo;
@@ -11,7 +12,6 @@ use stdlib_tasks::task::{Actual, TaskKind};
 
 use super::imports::Imported;
 use super::urdf::Urdf;
-use super::vocabulary::Key;
 
 /// The word that completion puts where the cursor is, to see what it would mean.
 pub(super) const MARKER: &str = "hqCursorHereqh";
@@ -111,7 +111,7 @@ pub(super) struct Declaration {
 #[derive(Clone, Debug)]
 pub(super) enum Slot {
     /// Keys of the language, without those that are there.
-    Keys(&'static [Key], Vec<String>),
+    Keys(&'static Section, Vec<String>),
     /// Parameters of a task type, without those that are there.
     Parameters(&'static [ParamInfo], Vec<String>),
     /// Parameters of a task type as arguments with a name, without those that are there.

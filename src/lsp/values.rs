@@ -6,7 +6,7 @@ use stdlib_tasks::params::{ParamInfo, ParamType};
 use stdlib_tasks::task::{Actual, TaskKind};
 
 use super::mentions::{Class, MARKER, Slot, Walker, What};
-use super::vocabulary::{BUILT_IN, CALLED, find};
+use super::vocabulary::{CALLED, find};
 use super::walk::{items, used, word};
 
 impl Walker<'_> {
@@ -283,7 +283,7 @@ impl Walker<'_> {
                 if self.marked(name, || Slot::Expression { auto: false, state }) || self.scoped(name, value.span) {
                 } else if self.has(Class::Let, name) {
                     self.note(name, value.span, What::Declared(Class::Let, name.clone()));
-                } else if find(BUILT_IN, name).is_some() && !CALLED.contains(&name.as_str()) {
+                } else if find(name).is_some() && !CALLED.contains(&name.as_str()) {
                     self.note(name, value.span, What::BuiltIn(name.clone()));
                 } else {
                     self.note(name, value.span, What::Declared(Class::Param, name.clone()));
