@@ -59,7 +59,7 @@ fn numbers_have_the_units_and_ranges_of_the_table() {
         let with = |value: String| codes(&spec(section, &format!("{} {value}", key.name)).expect("asked"));
         assert!(with("3 kg".to_string()).contains(&"HQ0301"), "{} takes kilograms", key.name);
         let unit = units::written(q.dimension);
-        let refused = |x: f64| with(format!("{x} {unit}")).iter().any(|c| *c == "HQ0308");
+        let refused = |x: f64| with(format!("{x} {unit}")).contains(&"HQ0308");
         assert!(!refused(q.min + 1.0), "{}: {} {unit}", key.name, q.min + 1.0);
         assert!(refused(q.min - 1.0), "{} has no bound of {}", key.name, q.min);
         assert_eq!(refused(q.min), !q.min_included, "{} at {}", key.name, q.min);
