@@ -15,7 +15,7 @@ use stdlib_tasks::params::{ParamInfo, Presence};
 
 use super::document::Document;
 use super::hover;
-use super::mentions::{Class, MARKER, Mentions, Slot};
+use super::mentions::{Class, MARKER, Mentions, Slot, Taken};
 use super::urdf::Part;
 use super::vocabulary::{BUILT_IN, FRAME_FIELDS, PRESENT};
 use crate::catalogue::describe;
@@ -160,10 +160,11 @@ impl List<'_> {
             }
             Slot::Stack => self.names(mentions, Class::Stack, 0),
             Slot::Offered(names) => {
-                for name in names {
-                    self.add(name, CompletionItemKind::VARIABLE, 0, "", String::new());
+                for (name, about) in names {
+                    self.add(name, CompletionItemKind::VARIABLE, 0, about, String::new());
                 }
             }
+            Slot::Given(ty, left) => self.given(mentions, ty.as_deref(), left),
             Slot::Expression { auto, state } => self.expression(mentions, *auto, *state),
             Slot::Captured(actuals, prefix) => {
                 for actual in *actuals {
@@ -227,6 +228,24 @@ impl List<'_> {
             let rank = usize::from(info.presence != Presence::Required);
             let detail = describe(&info.ty);
             self.add(info.name, CompletionItemKind::PROPERTY, rank, &detail, hover::parameter(info));
+        }
+    }
+
+    /// What a declaration with parameters takes next.
+    fn given(&mut self, mentions: &Mentions, ty: Option<&str>, left: &[Taken]) {
+        match ty {
+            Some("arm") => self.slot(mentions, &Slot::Arm),
+            Some("frame") => self.slot(mentions, &Slot::Frame),
+            Some("joints") => self.slot(mentions, &Slot::Joint),
+            Some("geometry") => self.slot(mentions, &Slot::Geometry),
+            Some("task") => self.slot(mentions, &Slot::Member),
+            Some("name") | None => {}
+            Some(_) => self.expression(mentions, false, false),
+        }
+        self.colon = true;
+        for taken in left {
+            let rank = if taken.optional { 2 } else { 1 };
+            self.add(&taken.name, CompletionItemKind::PROPERTY, rank, &taken.ty, String::new());
         }
     }
 

@@ -1,6 +1,7 @@
 //! What there is to say about a word.
 
 use std::fmt::Write;
+use std::ops::Range;
 
 use compiler::sections::Key;
 use compiler::units;
@@ -10,7 +11,9 @@ use stdlib_tasks::params::ParamInfo;
 use stdlib_tasks::task::{Nature, TaskKind};
 
 use super::document::{Analysis, Document};
+use super::library::Source;
 use super::mentions::{Class, What};
+use super::text::Text;
 use super::vocabulary::find;
 use crate::catalogue::{describe, presence};
 use crate::keys;
@@ -24,11 +27,12 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
     let mention = analysis.mentions.at(byte)?;
     let value = match &mention.what {
         What::Declared(class, name) => declared(document, analysis, *class, name)?,
+        What::Brought(class, there) => shown(*class, &there.source, &there.whole, &there.name, &[])?,
         What::Link(name) => analysis.urdf.as_ref()?.links.get(name)?.about.clone(),
         What::Joint(name) => analysis.urdf.as_ref()?.joints.get(name)?.about.clone(),
         What::Spec(written) => {
-            let file = analysis.imports.iter().find(|i| i.written == *written)?;
-            let names = super::imports::VISIBLE.iter().map(|class| file.mentions.names(*class).count());
+            let file = analysis.imports.iter().find(|i| i.written == *written)?.file.as_ref()?;
+            let names = super::walk_reuse::VISIBLE.iter().map(|class| file.mentions.names(*class).count());
             format!("`{written}` declares {} names", names.sum::<usize>())
         }
         What::File => {
@@ -56,16 +60,32 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
 
 fn declared(document: &Document, analysis: &Analysis, class: Class, name: &str) -> Option<String> {
     let declaration = analysis.mentions.declared.get(&(class, name.to_string()))?;
-    let file = declaration.elsewhere.as_ref();
-    let file = file.and_then(|(written, _, whole)| {
-        Some((analysis.imports.iter().find(|i| i.written == *written)?, whole.clone()))
-    });
-    let (text, whole, spelling) = match &file {
-        Some((file, whole)) => (&file.text, whole.clone(), file.spelling),
-        None => (&document.text, declaration.whole.clone(), document.spelling()?),
-    };
+    match &declaration.elsewhere {
+        Some(there) => shown(class, &there.source, &there.whole, name, &declaration.comments),
+        None => {
+            let here = (&document.text, document.spelling()?);
+            code(class, here, &declaration.whole, name, &declaration.comments)
+        }
+    }
+}
+
+/// A declaration of another file.
+fn shown(class: Class, source: &Source, whole: &Range<usize>, name: &str, comments: &[String]) -> Option<String> {
+    let text = code(class, (&source.text, source.spelling), whole, name, comments)?;
+    let file = source.path.file_name()?.to_string_lossy();
+    Some(format!("{text}\n\nDeclared in `{file}`."))
+}
+
+/// A declaration: what it is, its first lines, its comments.
+fn code(
+    class: Class,
+    (text, spelling): (&Text, dsl::Spelling),
+    whole: &Range<usize>,
+    name: &str,
+    comments: &[String],
+) -> Option<String> {
     let start = whole.start;
-    let whole = text.as_str().get(whole)?;
+    let whole = text.as_str().get(whole.clone())?;
     // Lines after the first lose the indentation that the declaration has.
     let column = text.position(start).character as usize;
     let mut lines = whole.lines().enumerate().map(|(i, l)| match l.get(..column) {
@@ -79,7 +99,7 @@ fn declared(document: &Document, analysis: &Analysis, class: Class, name: &str) 
     let language = if spelling == dsl::Spelling::Hq { "hq" } else { "yaml" };
     let short = name.rsplit('.').next().unwrap_or(name);
     let mut out = format!("{} `{short}`\n\n```{language}\n{}\n```", class.word(), code.join("\n"));
-    let comments = declaration.comments.join("\n");
+    let comments = comments.join("\n");
     if !comments.trim().is_empty() {
         let _ = write!(out, "\n\n{}", comments.trim());
     }

@@ -5,7 +5,7 @@ use dsl::Span;
 use dsl::tree::{Block, Entry, Item, ItemKind, Level, Member, MemberTask, Spec, Stack, Value, ValueKind};
 
 use super::mentions::{Class, Slot, Walker, What};
-use super::walk_reuse::{added, replaced};
+use super::walk_reuse::{added, replaced, taken};
 
 /// The keys of a block.
 pub(super) fn used(block: &Block) -> Vec<String> {
@@ -61,8 +61,12 @@ impl Walker<'_> {
             ItemKind::Let(l) => self.declare((Class::Let, l.name.value.clone()), &l.name, item.span, before),
             ItemKind::Import(import) => self.imported(import),
             ItemKind::For(repeat) => repeat.body.iter().for_each(|item| self.declarations(item)),
-            ItemKind::Task(t) => self.declare((Class::Task, t.name.value.clone()), &t.name, item.span, before),
+            ItemKind::Task(t) => {
+                self.found.takes.entry(format!("task {}", t.name.value)).or_insert_with(|| taken(&t.parameters));
+                self.declare((Class::Task, t.name.value.clone()), &t.name, item.span, before);
+            }
             ItemKind::Stack(s) => {
+                self.found.takes.entry(format!("stack {}", s.name.value)).or_insert_with(|| taken(&s.parameters));
                 self.declare((Class::Stack, s.name.value.clone()), &s.name, item.span, before);
                 for l in s.levels.iter().chain(added(s)) {
                     let name = format!("{}.{}", s.name.value, l.name.value);
