@@ -63,7 +63,7 @@ pub(super) fn rename(
     if !specs.whole {
         return Err("there are too many files to know all that speak of this name".to_string());
     }
-    let all = workspace::uses(&target, origin::word, &specs, library);
+    let mut all = workspace::uses(&target, origin::word, &specs, library);
     let mut texts = BTreeMap::new();
     for uses in &all {
         let source = &uses.file.source;
@@ -80,6 +80,8 @@ pub(super) fn rename(
         texts.insert(source.path.clone(), (text, source.spelling));
     }
     let after = library.imagined(&texts);
+    // The file that chose the word is asked first.
+    all.sort_by_key(|uses| uses.file.source.path != target.path);
     for uses in &all {
         let path = &uses.file.source.path;
         let same = after.file(path).is_some_and(|file| {

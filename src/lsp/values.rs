@@ -75,7 +75,7 @@ impl Walker<'_> {
     }
 
     /// What is given for a parameter of this type.
-    fn given(&mut self, ty: Option<&str>, value: &Value) {
+    pub(super) fn given(&mut self, ty: Option<&str>, value: &Value) {
         match ty {
             Some("arm") => self.arm(value),
             Some("frame") => self.frame(value),

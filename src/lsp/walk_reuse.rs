@@ -129,7 +129,7 @@ impl Walker<'_> {
             let types = || Slot::Offered(compiler::parameter_types().map(|t| (t.0.to_string(), t.1)).collect());
             self.marked(&p.ty.value, types);
             if let Some(default) = &p.default {
-                self.anything(default);
+                self.given(Some(&p.ty.value), default);
             }
             self.argument(owner, &p.name, p.span);
         }
