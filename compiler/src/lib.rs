@@ -26,7 +26,7 @@ mod spelling;
 pub mod units;
 mod window;
 
-pub use expand::{files, parameter_types};
+pub use expand::{Texts, files, parameter_types};
 pub use idle::leave_out;
-pub use lowering::{Compiled, Input, compile};
+pub use lowering::{Compiled, Input, compile, compile_among};
 pub use report::{Report, Style};

@@ -1,6 +1,7 @@
 //! An open document, and what is known of it; worked out when it is first asked for after a change.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -43,6 +44,8 @@ pub(super) struct Document {
     spelling: Spelling,
     library: Rc<Library>,
     analysis: OnceCell<Analysis>,
+    /// The files that it imported when it was looked at last, and those that these import.
+    below: RefCell<Option<BTreeSet<PathBuf>>>,
 }
 
 impl Document {
@@ -59,6 +62,7 @@ impl Document {
             spelling: by_name.unwrap_or(by_language),
             library,
             analysis: OnceCell::new(),
+            below: RefCell::new(None),
         };
         document.library.open(document.place(), document.text.as_str(), document.spelling);
         document
@@ -79,6 +83,7 @@ impl Document {
         self.text = text;
         self.version = version;
         self.analysis = OnceCell::new();
+        self.below = RefCell::new(None);
         self.library.open(self.place(), self.text.as_str(), self.spelling);
     }
 
@@ -87,9 +92,13 @@ impl Document {
         self.analysis = OnceCell::new();
     }
 
-    /// True where what is known of it rests on the file at a path.
+    /// True where what is known of it rests on the file at a path. What others import is remembered until it is looked
+    /// at again, so that typing in a file costs those that import from it nothing.
     pub fn rests_on(&self, path: &Path) -> bool {
-        self.analysis.get().is_some_and(|a| a.imports.iter().any(|i| i.reaches(path)))
+        if self.below.borrow().is_none() {
+            self.analysis();
+        }
+        self.below.borrow().as_ref().is_some_and(|below| below.contains(path))
     }
 
     /// How it is spelt; `None` for YAML that is no spec, of which an editor may open many.
@@ -111,6 +120,7 @@ impl Document {
             let (spec, diagnostics) = dsl::parse(source, text, spelling);
             let place = self.place();
             let imports = self.library.imports(&spec, &place);
+            *self.below.borrow_mut() = Some(library::below(&imports));
             let urdf = self.library.urdf(&spec, &place, &imports);
             let mentions = mentions::of(&spec, text, spelling, urdf.as_deref(), &imports);
             Analysis { spec, diagnostics, mentions, urdf, imports }

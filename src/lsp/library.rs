@@ -59,11 +59,17 @@ pub(super) struct Imported {
     pub file: Option<Rc<File>>,
 }
 
-impl Imported {
+impl File {
     /// True where this file, or one that it imports, lies at a path.
     pub fn reaches(&self, path: &Path) -> bool {
-        self.path == path || self.file.as_ref().is_some_and(|f| f.below.contains(path))
+        self.source.path == path || self.below.contains(path)
     }
+}
+
+/// Where the files lie that are imported, and those that these import.
+pub(super) fn below(imports: &[Imported]) -> BTreeSet<PathBuf> {
+    let further = imports.iter().filter_map(|i| i.file.as_ref()).flat_map(|f| f.below.iter());
+    imports.iter().map(|i| &i.path).chain(further).cloned().collect()
 }
 
 /// By what a text is known to be the same.
@@ -121,6 +127,12 @@ impl Library {
     /// Paths and texts of what is open.
     pub fn opened(&self) -> Vec<(PathBuf, String)> {
         self.open.borrow().iter().map(|(path, open)| (path.clone(), open.text.clone())).collect()
+    }
+
+    /// What is open, as the compiler takes it.
+    pub fn texts(&self) -> compiler::Texts {
+        let place = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
+        self.open.borrow().iter().map(|(path, open)| (place(path), open.text.clone())).collect()
     }
 
     /// The same library, with other texts at some paths.
@@ -228,8 +240,7 @@ impl Library {
         let urdf = self.urdf(&spec, path, &imports);
         let mentions = mentions::of(&spec, &text, spelling, urdf.as_deref(), &imports);
         let source = Rc::new(Source { path: path.to_path_buf(), text: Text::new(text), spelling });
-        let further = imports.iter().filter_map(|i| i.file.as_ref()).flat_map(|f| f.below.iter());
-        let below = imports.iter().map(|i| &i.path).chain(further).cloned().collect();
+        let below = below(&imports);
         let file = Rc::new(File { source, mentions, imports, urdf, below, stamp });
         self.known.borrow_mut().insert(path.to_path_buf(), file.clone());
         Some(file)

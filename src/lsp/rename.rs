@@ -4,13 +4,18 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use dsl::{Severity, Spelling};
 use lsp_types::{PrepareRenameResponse, TextEdit, Uri};
 
 use super::document::Document;
+use super::library::Library;
 use super::mentions::{Class, Mention, Mentions, What};
 use super::origin::{self, Origin};
 use super::vocabulary;
-use super::workspace::{self, Uses};
+use super::workspace::{self, Specs, Uses};
+
+/// Most specs that are compiled to see whether they still can be.
+const MOST_COMPILED: usize = 64;
 
 /// The name at a byte, and where it was chosen.
 fn chosen(document: &Document, byte: usize) -> Option<(&Mention, Origin)> {
@@ -92,12 +97,50 @@ pub(super) fn rename(
             return Err(format!("`{new}` means something else in {} already", short(path)));
         }
     }
+    if let Some(why) = breaks(&specs, library, &after, &texts) {
+        return Err(why);
+    }
     let edits = |uses: &Uses| {
         let source = &uses.file.source;
         let edit = |m: &Mention| TextEdit::new(source.text.range(m.place.clone()), new.to_string());
         Some((workspace::address(source, documents)?, uses.words.iter().map(edit).collect()))
     };
     Ok(all.iter().filter(|u| !u.words.is_empty()).filter_map(edits).collect())
+}
+
+/// Why the specs would not compile any more with other texts. What the words do not show comes out here: `arm_${side}`
+/// may make a name, and some tasks take arms by the names `left` and `right`.
+fn breaks(
+    specs: &Specs,
+    library: &Library,
+    after: &Library,
+    texts: &BTreeMap<PathBuf, (String, Spelling)>,
+) -> Option<String> {
+    let files = specs.texts.iter().filter_map(|(path, text)| Some((path, text, after.file(path)?)));
+    let touched = files.filter(|(_, _, file)| texts.keys().any(|path| file.reaches(path)));
+    for (path, old, file) in touched.take(MOST_COMPILED) {
+        let new = texts.get(path).map_or(old, |(text, _)| text);
+        let now = errors(path, new, file.source.spelling, &after.texts());
+        if now.is_empty() {
+            continue;
+        }
+        let before = errors(path, old, file.source.spelling, &library.texts());
+        if now.len() > before.len() {
+            let first = now.iter().find(|m| !before.contains(m)).or(now.first())?;
+            return Some(format!("{} would not compile any more: {first}", short(path)));
+        }
+    }
+    None
+}
+
+/// What keeps a spec from being compiled.
+fn errors(path: &Path, text: &str, spelling: Spelling, texts: &compiler::Texts) -> Vec<String> {
+    let name = path.display().to_string();
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let input = compiler::Input { name: &name, text, spelling, folder, set: &[], package_paths: &[] };
+    let report = compiler::compile_among(&input, texts).report;
+    let errors = report.diagnostics.into_iter().filter(|d| d.severity == Severity::Error);
+    errors.map(|d| d.message).collect()
 }
 
 /// True where a file has a declaration already that would have the new name.

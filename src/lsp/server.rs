@@ -167,6 +167,7 @@ impl Server {
         let Some(place) = uri::path(uri).and_then(|p| uri::absolute(&p)) else { return };
         for document in self.documents.values_mut().filter(|d| d.uri != *uri && d.rests_on(&place)) {
             document.refresh();
+            self.changed.insert(document.uri.clone());
         }
     }
 

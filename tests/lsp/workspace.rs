@@ -373,6 +373,64 @@ fn completion_knows_the_other_files() {
     }
 }
 
+/// What no word shows: names that a repetition makes, and those that a task takes by itself. The compiler is asked.
+#[test]
+fn a_rename_after_which_a_spec_would_not_compile_is_refused() {
+    let folder = Folder::new("breaks");
+    let made = FIRST.replacen(
+        "level safe hard { deck }  level",
+        "level all { for n in [low] { joint_velocity { velocity { ${n}er 0 rad/s } } } }  level",
+        1,
+    );
+    assert_ne!(made, FIRST);
+    folder.write("first.hq", &made);
+    let mut e = Editor::ready_in(&folder.0);
+    let (library, lib) = folder.open(&mut e, "lib.hq");
+    let answer = rename(&mut e, &lib, &find(&library, "joints { low|er"), "below");
+    let message = answer["error"]["message"].as_str().unwrap_or_else(|| panic!("{answer}"));
+    assert!(message.contains("`first.hq` would not compile any more: "), "{message}");
+    assert!(message.contains("lower"), "{message}");
+    let answer = rename(&mut e, &lib, &find(&library, "task de|ck"), "plate");
+    assert!(answer["result"]["changes"].is_object(), "{answer}");
+}
+
+/// Diagnostics too see what is open: a change in one file shows in those that import from it, before it is saved.
+#[test]
+fn diagnostics_see_unsaved_imports() {
+    let folder = Folder::new("diagnostics");
+    let mut e = Editor::ready_in(&folder.0);
+    let (_, doc) = folder.open(&mut e, "first.hq");
+    let codes =
+        |list: &[Json]| list.iter().filter(|d| d["severity"] == 1).map(|d| d["code"].clone()).collect::<Vec<_>>();
+    assert_eq!(codes(&e.diagnostics(&doc, Some(1))), Vec::<Json>::new());
+    // Something asks, so that the server knows what rests on what.
+    e.result("textDocument/documentSymbol", json!({ "textDocument": { "uri": doc } }));
+    let (library, lib) = folder.open(&mut e, "lib.hq");
+    e.diagnostics(&lib, Some(1));
+    e.diagnostics(&doc, Some(1));
+    e.change(&lib, 2, json!([{ "text": library.replacen("task deck", "task desk", 1) }]));
+    e.diagnostics(&lib, Some(2));
+    assert!(codes(&e.diagnostics(&doc, Some(1))).contains(&json!("HQ0213")), "there is no `deck` any more");
+    e.result("textDocument/documentSymbol", json!({ "textDocument": { "uri": doc } }));
+    e.change(&lib, 3, json!([{ "text": library }]));
+    e.diagnostics(&lib, Some(3));
+    assert_eq!(codes(&e.diagnostics(&doc, Some(1))), Vec::<Json>::new());
+}
+
+/// Values in SI stand behind quantities in other units, also where a unit comes through an import.
+#[test]
+fn hints_beside_imports() {
+    let folder = Folder::new("hints");
+    let mut e = Editor::ready_in(&folder.0);
+    let (first, doc) = folder.open(&mut e, "first.hq");
+    let text = first.replacen("[0, 0, gap]", "[0, 0, 5] cm", 1);
+    e.change(&doc, 2, json!([{ "text": text }]));
+    let all = json!({ "start": { "line": 0, "character": 0 }, "end": { "line": 99, "character": 0 } });
+    let hints = e.result("textDocument/inlayHint", json!({ "textDocument": { "uri": doc }, "range": all }));
+    let hints: Vec<&str> = hints.as_array().expect("a list").iter().filter_map(|h| h["label"].as_str()).collect();
+    assert_eq!(hints, ["= [0, 0, 0.05] m"]);
+}
+
 /// What is open counts as it stands in the editor, saved or not.
 #[test]
 fn unsaved_texts_are_what_others_see() {
