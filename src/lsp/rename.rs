@@ -12,7 +12,7 @@ use super::library::Library;
 use super::mentions::{Class, Mention, Mentions, What};
 use super::origin::{self, Origin};
 use super::vocabulary;
-use super::workspace::{self, Specs, Uses};
+use super::workspace::{self, Specs, Uses, Workspace};
 
 /// Most specs that are compiled to see whether they still can be.
 const MOST_COMPILED: usize = 64;
@@ -37,8 +37,7 @@ pub(super) fn prepare(document: &Document, byte: usize) -> Option<PrepareRenameR
 /// # Errors
 /// What stands in the way.
 pub(super) fn rename(
-    documents: &BTreeMap<Uri, Document>,
-    roots: &[PathBuf],
+    w: Workspace,
     (document, byte): (&Document, usize),
     new: &str,
 ) -> Result<Vec<(Uri, Vec<TextEdit>)>, String> {
@@ -58,13 +57,13 @@ pub(super) fn rename(
     let looked_up = owner.map_or(new.to_string(), |owner| format!("{owner}.{new}"));
     let renamed = Origin { name: looked_up, ..target.clone() };
     let own = document.place();
-    let here = |path: &Path| path == own || documents.values().any(|d| d.place() == path);
-    if !roots.is_empty() && !here(&target.path) && !roots.iter().any(|r| target.path.starts_with(r)) {
+    let here = |path: &Path| path == own || w.documents.iter().any(|d| d.place() == path);
+    if !w.roots.is_empty() && !here(&target.path) && !w.roots.iter().any(|r| target.path.starts_with(r)) {
         let file = target.path.display();
         return Err(format!("`{old}` is declared in {file}, which lies outside of the workspace"));
     }
-    let library = document.library();
-    let specs = workspace::specs(&workspace::folders(roots, &[&own, &target.path]), library);
+    let library = w.library;
+    let specs = workspace::specs(&workspace::folders(w.roots, &[&own, &target.path]), library);
     if !specs.whole {
         return Err("there are too many files to know all that speak of this name".to_string());
     }
@@ -103,7 +102,7 @@ pub(super) fn rename(
     let edits = |uses: &Uses| {
         let source = &uses.file.source;
         let edit = |m: &Mention| TextEdit::new(source.text.range(m.place.clone()), new.to_string());
-        Some((workspace::address(source, documents)?, uses.words.iter().map(edit).collect()))
+        Some((workspace::address(source, w)?, uses.words.iter().map(edit).collect()))
     };
     Ok(all.iter().filter(|u| !u.words.is_empty()).filter_map(edits).collect())
 }

@@ -21,6 +21,7 @@ use lsp_types::{
 
 use super::document::Document;
 use super::library::Library;
+use super::workspace::Workspace;
 use super::{actions, completion, diagnostics, hover, inlay, navigation, rename, symbols, tokens, uri, workspace};
 
 /// What the server can do.
@@ -162,6 +163,14 @@ impl Server {
         }
     }
 
+    fn opened(&self) -> Vec<&Document> {
+        self.documents.values().collect()
+    }
+
+    fn workspace<'s>(&'s self, opened: &'s [&'s Document]) -> Workspace<'s> {
+        Workspace { documents: opened, roots: &self.roots, library: &self.library }
+    }
+
     /// What others know of this document is out of date.
     fn touched(&mut self, uri: &Uri) {
         let Some(place) = uri::path(uri).and_then(|p| uri::absolute(&p)) else { return };
@@ -196,8 +205,8 @@ impl Server {
             }),
             ask::References::METHOD => with::<ask::References>(request, |p| {
                 let declaration = p.context.include_declaration;
-                let (all, roots) = (&self.documents, &self.roots);
-                let found = |d: &Document, byte| workspace::references(all, roots, (d, byte), declaration);
+                let opened = self.opened();
+                let found = |d: &Document, byte| workspace::references(self.workspace(&opened), (d, byte), declaration);
                 Ok(self.at(&p.text_document_position, found))
             }),
             ask::DocumentHighlightRequest::METHOD => with::<ask::DocumentHighlightRequest>(request, |p| {
@@ -207,15 +216,16 @@ impl Server {
                 with::<ask::PrepareRenameRequest>(request, |p| Ok(self.at(&p, rename::prepare)))
             }
             ask::Rename::METHOD => with::<ask::Rename>(request, |p| {
-                let (all, roots) = (&self.documents, &self.roots);
-                let renamed = |d: &Document, byte| Some(rename::rename(all, roots, (d, byte), &p.new_name));
+                let opened = self.opened();
+                let renamed =
+                    |d: &Document, byte| Some(rename::rename(self.workspace(&opened), (d, byte), &p.new_name));
                 let renamed = self.at(&p.text_document_position, renamed);
                 let edits = renamed.unwrap_or_else(|| Err("this document is not open".to_string()));
                 let edits = edits.map_err(|text| Refusal(ErrorCode::RequestFailed, text))?;
                 Ok(Some(WorkspaceEdit::new(edits.into_iter().collect())))
             }),
             ask::WorkspaceSymbolRequest::METHOD => with::<ask::WorkspaceSymbolRequest>(request, |p| {
-                let found = workspace::symbols(&self.documents, &self.roots, &self.library, &p.query);
+                let found = workspace::symbols(self.workspace(&self.opened()), &p.query);
                 Ok(Some(WorkspaceSymbolResponse::Nested(found)))
             }),
             ask::DocumentSymbolRequest::METHOD => with::<ask::DocumentSymbolRequest>(request, |p| {

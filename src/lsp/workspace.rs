@@ -27,6 +27,17 @@ const MOST_DEPTH: usize = 16;
 /// Most symbols in one answer.
 const MOST_SYMBOLS: usize = 256;
 
+/// What the editor has open, and where it works.
+#[derive(Clone, Copy)]
+pub(super) struct Workspace<'s> {
+    /// The open documents.
+    pub documents: &'s [&'s Document],
+    /// The folders of the workspace.
+    pub roots: &'s [PathBuf],
+    /// All texts.
+    pub library: &'s Library,
+}
+
 /// The specs that could speak of something.
 #[derive(Debug, Default)]
 pub(super) struct Specs {
@@ -145,15 +156,14 @@ pub(super) fn uses(target: &Origin, identity: Identity, specs: &Specs, library: 
 }
 
 /// The address of a source, as the editor knows it where it has it open.
-pub(super) fn address(source: &Source, documents: &BTreeMap<Uri, Document>) -> Option<Uri> {
-    let opened = documents.values().find(|d| d.place() == source.path);
+pub(super) fn address(source: &Source, w: Workspace) -> Option<Uri> {
+    let opened = w.documents.iter().find(|d| d.place() == source.path);
     opened.map(|d| d.uri.clone()).or_else(|| uri::of(&source.path))
 }
 
 /// All places of what stands at a byte, in all specs; the declaration among them if wanted.
 pub(super) fn references(
-    documents: &BTreeMap<Uri, Document>,
-    roots: &[PathBuf],
+    w: Workspace,
     (document, byte): (&Document, usize),
     declaration: bool,
 ) -> Option<Vec<Location>> {
@@ -165,11 +175,11 @@ pub(super) fn references(
         let all = analysis.mentions.same(&mention.what);
         return Some(all.map(|m| Location::new(document.uri.clone(), document.text.range(m.place.clone()))).collect());
     };
-    let specs = specs(&folders(roots, &[&place, &target.path]), document.library());
+    let specs = specs(&folders(w.roots, &[&place, &target.path]), w.library);
     let mut out = Vec::new();
-    for uses in uses(&target, origin::declaration, &specs, document.library()) {
+    for uses in uses(&target, origin::declaration, &specs, w.library) {
         let source = &uses.file.source;
-        let Some(uri) = address(source, documents) else { continue };
+        let Some(uri) = address(source, w) else { continue };
         for m in uses.words.iter().filter(|m| declaration || !m.declares) {
             out.push(Location::new(uri.clone(), source.text.range(m.place.clone())));
         }
@@ -178,17 +188,12 @@ pub(super) fn references(
 }
 
 /// Declarations of all specs whose names have the letters of a query in them, in this order.
-pub(super) fn symbols(
-    documents: &BTreeMap<Uri, Document>,
-    roots: &[PathBuf],
-    library: &Library,
-    query: &str,
-) -> Vec<WorkspaceSymbol> {
-    let specs = specs(roots, library);
+pub(super) fn symbols(w: Workspace, query: &str) -> Vec<WorkspaceSymbol> {
+    let specs = specs(w.roots, w.library);
     let mut out = Vec::new();
     for path in specs.texts.keys() {
-        let Some(file) = library.file(path) else { continue };
-        let Some(uri) = address(&file.source, documents) else { continue };
+        let Some(file) = w.library.file(path) else { continue };
+        let Some(uri) = address(&file.source, w) else { continue };
         for ((class, name), declared) in &file.mentions.declared {
             let Some(kind) = symbol(*class).filter(|_| declared.elsewhere.is_none() && matches(name, query)) else {
                 continue;

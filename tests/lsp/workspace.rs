@@ -473,7 +473,7 @@ fn half_written_files_and_circles() {
     let (_, round) = folder.open(&mut e, "round.hq");
     let (library, lib) = folder.open(&mut e, "lib.hq");
     let mut state = 2026u64;
-    for i in 0..60i64 {
+    for i in 0..20i64 {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         let places: Vec<usize> = library.char_indices().map(|c| c.0).collect();
         let from = places[(state >> 33) as usize % places.len()];
