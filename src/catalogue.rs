@@ -27,11 +27,13 @@ pub fn list() -> String {
     out
 }
 
-fn unit(d: Dimension) -> String {
+/// A dimension in words.
+pub(crate) fn unit(d: Dimension) -> String {
     if d == stdlib_tasks::dimension::NONE { "no unit".to_string() } else { d.to_string() }
 }
 
-fn quantity(q: &Quantity) -> String {
+/// Unit and range of a number.
+pub(crate) fn quantity(q: &Quantity) -> String {
     let range = q.describe();
     let comma = if range.is_empty() { String::new() } else { format!(", {range}") };
     let constant = if q.constant { ", constant" } else { "" };
@@ -73,7 +75,8 @@ pub fn describe(ty: &ParamType) -> String {
     }
 }
 
-fn presence(p: &Presence) -> String {
+/// Whether something may be left out.
+pub(crate) fn presence(p: &Presence) -> String {
     match p {
         Presence::Required => "required".to_string(),
         Presence::Optional => "optional".to_string(),

@@ -21,6 +21,7 @@ pub use stdlib_tasks;
 
 pub mod catalogue;
 pub mod init;
+pub mod keys;
 pub mod lsp;
 pub mod project;
 pub mod report;

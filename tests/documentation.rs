@@ -28,6 +28,11 @@ fn the_code_index_is_fresh() {
     generated("docs/src/codes.md", &hierarq::catalogue::codes_markdown());
 }
 
+#[test]
+fn the_page_of_keys_is_fresh() {
+    generated("docs/src/language/keys.md", &hierarq::keys::markdown());
+}
+
 fn markdown_files(folder: &Path, out: &mut Vec<PathBuf>) {
     let mut entries: Vec<PathBuf> =
         std::fs::read_dir(folder).expect("readable").map(|e| e.expect("readable").path()).collect();

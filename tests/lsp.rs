@@ -11,6 +11,8 @@ mod fixes;
 mod reuse;
 #[path = "lsp/words.rs"]
 mod words;
+#[path = "lsp/workspace.rs"]
+mod workspace;
 
 use std::io::Write;
 
@@ -32,6 +34,7 @@ fn says_hello_and_goodbye() {
         "rename",
         "completion",
         "documentSymbol",
+        "workspaceSymbol",
         "documentFormatting",
         "codeAction",
         "inlayHint",

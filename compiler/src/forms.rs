@@ -4,12 +4,14 @@ use dsl::Diagnostic;
 use dsl::tree::{Block, Entry, Value, ValueKind};
 
 use crate::names::{list, suggest};
+use crate::sections::Section;
 
-/// Reports a key that has no meaning in a block.
-pub fn check_keys(block: &Block, keys: &[&str], what: &str, diagnostics: &mut Vec<Diagnostic>) {
+/// Reports a key that has no meaning in a section.
+pub fn check_keys(block: &Block, section: &Section, diagnostics: &mut Vec<Diagnostic>) {
+    let keys: Vec<&str> = section.entries().collect();
     for (i, e) in block.entries.iter().enumerate() {
         if !keys.contains(&e.key.value.as_str()) {
-            diagnostics.push(unknown_key(block, i, keys, what));
+            diagnostics.push(unknown_key(block, i, &keys, section.name));
         }
     }
 }

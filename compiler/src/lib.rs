@@ -21,11 +21,12 @@ mod paths;
 mod pointless;
 pub mod report;
 mod robot_binding;
+pub mod sections;
 mod spelling;
 pub mod units;
 mod window;
 
-pub use expand::{files, parameter_types};
+pub use expand::{Texts, files, parameter_types};
 pub use idle::leave_out;
-pub use lowering::{Compiled, Input, compile};
+pub use lowering::{Compiled, Input, compile, compile_among};
 pub use report::{Report, Style};

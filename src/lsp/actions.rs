@@ -54,7 +54,7 @@ fn compiled(document: &Document, text: &str) -> Option<Report> {
     let spelling = document.spelling()?;
     let folder = document.folder();
     let input = Input { name: "", text, spelling, folder, set: &[], package_paths: &[] };
-    Some(compiler::compile(&input).report)
+    Some(compiler::compile_among(&input, &document.library().texts()).report)
 }
 
 /// True where a fix takes its mistake away and makes none of form in exchange.

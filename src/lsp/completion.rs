@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use compiler::sections::{SPEC, Section};
 use dsl::Spelling;
 use dsl::vocabulary::UNITS;
 use lsp_types::{
@@ -14,10 +15,11 @@ use stdlib_tasks::params::{ParamInfo, Presence};
 
 use super::document::Document;
 use super::hover;
-use super::mentions::{Class, MARKER, Mentions, Slot};
+use super::mentions::{Class, MARKER, Mentions, Slot, Taken};
 use super::urdf::Part;
-use super::vocabulary::{BUILT_IN, DECLARATIONS, FRAME_FIELDS, Key, PRESENT, SECTIONS};
+use super::vocabulary::{BUILT_IN, FRAME_FIELDS, PRESENT};
 use crate::catalogue::describe;
+use crate::keys;
 
 /// What could stand at a byte.
 pub(super) fn of(document: &Document, byte: usize) -> Option<Vec<CompletionItem>> {
@@ -41,7 +43,7 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Vec<CompletionItem>
         Some((_, Slot::Expression { .. })) if unit => {}
         Some((mentions, slot)) => list.slot(&mentions, &slot),
         None if top_level(&text[..start], line, spelling) => {
-            list.keys(if spelling == Spelling::Hq { DECLARATIONS } else { SECTIONS }, &[]);
+            list.keys(&SPEC, &[]);
         }
         None => {}
     }
@@ -140,7 +142,7 @@ impl List<'_> {
 
     fn slot(&mut self, mentions: &Mentions, slot: &Slot) {
         match slot {
-            Slot::Keys(keys, used) => self.keys(keys, used),
+            Slot::Keys(section, used) => self.keys(section, used),
             Slot::Parameters(infos, used) => self.parameters(infos, used),
             Slot::Named(infos, used) => {
                 self.colon = true;
@@ -158,10 +160,11 @@ impl List<'_> {
             }
             Slot::Stack => self.names(mentions, Class::Stack, 0),
             Slot::Offered(names) => {
-                for name in names {
-                    self.add(name, CompletionItemKind::VARIABLE, 0, "", String::new());
+                for (name, about) in names {
+                    self.add(name, CompletionItemKind::VARIABLE, 0, about, String::new());
                 }
             }
+            Slot::Given(ty, left) => self.given(mentions, ty.as_deref(), left),
             Slot::Expression { auto, state } => self.expression(mentions, *auto, *state),
             Slot::Captured(actuals, prefix) => {
                 for actual in *actuals {
@@ -213,9 +216,10 @@ impl List<'_> {
         }
     }
 
-    fn keys(&mut self, keys: &[Key], used: &[String]) {
-        for key in keys.iter().filter(|k| !used.iter().any(|u| u == k.name)) {
-            self.add(key.name, CompletionItemKind::PROPERTY, 0, "", key.doc.to_string());
+    fn keys(&mut self, section: &'static Section, used: &[String]) {
+        let spelling = if self.colon { Spelling::Yaml } else { Spelling::Hq };
+        for key in section.written(spelling).filter(|k| !used.iter().any(|u| u == k.name)) {
+            self.add(key.name, CompletionItemKind::PROPERTY, 0, &keys::describe(&key.holds), hover::key(key));
         }
     }
 
@@ -224,6 +228,24 @@ impl List<'_> {
             let rank = usize::from(info.presence != Presence::Required);
             let detail = describe(&info.ty);
             self.add(info.name, CompletionItemKind::PROPERTY, rank, &detail, hover::parameter(info));
+        }
+    }
+
+    /// What a declaration with parameters takes next.
+    fn given(&mut self, mentions: &Mentions, ty: Option<&str>, left: &[Taken]) {
+        match ty {
+            Some("arm") => self.slot(mentions, &Slot::Arm),
+            Some("frame") => self.slot(mentions, &Slot::Frame),
+            Some("joints") => self.slot(mentions, &Slot::Joint),
+            Some("geometry") => self.slot(mentions, &Slot::Geometry),
+            Some("task") => self.slot(mentions, &Slot::Member),
+            Some("name") | None => {}
+            Some(_) => self.expression(mentions, false, false),
+        }
+        self.colon = true;
+        for taken in left {
+            let rank = if taken.optional { 2 } else { 1 };
+            self.add(&taken.name, CompletionItemKind::PROPERTY, rank, &taken.ty, String::new());
         }
     }
 

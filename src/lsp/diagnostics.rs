@@ -15,14 +15,15 @@ use super::uri;
 pub(super) fn of(document: &Document) -> Vec<Shown> {
     let Some(spelling) = document.spelling() else { return Vec::new() };
     let name = document.path.as_ref().map_or_else(|| document.uri.to_string(), |p| p.display().to_string());
-    let compiled = compiler::compile(&Input {
+    let input = Input {
         name: &name,
         text: document.text.as_str(),
         spelling,
         folder: document.folder(),
         set: &[],
         package_paths: &[],
-    });
+    };
+    let compiled = compiler::compile_among(&input, &document.library().texts());
     let report = &compiled.report;
     let others = others(document, report);
     report.diagnostics.iter().map(|d| shown(document, report, &others, d)).collect()

@@ -1,17 +1,18 @@
 //! An open document, and what is known of it; worked out when it is first asked for after a change.
 
 use std::cell::{OnceCell, RefCell};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use dsl::tree::{ItemKind, Spec};
+use dsl::tree::Spec;
 use dsl::{Diagnostic, Severity, Sources, Spelling};
 use lsp_types::{TextDocumentItem, Uri};
 
-use super::imports::{self, Imported};
+use super::library::{self, Imported, Library};
 use super::mentions::{self, Mentions};
 use super::text::Text;
-use super::urdf::{self, Urdf};
+use super::urdf::Urdf;
 use super::uri;
 
 /// A tree with the meaning of its words.
@@ -41,25 +42,40 @@ pub(super) struct Document {
     /// Its text.
     pub text: Text,
     spelling: Spelling,
+    library: Rc<Library>,
     analysis: OnceCell<Analysis>,
-    urdf: RefCell<Option<Rc<Urdf>>>,
+    /// The files that it imported when it was looked at last, and those that these import.
+    below: RefCell<Option<BTreeSet<PathBuf>>>,
 }
 
 impl Document {
     /// Takes a document in. The ending of its name says how it is spelt; without one, the editor does.
-    pub fn open(item: TextDocumentItem) -> Document {
+    pub fn open(item: TextDocumentItem, library: Rc<Library>) -> Document {
         let path = uri::path(&item.uri);
         let by_name = Spelling::of_path(path.as_deref().unwrap_or(Path::new(item.uri.as_str())));
         let by_language = if item.language_id == "yaml" { Spelling::Yaml } else { Spelling::Hq };
-        Document {
+        let document = Document {
             uri: item.uri,
             path,
             version: item.version,
             text: Text::new(item.text),
             spelling: by_name.unwrap_or(by_language),
+            library,
             analysis: OnceCell::new(),
-            urdf: RefCell::new(None),
-        }
+            below: RefCell::new(None),
+        };
+        document.library.open(document.place(), document.text.as_str(), document.spelling);
+        document
+    }
+
+    /// Where it lies for the library: its path, or its address where it has none.
+    pub fn place(&self) -> PathBuf {
+        self.path.as_deref().and_then(uri::absolute).unwrap_or_else(|| PathBuf::from(self.uri.as_str()))
+    }
+
+    /// All texts of the session.
+    pub fn library(&self) -> &Library {
+        &self.library
     }
 
     /// Replaces the text.
@@ -67,6 +83,8 @@ impl Document {
         self.text = text;
         self.version = version;
         self.analysis = OnceCell::new();
+        self.below = RefCell::new(None);
+        self.library.open(self.place(), self.text.as_str(), self.spelling);
     }
 
     /// Forgets what was read from other files.
@@ -74,11 +92,18 @@ impl Document {
         self.analysis = OnceCell::new();
     }
 
+    /// True where what is known of it rests on the file at a path. What others import is remembered until it is looked
+    /// at again, so that typing in a file costs those that import from it nothing.
+    pub fn rests_on(&self, path: &Path) -> bool {
+        if self.below.borrow().is_none() {
+            self.analysis();
+        }
+        self.below.borrow().as_ref().is_some_and(|below| below.contains(path))
+    }
+
     /// How it is spelt; `None` for YAML that is no spec, of which an editor may open many.
     pub fn spelling(&self) -> Option<Spelling> {
-        let header = |l: &str| l.trim_start_matches('\u{feff}').starts_with("hierarq:");
-        let is_spec = self.spelling == Spelling::Hq || self.text.as_str().lines().any(header);
-        is_spec.then_some(self.spelling)
+        library::is_spec(self.text.as_str(), self.spelling).then_some(self.spelling)
     }
 
     /// The folder that relative paths start from.
@@ -93,8 +118,10 @@ impl Document {
             let text = self.text.as_str();
             let source = Sources::default().add("", "");
             let (spec, diagnostics) = dsl::parse(source, text, spelling);
-            let imports = imports::read(&spec, self.folder());
-            let urdf = self.urdf(&spec, &imports);
+            let place = self.place();
+            let imports = self.library.imports(&spec, &place);
+            *self.below.borrow_mut() = Some(library::below(&imports));
+            let urdf = self.library.urdf(&spec, &place, &imports);
             let mentions = mentions::of(&spec, text, spelling, urdf.as_deref(), &imports);
             Analysis { spec, diagnostics, mentions, urdf, imports }
         }))
@@ -108,22 +135,6 @@ impl Document {
         let urdf = analysis.and_then(|a| a.urdf.clone());
         let imports = analysis.map_or(&[][..], |a| &a.imports);
         Some(mentions::of(&spec, text, self.spelling()?, urdf.as_deref(), imports))
-    }
-
-    /// The URDF that the spec names, or one of its imports, read again where it has changed.
-    fn urdf(&self, spec: &Spec, imports: &[Imported]) -> Option<Rc<Urdf>> {
-        let own = spec.items.iter().find_map(|i| match &i.kind {
-            ItemKind::Robot(r) => super::walk::word(&r.body.get("urdf")?.value),
-            _ => None,
-        });
-        let own = own.map(|path| self.folder().join(path));
-        let path = own.or_else(|| imports.iter().find_map(|i| i.urdf.clone()))?;
-        let mut kept = self.urdf.borrow_mut();
-        let fresh = kept.as_ref().is_some_and(|u| u.path == path && u.changed == urdf::changed(&path));
-        if !fresh {
-            *kept = urdf::read(&path).map(Rc::new);
-        }
-        kept.clone()
     }
 
     /// The whole text as the formatter writes it; `None` where it cannot be read in full.

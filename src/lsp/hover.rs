@@ -1,17 +1,22 @@
 //! What there is to say about a word.
 
 use std::fmt::Write;
+use std::ops::Range;
 
+use compiler::sections::Key;
 use compiler::units;
 use lsp_types::{Hover, HoverContents, MarkupContent, MarkupKind};
 use stdlib_tasks::dimension::NONE;
-use stdlib_tasks::params::{ParamInfo, Presence};
+use stdlib_tasks::params::ParamInfo;
 use stdlib_tasks::task::{Nature, TaskKind};
 
 use super::document::{Analysis, Document};
+use super::library::Source;
 use super::mentions::{Class, What};
-use super::vocabulary::{BUILT_IN, find};
-use crate::catalogue::describe;
+use super::text::Text;
+use super::vocabulary::find;
+use crate::catalogue::{describe, presence};
+use crate::keys;
 
 /// Lines of a declaration that are shown.
 const SHOWN: usize = 16;
@@ -22,11 +27,12 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
     let mention = analysis.mentions.at(byte)?;
     let value = match &mention.what {
         What::Declared(class, name) => declared(document, analysis, *class, name)?,
+        What::Brought(class, there) => shown(*class, &there.source, &there.whole, &there.name, &[])?,
         What::Link(name) => analysis.urdf.as_ref()?.links.get(name)?.about.clone(),
         What::Joint(name) => analysis.urdf.as_ref()?.joints.get(name)?.about.clone(),
         What::Spec(written) => {
-            let file = analysis.imports.iter().find(|i| i.written == *written)?;
-            let names = super::imports::VISIBLE.iter().map(|class| file.mentions.names(*class).count());
+            let file = analysis.imports.iter().find(|i| i.written == *written)?.file.as_ref()?;
+            let names = super::walk_reuse::VISIBLE.iter().map(|class| file.mentions.names(*class).count());
             format!("`{written}` declares {} names", names.sum::<usize>())
         }
         What::File => {
@@ -35,7 +41,7 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
         }
         What::Kind(kind) => task_kind(kind),
         What::Parameter(kind, info) => format!("{}\n\nParameter of `{}`.", parameter(info), kind.name),
-        What::Key(key) => format!("`{}`\n\n{}", key.name, key.doc),
+        What::Key(key) => self::key(key),
         What::BuiltIn(name) => built_in(name)?,
         What::Unit(unit) => {
             let text = document.text.as_str().get(mention.place.clone()).filter(|_| mention.exact);
@@ -54,16 +60,32 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
 
 fn declared(document: &Document, analysis: &Analysis, class: Class, name: &str) -> Option<String> {
     let declaration = analysis.mentions.declared.get(&(class, name.to_string()))?;
-    let file = declaration.elsewhere.as_ref();
-    let file = file.and_then(|(written, _, whole)| {
-        Some((analysis.imports.iter().find(|i| i.written == *written)?, whole.clone()))
-    });
-    let (text, whole, spelling) = match &file {
-        Some((file, whole)) => (&file.text, whole.clone(), file.spelling),
-        None => (&document.text, declaration.whole.clone(), document.spelling()?),
-    };
+    match &declaration.elsewhere {
+        Some(there) => shown(class, &there.source, &there.whole, name, &declaration.comments),
+        None => {
+            let here = (&document.text, document.spelling()?);
+            code(class, here, &declaration.whole, name, &declaration.comments)
+        }
+    }
+}
+
+/// A declaration of another file.
+fn shown(class: Class, source: &Source, whole: &Range<usize>, name: &str, comments: &[String]) -> Option<String> {
+    let text = code(class, (&source.text, source.spelling), whole, name, comments)?;
+    let file = source.path.file_name()?.to_string_lossy();
+    Some(format!("{text}\n\nDeclared in `{file}`."))
+}
+
+/// A declaration: what it is, its first lines, its comments.
+fn code(
+    class: Class,
+    (text, spelling): (&Text, dsl::Spelling),
+    whole: &Range<usize>,
+    name: &str,
+    comments: &[String],
+) -> Option<String> {
     let start = whole.start;
-    let whole = text.as_str().get(whole)?;
+    let whole = text.as_str().get(whole.clone())?;
     // Lines after the first lose the indentation that the declaration has.
     let column = text.position(start).character as usize;
     let mut lines = whole.lines().enumerate().map(|(i, l)| match l.get(..column) {
@@ -77,24 +99,21 @@ fn declared(document: &Document, analysis: &Analysis, class: Class, name: &str) 
     let language = if spelling == dsl::Spelling::Hq { "hq" } else { "yaml" };
     let short = name.rsplit('.').next().unwrap_or(name);
     let mut out = format!("{} `{short}`\n\n```{language}\n{}\n```", class.word(), code.join("\n"));
-    let comments = declaration.comments.join("\n");
+    let comments = comments.join("\n");
     if !comments.trim().is_empty() {
         let _ = write!(out, "\n\n{}", comments.trim());
     }
     Some(out)
 }
 
-fn presence(info: &ParamInfo) -> String {
-    match info.presence {
-        Presence::Required => "required".to_string(),
-        Presence::Optional => "optional".to_string(),
-        Presence::Default(text) => format!("default `{text}`"),
-    }
+/// A key: what it holds, whether it may be left out, what it does.
+pub(super) fn key(key: &Key) -> String {
+    format!("`{}`: {}; {}\n\n{}", key.name, keys::describe(&key.holds), presence(&key.presence), key.doc)
 }
 
 /// A parameter: what it holds, whether it may be left out, what it does.
 pub(super) fn parameter(info: &ParamInfo) -> String {
-    format!("`{}`: {}; {}\n\n{}", info.name, describe(&info.ty), presence(info), info.text())
+    format!("`{}`: {}; {}\n\n{}", info.name, describe(&info.ty), presence(&info.presence), info.text())
 }
 
 /// A task type: its page of the catalogue.
@@ -105,7 +124,7 @@ pub(super) fn task_kind(kind: &TaskKind) -> String {
     };
     let mut out = format!("**{}** ({nature}): {}\n\n{}\n\n", kind.name, kind.summary, kind.docs);
     for info in kind.params {
-        let _ = writeln!(out, "- `{}`: {}; {}", info.name, describe(&info.ty), presence(info));
+        let _ = writeln!(out, "- `{}`: {}; {}", info.name, describe(&info.ty), presence(&info.presence));
     }
     let _ = write!(out, "\n```hq\n{}\n```", kind.example);
     out
@@ -113,7 +132,7 @@ pub(super) fn task_kind(kind: &TaskKind) -> String {
 
 /// A function or a built-in name.
 pub(super) fn built_in(name: &str) -> Option<String> {
-    if let Some(known) = find(BUILT_IN, name) {
+    if let Some(known) = find(name) {
         return Some(known.doc.to_string());
     }
     let function = compiler::expr::FUNCTIONS.iter().find(|f| f.name == name)?;

@@ -4,14 +4,15 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use compiler::sections::{Key, Section};
 use dsl::tree::Spec;
 use dsl::{Span, Spelling};
 use stdlib_tasks::params::ParamInfo;
 use stdlib_tasks::task::{Actual, TaskKind};
 
-use super::imports::Imported;
+use super::library::Imported;
+use super::origin::Elsewhere;
 use super::urdf::Urdf;
-use super::vocabulary::Key;
 
 /// The word that completion puts where the cursor is, to see what it would mean.
 pub(super) const MARKER: &str = "hqCursorHereqh";
@@ -61,6 +62,8 @@ impl Class {
 pub(super) enum What {
     /// Something that the spec declares, here or elsewhere. Of a level, the name is `STACK.LEVEL`.
     Declared(Class, String),
+    /// What an import brings under another name: the name before `as`.
+    Brought(Class, Box<Elsewhere>),
     /// A link of the URDF.
     Link(String),
     /// A joint of the URDF.
@@ -103,15 +106,15 @@ pub(super) struct Declaration {
     pub whole: Range<usize>,
     /// Comments before it.
     pub comments: Vec<String>,
-    /// The imported file that declares it, as written, with the places there: of the name, and of all of it.
-    pub elsewhere: Option<(String, Range<usize>, Range<usize>)>,
+    /// Where it is declared, for a name that an import brings.
+    pub elsewhere: Option<Elsewhere>,
 }
 
 /// What could stand where the cursor is.
 #[derive(Clone, Debug)]
 pub(super) enum Slot {
     /// Keys of the language, without those that are there.
-    Keys(&'static [Key], Vec<String>),
+    Keys(&'static Section, Vec<String>),
     /// Parameters of a task type, without those that are there.
     Parameters(&'static [ParamInfo], Vec<String>),
     /// Parameters of a task type as arguments with a name, without those that are there.
@@ -124,8 +127,10 @@ pub(super) enum Slot {
     Member,
     /// A stack.
     Stack,
-    /// Names that are known.
-    Offered(Vec<String>),
+    /// Names that are known, each with a word about it.
+    Offered(Vec<(String, &'static str)>),
+    /// What a declaration with parameters takes: a value of this type, or one of these parameters by name.
+    Given(Option<String>, Vec<Taken>),
     /// An expression.
     Expression {
         /// `auto` may stand in its place.
@@ -155,6 +160,17 @@ pub(super) enum Slot {
     Nothing,
 }
 
+/// A parameter of a declaration.
+#[derive(Clone, Debug)]
+pub(super) struct Taken {
+    /// Its name.
+    pub name: String,
+    /// Its type, as written.
+    pub ty: String,
+    /// True where it may be left out.
+    pub optional: bool,
+}
+
 /// All that was found.
 #[derive(Debug, Default)]
 pub(super) struct Mentions {
@@ -162,6 +178,8 @@ pub(super) struct Mentions {
     pub all: Vec<Mention>,
     /// What is declared.
     pub declared: BTreeMap<(Class, String), Declaration>,
+    /// What declarations with parameters take, by `task NAME` or `stack NAME`.
+    pub takes: BTreeMap<String, Vec<Taken>>,
     /// What the marker stands for.
     pub slot: Option<Slot>,
 }

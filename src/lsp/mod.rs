@@ -9,10 +9,12 @@ mod diagnostics;
 mod document;
 mod fixes;
 mod hover;
-mod imports;
 mod inlay;
+mod library;
 mod mentions;
 mod navigation;
+mod origin;
+mod rename;
 mod server;
 mod symbols;
 mod text;
@@ -23,6 +25,7 @@ mod values;
 mod vocabulary;
 mod walk;
 mod walk_reuse;
+mod workspace;
 
 use std::io;
 
@@ -46,10 +49,13 @@ pub fn serve() -> io::Result<bool> {
 
 fn talk(connection: &Connection) -> io::Result<bool> {
     let (id, params) = connection.initialize_start().map_err(io::Error::other)?;
-    if let Err(e) = serde_json::from_value::<InitializeParams>(params) {
-        let refusal = Response::new_err(id, ErrorCode::InvalidParams as i32, e.to_string());
-        return send(connection, refusal.into()).map(|()| false);
-    }
+    let params = match serde_json::from_value::<InitializeParams>(params) {
+        Ok(params) => params,
+        Err(e) => {
+            let refusal = Response::new_err(id, ErrorCode::InvalidParams as i32, e.to_string());
+            return send(connection, refusal.into()).map(|()| false);
+        }
+    };
     let result = InitializeResult {
         capabilities: server::capabilities(),
         server_info: Some(ServerInfo {
@@ -58,7 +64,7 @@ fn talk(connection: &Connection) -> io::Result<bool> {
         }),
     };
     connection.initialize_finish(id, serde_json::to_value(result)?).map_err(io::Error::other)?;
-    let mut server = Server::default();
+    let mut server = Server::of(&params);
     let mut closing = false;
     loop {
         // What waits is answered first; diagnostics are worked out when nothing does.

@@ -2,21 +2,27 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::rc::Rc;
 
 use lsp_server::{ErrorCode, Message, Notification, Request, Response};
 use lsp_types::notification::{self as note, Notification as _};
 use lsp_types::request::{self as ask, Request as _};
 use lsp_types::{
     CodeActionKind, CodeActionOptions, CodeActionProviderCapability, CompletionOptions, CompletionResponse,
-    DidChangeTextDocumentParams, DidCloseTextDocumentParams, DidOpenTextDocumentParams, DocumentSymbolResponse,
-    GotoDefinitionResponse, HoverProviderCapability, OneOf, PublishDiagnosticsParams, Range, RenameOptions,
-    SemanticTokens, SemanticTokensFullOptions, SemanticTokensLegend, SemanticTokensOptions, SemanticTokensResult,
-    SemanticTokensServerCapabilities, ServerCapabilities, TextDocumentPositionParams, TextDocumentSyncCapability,
-    TextDocumentSyncKind, TextDocumentSyncOptions, TextEdit, Uri, WorkDoneProgressOptions, WorkspaceEdit,
+    DidChangeTextDocumentParams, DidChangeWorkspaceFoldersParams, DidCloseTextDocumentParams,
+    DidOpenTextDocumentParams, DocumentSymbolResponse, GotoDefinitionResponse, HoverProviderCapability,
+    InitializeParams, OneOf, PublishDiagnosticsParams, Range, RenameOptions, SemanticTokens, SemanticTokensFullOptions,
+    SemanticTokensLegend, SemanticTokensOptions, SemanticTokensResult, SemanticTokensServerCapabilities,
+    ServerCapabilities, TextDocumentPositionParams, TextDocumentSyncCapability, TextDocumentSyncKind,
+    TextDocumentSyncOptions, TextEdit, Uri, WorkDoneProgressOptions, WorkspaceEdit, WorkspaceFoldersServerCapabilities,
+    WorkspaceServerCapabilities, WorkspaceSymbolResponse,
 };
 
 use super::document::Document;
-use super::{actions, completion, diagnostics, hover, inlay, navigation, symbols, tokens};
+use super::library::Library;
+use super::workspace::Workspace;
+use super::{actions, completion, diagnostics, hover, inlay, navigation, rename, symbols, tokens, uri, workspace};
 
 /// What the server can do.
 pub(super) fn capabilities() -> ServerCapabilities {
@@ -36,6 +42,14 @@ pub(super) fn capabilities() -> ServerCapabilities {
         references_provider: Some(OneOf::Left(true)),
         document_highlight_provider: Some(OneOf::Left(true)),
         document_symbol_provider: Some(OneOf::Left(true)),
+        workspace_symbol_provider: Some(OneOf::Left(true)),
+        workspace: Some(WorkspaceServerCapabilities {
+            workspace_folders: Some(WorkspaceFoldersServerCapabilities {
+                supported: Some(true),
+                change_notifications: Some(OneOf::Left(true)),
+            }),
+            file_operations: None,
+        }),
         code_action_provider: Some(CodeActionProviderCapability::Options(CodeActionOptions {
             code_action_kinds: Some(vec![CodeActionKind::QUICKFIX]),
             ..CodeActionOptions::default()
@@ -63,9 +77,18 @@ struct Refusal(ErrorCode, String);
 /// The open documents.
 #[derive(Default)]
 pub(super) struct Server {
+    /// The folders of the workspace.
+    roots: Vec<PathBuf>,
+    /// All texts.
+    library: Rc<Library>,
     documents: BTreeMap<Uri, Document>,
     /// Those whose diagnostics are out of date.
     changed: BTreeSet<Uri>,
+}
+
+/// The folder of an address.
+fn root(uri: &Uri) -> Option<PathBuf> {
+    uri::absolute(&uri::path(uri)?)
 }
 
 /// Calls a function; a fault in it costs this answer and not the session.
@@ -74,6 +97,17 @@ fn guarded<T>(f: impl FnOnce() -> T) -> Option<T> {
 }
 
 impl Server {
+    /// A server for the workspace that an editor tells of.
+    #[allow(deprecated, reason = "editors without folders of a workspace tell of one root")]
+    pub fn of(params: &InitializeParams) -> Server {
+        let folders = params.workspace_folders.iter().flatten().map(|f| &f.uri);
+        let mut roots: Vec<PathBuf> = folders.filter_map(root).collect();
+        if roots.is_empty() {
+            roots.extend(params.root_uri.as_ref().and_then(root));
+        }
+        Server { roots, ..Server::default() }
+    }
+
     /// The diagnostics of one changed document, if there is one.
     pub fn publish(&mut self) -> Option<Message> {
         let uri = self.changed.pop_first()?;
@@ -88,7 +122,8 @@ impl Server {
         match n.method.as_str() {
             note::DidOpenTextDocument::METHOD => {
                 if let Ok(p) = serde_json::from_value::<DidOpenTextDocumentParams>(n.params) {
-                    let document = Document::open(p.text_document);
+                    let document = Document::open(p.text_document, self.library.clone());
+                    self.touched(&document.uri);
                     self.changed.insert(document.uri.clone());
                     self.documents.insert(document.uri.clone(), document);
                 }
@@ -98,14 +133,24 @@ impl Server {
                 let Some(document) = self.documents.get_mut(&p.text_document.uri) else { return };
                 let text = p.content_changes.iter().fold(document.text.clone(), |text, change| text.changed(change));
                 document.change(text, p.text_document.version);
+                self.touched(&p.text_document.uri);
                 self.changed.insert(p.text_document.uri);
             }
             note::DidCloseTextDocument::METHOD => {
                 if let Ok(p) = serde_json::from_value::<DidCloseTextDocumentParams>(n.params) {
                     // What is not open has no diagnostics.
-                    self.documents.remove(&p.text_document.uri);
+                    self.touched(&p.text_document.uri);
+                    if let Some(document) = self.documents.remove(&p.text_document.uri) {
+                        self.library.close(&document.place());
+                    }
                     self.changed.insert(p.text_document.uri);
                 }
+            }
+            note::DidChangeWorkspaceFolders::METHOD => {
+                let Ok(p) = serde_json::from_value::<DidChangeWorkspaceFoldersParams>(n.params) else { return };
+                let gone: Vec<PathBuf> = p.event.removed.iter().filter_map(|f| root(&f.uri)).collect();
+                self.roots.retain(|r| !gone.contains(r));
+                self.roots.extend(p.event.added.iter().filter_map(|f| root(&f.uri)));
             }
             // A file beside the spec may have changed too.
             note::DidSaveTextDocument::METHOD => {
@@ -115,6 +160,23 @@ impl Server {
                 self.changed.extend(self.documents.keys().cloned());
             }
             _ => {}
+        }
+    }
+
+    fn opened(&self) -> Vec<&Document> {
+        self.documents.values().collect()
+    }
+
+    fn workspace<'s>(&'s self, opened: &'s [&'s Document]) -> Workspace<'s> {
+        Workspace { documents: opened, roots: &self.roots, library: &self.library }
+    }
+
+    /// What others know of this document is out of date.
+    fn touched(&mut self, uri: &Uri) {
+        let Some(place) = uri::path(uri).and_then(|p| uri::absolute(&p)) else { return };
+        for document in self.documents.values_mut().filter(|d| d.uri != *uri && d.rests_on(&place)) {
+            document.refresh();
+            self.changed.insert(document.uri.clone());
         }
     }
 
@@ -143,21 +205,28 @@ impl Server {
             }),
             ask::References::METHOD => with::<ask::References>(request, |p| {
                 let declaration = p.context.include_declaration;
-                Ok(self.at(&p.text_document_position, |d, byte| navigation::references(d, byte, declaration)))
+                let opened = self.opened();
+                let found = |d: &Document, byte| workspace::references(self.workspace(&opened), (d, byte), declaration);
+                Ok(self.at(&p.text_document_position, found))
             }),
             ask::DocumentHighlightRequest::METHOD => with::<ask::DocumentHighlightRequest>(request, |p| {
                 Ok(self.at(&p.text_document_position_params, navigation::highlights))
             }),
             ask::PrepareRenameRequest::METHOD => {
-                with::<ask::PrepareRenameRequest>(request, |p| Ok(self.at(&p, navigation::prepare_rename)))
+                with::<ask::PrepareRenameRequest>(request, |p| Ok(self.at(&p, rename::prepare)))
             }
             ask::Rename::METHOD => with::<ask::Rename>(request, |p| {
-                let uri = p.text_document_position.text_document.uri.clone();
+                let opened = self.opened();
                 let renamed =
-                    self.at(&p.text_document_position, |d, byte| Some(navigation::rename(d, byte, &p.new_name)));
+                    |d: &Document, byte| Some(rename::rename(self.workspace(&opened), (d, byte), &p.new_name));
+                let renamed = self.at(&p.text_document_position, renamed);
                 let edits = renamed.unwrap_or_else(|| Err("this document is not open".to_string()));
                 let edits = edits.map_err(|text| Refusal(ErrorCode::RequestFailed, text))?;
-                Ok(Some(WorkspaceEdit::new([(uri, edits)].into_iter().collect())))
+                Ok(Some(WorkspaceEdit::new(edits.into_iter().collect())))
+            }),
+            ask::WorkspaceSymbolRequest::METHOD => with::<ask::WorkspaceSymbolRequest>(request, |p| {
+                let found = workspace::symbols(self.workspace(&self.opened()), &p.query);
+                Ok(Some(WorkspaceSymbolResponse::Nested(found)))
             }),
             ask::DocumentSymbolRequest::METHOD => with::<ask::DocumentSymbolRequest>(request, |p| {
                 let document = self.documents.get(&p.text_document.uri);

@@ -27,7 +27,8 @@ fn kind(what: &What) -> Option<u32> {
         What::Kind(_) => 1,
         What::Parameter(..) => 2,
         What::Declared(Class::Param | Class::Let | Class::Argument, _) => 6,
-        What::Declared(..) => 3,
+        What::Brought(Class::Param | Class::Let, _) => 6,
+        What::Declared(..) | What::Brought(..) => 3,
         // What has a value by itself is a constant to the eye; the others take arguments.
         What::BuiltIn(name) if CONSTANTS.contains(&name.as_str()) => 5,
         What::BuiltIn(_) => 4,

@@ -29,7 +29,7 @@ pub(super) fn path(uri: &Uri) -> Option<PathBuf> {
 }
 
 /// A path from the root, without `..`, as editors compare them.
-fn absolute(path: &Path) -> Option<PathBuf> {
+pub(super) fn absolute(path: &Path) -> Option<PathBuf> {
     let whole = std::path::absolute(path).ok()?;
     let mut out = PathBuf::new();
     for part in whole.components() {

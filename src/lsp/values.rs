@@ -5,8 +5,8 @@ use dsl::{Span, Spanned};
 use stdlib_tasks::params::{ParamInfo, ParamType};
 use stdlib_tasks::task::{Actual, TaskKind};
 
-use super::mentions::{Class, MARKER, Slot, Walker, What};
-use super::vocabulary::{BUILT_IN, CALLED, find};
+use super::mentions::{Class, MARKER, Slot, Taken, Walker, What};
+use super::vocabulary::{CALLED, find};
 use super::walk::{items, used, word};
 
 impl Walker<'_> {
@@ -49,14 +49,46 @@ impl Walker<'_> {
 
     /// What is given to `owner`, a declaration with parameters.
     pub(super) fn arguments(&mut self, owner: &str, args: &[Value], named: &[Entry]) {
-        for value in args.iter().chain(named.iter().map(|e| &e.value)) {
-            self.anything(value);
+        let takes = self.found.takes.get(owner).cloned().unwrap_or_default();
+        // What is not given yet, behind so many without a name.
+        let left = |before: usize| {
+            let given = |t: &Taken| named.iter().any(|e| e.key.value == t.name);
+            takes.iter().skip(before).filter(|t| !given(t)).cloned().collect()
+        };
+        for (i, value) in args.iter().enumerate() {
+            let ty = takes.get(i).map(|t| t.ty.as_str());
+            if !self.marked(word(value).unwrap_or(""), || Slot::Given(ty.map(str::to_string), left(i))) {
+                self.given(ty, value);
+            }
         }
         for e in named {
-            if !self.marked(&e.key.value, || Slot::Nothing) {
-                let what = What::Declared(Class::Argument, format!("{owner}.{}", e.key.value));
-                self.note(&e.key.value, e.key.span, what);
+            if self.marked(&e.key.value, || Slot::Given(None, left(args.len()))) {
+                continue;
             }
+            let what = What::Declared(Class::Argument, format!("{owner}.{}", e.key.value));
+            self.note(&e.key.value, e.key.span, what);
+            let ty = takes.iter().find(|t| t.name == e.key.value).map(|t| t.ty.as_str());
+            if !self.marked(word(&e.value).unwrap_or(""), || Slot::Given(ty.map(str::to_string), Vec::new())) {
+                self.given(ty, &e.value);
+            }
+        }
+    }
+
+    /// What is given for a parameter of this type.
+    pub(super) fn given(&mut self, ty: Option<&str>, value: &Value) {
+        match ty {
+            Some("arm") => self.arm(value),
+            Some("frame") => self.frame(value),
+            Some("joints") => self.joints(value),
+            Some("geometry") => self.geometries(value),
+            Some("task") => match word(value) {
+                Some(name) if self.scoped(name, value.span) => {}
+                Some(name) if self.has(Class::Task, name) => {
+                    self.note(name, value.span, What::Declared(Class::Task, name.to_string()));
+                }
+                _ => self.anything(value),
+            },
+            _ => self.anything(value),
         }
     }
 
@@ -283,7 +315,7 @@ impl Walker<'_> {
                 if self.marked(name, || Slot::Expression { auto: false, state }) || self.scoped(name, value.span) {
                 } else if self.has(Class::Let, name) {
                     self.note(name, value.span, What::Declared(Class::Let, name.clone()));
-                } else if find(BUILT_IN, name).is_some() && !CALLED.contains(&name.as_str()) {
+                } else if find(name).is_some() && !CALLED.contains(&name.as_str()) {
                     self.note(name, value.span, What::BuiltIn(name.clone()));
                 } else {
                     self.note(name, value.span, What::Declared(Class::Param, name.clone()));

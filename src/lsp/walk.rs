@@ -1,14 +1,11 @@
 //! The declarations of a spec, word by word: what each key and each name in them means.
 
-use dsl::tree::{Block, Entry, Item, ItemKind, Level, Member, MemberTask, Robot, Run, Spec, Stack, Value, ValueKind};
-use dsl::{Span, Spanned, Spelling};
+use compiler::sections::{Holds, LEVEL, MEMBER, Named, PARAM, ROBOT, RUN, SPEC, STACK, Section};
+use dsl::Span;
+use dsl::tree::{Block, Entry, Item, ItemKind, Level, Member, MemberTask, Spec, Stack, Value, ValueKind};
 
 use super::mentions::{Class, Slot, Walker, What};
-use super::vocabulary::{
-    ARM, BASES, DECLARATIONS, Key, LEVEL, LEVEL_YAML, LIMIT, POINT, RANGE, ROBOT, RUN, SECTIONS, SEGMENT, SIMULATOR,
-    STACK, STACK_YAML, WEIGHT, find,
-};
-use super::walk_reuse::{added, replaced};
+use super::walk_reuse::{added, replaced, taken};
 
 /// The keys of a block.
 pub(super) fn used(block: &Block) -> Vec<String> {
@@ -64,8 +61,12 @@ impl Walker<'_> {
             ItemKind::Let(l) => self.declare((Class::Let, l.name.value.clone()), &l.name, item.span, before),
             ItemKind::Import(import) => self.imported(import),
             ItemKind::For(repeat) => repeat.body.iter().for_each(|item| self.declarations(item)),
-            ItemKind::Task(t) => self.declare((Class::Task, t.name.value.clone()), &t.name, item.span, before),
+            ItemKind::Task(t) => {
+                self.found.takes.entry(format!("task {}", t.name.value)).or_insert_with(|| taken(&t.parameters));
+                self.declare((Class::Task, t.name.value.clone()), &t.name, item.span, before);
+            }
             ItemKind::Stack(s) => {
+                self.found.takes.entry(format!("stack {}", s.name.value)).or_insert_with(|| taken(&s.parameters));
                 self.declare((Class::Stack, s.name.value.clone()), &s.name, item.span, before);
                 for l in s.levels.iter().chain(added(s)) {
                     let name = format!("{}.{}", s.name.value, l.name.value);
@@ -93,9 +94,8 @@ impl Walker<'_> {
 
     /// Notes the word that begins a declaration, where it stands at this byte.
     fn keyword(&mut self, name: &str, start: usize, near: Span) {
-        let keys = if self.spelling == Spelling::Hq { DECLARATIONS } else { SECTIONS };
         let stands = self.text.get(start..).is_some_and(|t| t.starts_with(name));
-        if let Some(key) = find(keys, name).filter(|_| stands) {
+        if let Some(key) = SPEC.key(name, self.spelling).filter(|_| stands) {
             self.note(name, Span::new(near.source, start, start + name.len()), What::Key(key));
         }
     }
@@ -106,11 +106,7 @@ impl Walker<'_> {
             ItemKind::Param(p) => {
                 self.keyword("param", start, item.span);
                 self.expression(&p.value);
-                for e in &p.range.entries {
-                    if self.key(&e.key, RANGE, &p.range) {
-                        self.expression(&e.value);
-                    }
-                }
+                self.section(&p.range, &PARAM);
             }
             ItemKind::Let(l) => {
                 self.keyword("let", start, item.span);
@@ -128,7 +124,7 @@ impl Walker<'_> {
                 if let Some(base) = &r.base {
                     self.robot_base(base);
                 }
-                self.robot(r);
+                self.section(&r.body, &ROBOT);
             }
             ItemKind::Task(t) => {
                 self.keyword("task", start, item.span);
@@ -146,107 +142,81 @@ impl Walker<'_> {
             }
             ItemKind::Run(r) => {
                 self.keyword("run", start, item.span);
-                self.run(r);
+                self.section(&r.body, &RUN);
             }
         }
     }
 
-    /// A key of a block with known keys; true where it is one.
-    fn key(&mut self, key: &Spanned<String>, keys: &'static [Key], block: &Block) -> bool {
-        if self.marked(&key.value, || Slot::Keys(keys, used(block))) {
-            return false;
-        }
-        if let Some(known) = find(keys, &key.value) {
-            self.note(&key.value, key.span, What::Key(known));
-        }
-        true
-    }
-
-    /// A block whose keys are known; `f` looks at each value.
-    fn known(&mut self, value: &Value, keys: &'static [Key], mut f: impl FnMut(&mut Self, &str, &Value)) {
-        match &value.kind {
-            ValueKind::Block(block) => {
-                for e in &block.entries {
-                    if self.key(&e.key, keys, block) {
-                        f(self, &e.key.value, &e.value);
-                    }
-                }
-            }
-            ValueKind::Name(n) => {
-                self.marked(n, || Slot::Nothing);
-            }
-            _ => {}
-        }
-    }
-
-    fn robot(&mut self, robot: &Robot) {
-        for e in &robot.body.entries {
-            if !self.key(&e.key, ROBOT, &robot.body) {
+    /// A block whose keys are known.
+    fn section(&mut self, block: &Block, section: &'static Section) {
+        for e in &block.entries {
+            if self.marked(&e.key.value, || Slot::Keys(section, used(block))) {
                 continue;
             }
-            match e.key.value.as_str() {
-                "urdf" => {
-                    if let Some(path) = word(&e.value)
-                        && !self.marked(path, || Slot::Nothing)
-                    {
-                        self.note(path, e.value.span, What::File);
-                    }
-                }
-                "base" => {
-                    if let Some(base) = word(&e.value) {
-                        self.marked(base, || Slot::Words(BASES));
-                    }
-                }
-                "rate" | "tracking_gain" => self.expression(&e.value),
-                "home" => self.joint_block(&e.value, |w, v| w.expression(v)),
-                "lock" => match &e.value.kind {
-                    ValueKind::Block(_) => self.joint_block(&e.value, |w, v| w.expression(v)),
-                    _ => self.joints(&e.value),
-                },
-                "limits" => self.joint_block(&e.value, |w, v| w.known(v, LIMIT, |w, _, v| w.expression(v))),
-                "joints" => entries(&e.value).iter().for_each(|e| self.joints(&e.value)),
-                "arms" => {
-                    for arm in entries(&e.value) {
-                        self.known(&arm.value, ARM, |w, key, v| match key {
-                            "points" => w.geometries(v),
-                            _ => w.link(v),
-                        });
-                    }
-                }
-                "points" => {
-                    for point in entries(&e.value) {
-                        self.placed(&point.value, POINT);
-                    }
-                }
-                "segments" => {
-                    for segment in entries(&e.value) {
-                        self.placed(&segment.value, SEGMENT);
-                    }
-                }
-                "groups" => entries(&e.value).iter().for_each(|e| self.geometries(&e.value)),
-                _ => {}
+            if let Some(key) = section.key(&e.key.value, self.spelling) {
+                self.note(&e.key.value, e.key.span, What::Key(key));
+                self.held(&key.holds, &e.value);
             }
         }
     }
 
-    /// A link, or a block with a link and places in its frame.
-    fn placed(&mut self, value: &Value, keys: &'static [Key]) {
-        match &value.kind {
-            ValueKind::Block(_) => self.known(value, keys, |w, key, v| match key {
-                "link" => w.link(v),
-                _ => w.expression(v),
-            }),
-            _ => self.link(value),
+    /// What stands behind a key.
+    fn held(&mut self, holds: &'static Holds, value: &Value) {
+        match holds {
+            Holds::Number(_) | Holds::Vector(_) | Holds::OfJoint { .. } | Holds::Bound | Holds::Value => {
+                self.expression(value);
+            }
+            Holds::Text | Holds::NewName => {
+                self.marked(word(value).unwrap_or(""), || Slot::Nothing);
+            }
+            Holds::Urdf => {
+                if let Some(path) = word(value)
+                    && !self.marked(path, || Slot::Nothing)
+                {
+                    self.note(path, value.span, What::File);
+                }
+            }
+            Holds::Flag => {
+                self.marked(word(value).unwrap_or(""), || Slot::Words(&["true", "false"]));
+            }
+            Holds::Choice(words) => {
+                self.marked(word(value).unwrap_or(""), || Slot::Words(words));
+            }
+            Holds::Name(Named::Stack) => {
+                if let Some(name) = word(value)
+                    && !self.marked(name, || Slot::Stack)
+                {
+                    self.note(name, value.span, What::Declared(Class::Stack, name.to_string()));
+                }
+            }
+            Holds::Link => self.link(value),
+            Holds::Geometries => self.geometries(value),
+            Holds::Joints => self.joints(value),
+            Holds::Positions => self.joint_block(value, |w, v| w.expression(v)),
+            Holds::Locks => match &value.kind {
+                ValueKind::Block(_) => self.joint_block(value, |w, v| w.expression(v)),
+                _ => self.joints(value),
+            },
+            Holds::Block(section) | Holds::LinkOr(section) => match (&value.kind, holds) {
+                (ValueKind::Block(block), _) => self.section(block, section),
+                (_, Holds::LinkOr(_)) => self.link(value),
+                _ => {
+                    self.marked(word(value).unwrap_or(""), || Slot::Nothing);
+                }
+            },
+            Holds::Each(inner) => entries(value).iter().for_each(|e| self.held(inner, &e.value)),
+            Holds::PerJoint(inner) => self.joint_block(value, |w, v| w.held(inner, v)),
+            // The readers take these; the tree has them in other places.
+            Holds::Name(Named::Robot | Named::Level)
+            | Holds::Values
+            | Holds::List(_)
+            | Holds::Tasks
+            | Holds::Declarations => {}
         }
     }
 
     fn stack(&mut self, stack: &Stack) {
-        let keys = if self.spelling == Spelling::Hq { STACK } else { STACK_YAML };
-        for e in &stack.settings.entries {
-            if self.key(&e.key, keys, &stack.settings) && e.key.value == "lock" {
-                self.joints(&e.value);
-            }
-        }
+        self.section(&stack.settings, &STACK);
         if let Some(base) = &stack.base {
             if !self.marked(&base.name.value, || Slot::Stack) {
                 self.note(&base.name.value, base.name.span, What::Declared(Class::Stack, base.name.value.clone()));
@@ -260,15 +230,10 @@ impl Walker<'_> {
     }
 
     fn level(&mut self, level: &Level) {
-        let keys = if self.spelling == Spelling::Hq { LEVEL } else { LEVEL_YAML };
-        if let (Some(span), Some(key)) = (level.hard, find(keys, "hard")) {
+        if let (Some(span), Some(key)) = (level.hard, LEVEL.key("hard", self.spelling)) {
             self.note("hard", span, What::Key(key));
         }
-        for e in &level.settings.entries {
-            if self.key(&e.key, keys, &level.settings) {
-                self.expression(&e.value);
-            }
-        }
+        self.section(&level.settings, &LEVEL);
         for member in &level.members {
             self.member(member);
         }
@@ -293,36 +258,11 @@ impl Walker<'_> {
         if let Some(weight) = &member.weight {
             let before = self.text.get(..weight.span.range().start).unwrap_or("");
             let before = before.trim_end().trim_end_matches([':', '=', '"', '\'', ' ']);
-            if before.ends_with("weight") {
-                let start = before.len() - "weight".len();
-                self.note("weight", Span::new(weight.span.source, start, before.len()), What::Key(&WEIGHT));
+            let start = before.len().saturating_sub("weight".len());
+            if let Some(key) = MEMBER.key("weight", self.spelling).filter(|_| before.ends_with("weight")) {
+                self.note("weight", Span::new(weight.span.source, start, before.len()), What::Key(key));
             }
             self.expression(weight);
-        }
-    }
-
-    fn run(&mut self, run: &Run) {
-        for e in &run.body.entries {
-            if !self.key(&e.key, RUN, &run.body) {
-                continue;
-            }
-            match e.key.value.as_str() {
-                "stack" => {
-                    if let Some(name) = word(&e.value)
-                        && !self.marked(name, || Slot::Stack)
-                    {
-                        self.note(name, e.value.span, What::Declared(Class::Stack, name.to_string()));
-                    }
-                }
-                "solver" => {
-                    if let Some(name) = word(&e.value) {
-                        self.marked(name, || Slot::Words(&["active_set", "clarabel"]));
-                    }
-                }
-                "duration" => self.expression(&e.value),
-                "simulator" => self.known(&e.value, SIMULATOR, |w, _, v| w.expression(v)),
-                _ => {}
-            }
         }
     }
 }

@@ -3,8 +3,39 @@
 use dsl::Spanned;
 use dsl::tree::{Change, Import, Level, Parameter, Repeat, Stack, Values};
 
-use super::imports::{PARTS, VISIBLE};
-use super::mentions::{Class, Declaration, Slot, Walker, What};
+use super::library::File;
+use super::mentions::{Class, Declaration, Slot, Taken, Walker, What};
+use super::origin::Elsewhere;
+
+/// What a spec can see of a file, class by class.
+pub(super) const VISIBLE: [Class; 5] = [Class::Param, Class::Let, Class::Robot, Class::Task, Class::Stack];
+
+/// What comes with a robot.
+pub(super) const PARTS: [Class; 5] = [Class::Arm, Class::Point, Class::Segment, Class::Group, Class::JointGroup];
+
+/// What a file declares, or imports itself, with the place where it stands.
+fn brought<'f>(file: &'f File, key: &(Class, String)) -> Option<(&'f Declaration, Elsewhere)> {
+    let there = file.mentions.declared.get(key)?;
+    let chosen = || Some((file.source.path.clone(), key.1.clone()));
+    let elsewhere = match &there.elsewhere {
+        Some(further) => Elsewhere { word: further.word.clone().or_else(chosen), ..further.clone() },
+        None => Elsewhere {
+            source: file.source.clone(),
+            name: key.1.clone(),
+            place: there.name.clone(),
+            whole: there.whole.clone(),
+            word: chosen(),
+        },
+    };
+    Some((there, elsewhere))
+}
+
+/// What the parameters of a declaration say.
+pub(super) fn taken(parameters: &[Parameter]) -> Vec<Taken> {
+    let one =
+        |p: &Parameter| Taken { name: p.name.value.clone(), ty: p.ty.value.clone(), optional: p.default.is_some() };
+    parameters.iter().map(one).collect()
+}
 
 /// The levels that a stack adds to another one.
 pub(super) fn added(stack: &Stack) -> impl Iterator<Item = &Level> {
@@ -27,45 +58,66 @@ impl Walker<'_> {
     pub(super) fn imported(&mut self, import: &Import) {
         let path = &import.path;
         self.note(&path.value, path.span, What::Spec(path.value.clone()));
-        let file = self.imports.iter().find(|f| f.written == path.value);
+        let file = self.imports.iter().find(|f| f.written == path.value).and_then(|f| f.file.clone());
         for wanted in &import.names {
             let offered = || {
-                let all = file.iter().flat_map(|f| VISIBLE.into_iter().flat_map(|class| f.mentions.names(class)));
-                Slot::Offered(all.map(str::to_string).collect())
+                let there = file.iter().flat_map(|f| f.mentions.declared.keys());
+                let there = there.filter(|(class, name)| VISIBLE.contains(class) && !name.contains("${"));
+                let new = there.filter(|(_, name)| import.names.iter().all(|n| n.name.value != *name));
+                Slot::Offered(new.map(|(class, name)| (name.clone(), class.word())).collect())
             };
             if self.marked(&wanted.name.value, offered) {
                 continue;
             }
             let visible = wanted.visible();
-            let Some(file) = file else { continue };
+            if wanted.alias.is_some() && self.marked(&visible.value, || Slot::Nothing) {
+                continue;
+            }
+            let Some(file) = &file else { continue };
             for class in VISIBLE {
-                let Some(there) = file.mentions.declared.get(&(class, wanted.name.value.clone())) else { continue };
-                let whole = wanted.name.span.to(visible.span);
-                self.declare((class, visible.value.clone()), visible, whole, &there.comments);
-                let key = (class, visible.value.clone());
-                if let Some(declaration) = self.found.declared.get_mut(&key) {
-                    declaration.elsewhere = Some((path.value.clone(), there.name.clone(), there.whole.clone()));
+                let there = (class, wanted.name.value.clone());
+                let Some((declared, mut elsewhere)) = brought(file, &there) else { continue };
+                if wanted.alias.is_some() {
+                    let what = What::Brought(class, Box::new(elsewhere.clone()));
+                    self.note(&wanted.name.value, wanted.name.span, what);
+                    elsewhere.word = None;
                 }
-                if class == Class::Robot {
-                    self.parts(&path.value);
-                }
+                self.note(&visible.value, visible.span, What::Declared(class, visible.value.clone()));
+                let (name, _) = self.place(&visible.value, visible.span);
+                let whole = wanted.name.span.to(visible.span).range();
+                let comments = declared.comments.clone();
+                let declaration = Declaration { name, whole, comments, elsewhere: Some(elsewhere) };
+                self.found.declared.entry((class, visible.value.clone())).or_insert(declaration);
+                self.inner(file, class, &wanted.name.value, &visible.value);
             }
         }
     }
 
-    /// Arms, points and so on that come with an imported robot.
-    fn parts(&mut self, path: &str) {
-        let Some(file) = self.imports.iter().find(|f| f.written == path) else { return };
-        for ((class, name), there) in file.mentions.declared.iter().filter(|((class, _), _)| PARTS.contains(class)) {
-            let elsewhere = Some((path.to_string(), there.name.clone(), there.whole.clone()));
-            let declaration = Declaration { name: 0..0, whole: 0..0, comments: there.comments.clone(), elsewhere };
-            self.found.declared.entry((*class, name.clone())).or_insert(declaration);
+    /// What comes with an imported declaration: arms, points and so on with a robot, levels with a stack, parameters.
+    fn inner(&mut self, file: &File, class: Class, there: &str, here: &str) {
+        let word = class.word();
+        let owner = format!("{word} {there}");
+        if let Some(takes) = file.mentions.takes.get(&owner) {
+            self.found.takes.entry(format!("{word} {here}")).or_insert_with(|| takes.clone());
+        }
+        for key in file.mentions.declared.keys() {
+            let own = |before: &str| Some(key.1.strip_prefix(before)?.strip_prefix('.')?.to_string());
+            let name = match (class, key.0) {
+                (Class::Robot, part) if PARTS.contains(&part) => Some(key.1.clone()),
+                (Class::Stack, Class::Level) => own(there).map(|level| format!("{here}.{level}")),
+                (Class::Task | Class::Stack, Class::Argument) => own(&owner).map(|p| format!("{word} {here}.{p}")),
+                _ => None,
+            };
+            let Some((name, (declared, elsewhere))) = name.zip(brought(file, key)) else { continue };
+            let comments = declared.comments.clone();
+            let declaration = Declaration { name: 0..0, whole: 0..0, comments, elsewhere: Some(elsewhere) };
+            self.found.declared.entry((key.0, name)).or_insert(declaration);
         }
     }
 
     /// The robot that another is made from.
     pub(super) fn robot_base(&mut self, base: &Spanned<String>) {
-        let robots: Vec<String> = self.found.names(Class::Robot).map(str::to_string).collect();
+        let robots = self.found.names(Class::Robot).map(|n| (n.to_string(), Class::Robot.word())).collect();
         if !self.marked(&base.value, || Slot::Offered(robots)) {
             self.note(&base.value, base.span, What::Declared(Class::Robot, base.value.clone()));
         }
@@ -74,10 +126,10 @@ impl Walker<'_> {
     /// Parameters of a declaration; they are known until the scope is cut back.
     pub(super) fn formals(&mut self, owner: &str, all: &[Parameter]) {
         for p in all {
-            let types = || Slot::Offered(compiler::parameter_types().map(|t| t.0.to_string()).collect());
+            let types = || Slot::Offered(compiler::parameter_types().map(|t| (t.0.to_string(), t.1)).collect());
             self.marked(&p.ty.value, types);
             if let Some(default) = &p.default {
-                self.anything(default);
+                self.given(Some(&p.ty.value), default);
             }
             self.argument(owner, &p.name, p.span);
         }
@@ -111,8 +163,8 @@ impl Walker<'_> {
     pub(super) fn changed(&mut self, stack: &Stack) {
         let Some(base) = &stack.base else { return };
         let prefix = format!("{}.", base.name.value);
-        let known = self.found.names(Class::Level).filter_map(|n| n.strip_prefix(&prefix)).map(str::to_string);
-        let known: Vec<String> = known.collect();
+        let known = self.found.names(Class::Level).filter_map(|n| n.strip_prefix(&prefix));
+        let known: Vec<_> = known.map(|n| (n.to_string(), Class::Level.word())).collect();
         for change in &stack.changes {
             let level = match change {
                 Change::Replace(level) => &level.name,

@@ -19,17 +19,7 @@ pub fn schema() -> Value {
         "type": "object",
         "required": ["hierarq"],
         "additionalProperties": false,
-        "properties": {
-            "hierarq": { "description": "The version of the language.", "enum": [1, "1"] },
-            "import": reuse::imports(),
-            "params": sections::params(),
-            "lets": reuse::lets(),
-            "robots": sections::robots(),
-            "tasks": reuse::tasks(),
-            "stacks": sections::stacks(),
-            "for": reuse::repeats(),
-            "run": sections::run(),
-        },
+        "properties": sections::all(),
         "$defs": definitions(),
     })
 }

@@ -1,8 +1,9 @@
 //! What specs and declarations take from others: imports, named expressions, repetition.
 
+use compiler::sections::REPEAT;
 use serde_json::{Map, Value, json};
 
-use super::{described, heads, object, section, sections, values};
+use super::{described, heads, object, section, sections};
 
 pub(super) fn imports() -> Value {
     let names = json!({
@@ -30,24 +31,9 @@ pub(super) fn repeats() -> Value {
     json!({ "$ref": "#/$defs/repeats", "description": "Declarations that are repeated." })
 }
 
-/// The name and the values of a repetition.
-fn head() -> Map<String, Value> {
-    let over = json!({ "type": ["array", "string"] });
-    Map::from_iter([
-        (
-            "name".to_string(),
-            described(
-                json!({ "type": "string", "pattern": values::NAME }),
-                "What runs over the values; `${NAME}` in names.",
-            ),
-        ),
-        ("in".to_string(), described(over, "The values: a list, or whole numbers, `1..4`.")),
-    ])
-}
-
 /// A sequence of repetitions of declarations.
 pub(super) fn repeats_of_sections() -> Value {
-    let mut parts = head();
+    let mut parts = sections::keys(&REPEAT);
     parts.insert("params".to_string(), sections::params());
     parts.insert("lets".to_string(), lets());
     parts.insert("tasks".to_string(), tasks());
@@ -58,7 +44,7 @@ pub(super) fn repeats_of_sections() -> Value {
 
 /// Members of a level that are repeated: `{ for: { name: side, in: [left, right], tasks: [..] } }`.
 pub(super) fn member_repeat() -> Value {
-    let mut parts = head();
+    let mut parts = sections::keys(&REPEAT);
     let tasks = json!({ "type": "array", "items": { "$ref": "#/$defs/member" } });
     parts.insert("tasks".to_string(), described(tasks, "The tasks that are repeated."));
     let inner = object(parts, &["name", "in", "tasks"], "A repetition.");

@@ -1,12 +1,13 @@
 //! Task types and where they stand, from the registry.
 
+use compiler::sections::MEMBER;
 use serde_json::{Map, Value, json};
 use stdlib_tasks::KINDS;
 use stdlib_tasks::dimension::RATE;
 use stdlib_tasks::params::{Form, ParamInfo, ParamType, Presence, Quantity};
 use stdlib_tasks::task::TaskKind;
 
-use super::{described, object, values};
+use super::{described, object, sections, values};
 use crate::catalogue;
 
 /// The definitions that the rest refers to: `task`, `member`, and the parameters of each type.
@@ -140,16 +141,8 @@ fn task() -> Value {
 
 /// A member of a level: the name of a task, a task in place, or `{ task, weight }`.
 fn member() -> Value {
-    let properties = Map::from_iter([
-        ("task".to_string(), member_task()),
-        (
-            "weight".to_string(),
-            described(
-                values::scalar(&Quantity::above(stdlib_tasks::dimension::NONE, 0.0)),
-                "Factor on the squared slack of this task against the others of its level; 1 where left out.",
-            ),
-        ),
-    ]);
+    let mut properties = sections::keys(&MEMBER);
+    properties.insert("task".to_string(), member_task());
     json!({
         "description": "The name of a task, a task in place, or `{ task: .., weight: .. }`.",
         "if": { "type": "object", "required": ["task"] },

@@ -4,7 +4,7 @@ use compiler::units;
 use dsl::Span;
 use dsl::tree::Unit;
 use serde_json::{Value, json};
-use stdlib_tasks::dimension::{ANGLE, Dimension, NONE};
+use stdlib_tasks::dimension::{Dimension, NONE};
 use stdlib_tasks::params::Quantity;
 
 /// A name that the user chooses; `${side}` may stand in it.
@@ -147,11 +147,6 @@ pub(super) fn per_joint() -> Value {
     })
 }
 
-/// A constant angle or length, by what a joint moves in.
-pub(super) fn of_a_joint() -> Value {
-    json!({ "type": ["number", "string"] })
-}
-
 /// An angle by arm.
 pub(super) fn per_arm(d: Dimension) -> Value {
     json!({
@@ -160,9 +155,4 @@ pub(super) fn per_arm(d: Dimension) -> Value {
         "minProperties": 1,
         "additionalProperties": scalar(&Quantity::any(d)),
     })
-}
-
-/// Any constant angle.
-pub(super) fn angle() -> Value {
-    scalar(&Quantity::any(ANGLE))
 }

@@ -71,6 +71,15 @@ impl Editor {
         e
     }
 
+    /// The same, with a folder for its workspace.
+    pub fn ready_in(folder: &std::path::Path) -> Editor {
+        let mut e = Editor::new();
+        let folders = json!([{ "uri": format!("file://{}", folder.display()), "name": "here" }]);
+        e.result("initialize", json!({ "processId": null, "workspaceFolders": folders, "capabilities": {} }));
+        e.notify("initialized", json!({}));
+        e
+    }
+
     pub fn send(&mut self, message: &Json) {
         let body = message.to_string();
         let to = self.to.as_mut().expect("the pipe is open");

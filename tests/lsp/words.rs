@@ -22,7 +22,7 @@ fn hover_explains_every_kind_of_word() {
         ("(t| /", "t", "stack became active"),
         ("rate| 100", "rate", "0.1 Hz"),
         ("keep |hard", "hard", "no slack"),
-        ("go we|ight", "weight", "Default `1`"),
+        ("go we|ight", "weight", "default `1`"),
         ("level move { g|o", "go", "task go = frame_position(only)"),
         ("run { stack wo|rk", "work", "level keep hard"),
         ("|task limits", "task", "task NAME"),

@@ -88,7 +88,8 @@ impl Expander<'_> {
             let text = format!("more than {MAX_FILES} files are imported, or {MAX_DEPTH} through each other");
             return refuse(self, Diagnostic::error("HQ0218", at, text).help("bring some of them together in one file"));
         }
-        let bytes = match read(&on_disk) {
+        let instead = self.texts.get(&canonical).map(|text| Ok(text.clone().into_bytes()));
+        let bytes = match instead.unwrap_or_else(|| read(&on_disk)) {
             Ok(bytes) => bytes,
             Err(e) => return refuse(self, cannot(&e)),
         };

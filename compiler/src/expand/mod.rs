@@ -32,6 +32,9 @@ pub use arguments::parameter_types;
 pub(crate) use arguments::{TYPES, quantity};
 pub(crate) use fill::parts;
 
+/// Texts in the place of those of imported files, by canonical path: what an editor has open and has not saved.
+pub type Texts = BTreeMap<PathBuf, String>;
+
 /// Most nodes that copies may have together.
 pub(crate) const MAX_NODES: usize = 100_000;
 
@@ -115,6 +118,8 @@ impl Class {
 /// The state of an expansion.
 pub(crate) struct Expander<'a> {
     input: &'a Input<'a>,
+    /// Texts that stand for those of files.
+    texts: &'a Texts,
     sources: &'a mut Sources,
     diagnostics: &'a mut Vec<Diagnostic>,
     modules: Vec<Module>,
@@ -139,23 +144,23 @@ pub(crate) struct Expander<'a> {
 
 /// Expands the spec of an input, which stands in the text `source`.
 pub(crate) fn expand(
-    input: &Input,
+    (input, texts): (&Input, &Texts),
     source: SourceId,
     spec: Spec,
     sources: &mut Sources,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Expanded {
-    let mut e = Expander::new(input, sources, diagnostics);
+    let mut e = Expander::new((input, texts), sources, diagnostics);
     e.spec(source, spec);
     e.out
 }
 
 /// The files that a spec reads, as far as they can be found: those that it imports, and the URDFs that are named.
 pub fn files(input: &Input) -> Vec<PathBuf> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Vec::new());
+    let (mut sources, mut diagnostics, none) = (Sources::default(), Vec::new(), Texts::new());
     let source = sources.add(input.name, input.text);
     let (spec, _) = dsl::parse(source, input.text, input.spelling);
-    let mut e = Expander::new(input, &mut sources, &mut diagnostics);
+    let mut e = Expander::new((input, &none), &mut sources, &mut diagnostics);
     e.read(source, spec);
     let mut files: Vec<PathBuf> = e.files.keys().cloned().collect();
     for module in &e.modules {
@@ -166,9 +171,14 @@ pub fn files(input: &Input) -> Vec<PathBuf> {
 }
 
 impl<'a> Expander<'a> {
-    fn new(input: &'a Input, sources: &'a mut Sources, diagnostics: &'a mut Vec<Diagnostic>) -> Self {
+    fn new(
+        (input, texts): (&'a Input, &'a Texts),
+        sources: &'a mut Sources,
+        diagnostics: &'a mut Vec<Diagnostic>,
+    ) -> Self {
         Expander {
             input,
+            texts,
             sources,
             diagnostics,
             modules: Vec::new(),

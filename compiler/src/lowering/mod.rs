@@ -15,7 +15,7 @@ use runtime::program::{FORMAT, Interface, Program, RobotProgram, RunProgram, Sta
 use crate::binding::{BoundTask, Table};
 use crate::checks;
 use crate::constants::{Constants, Params};
-use crate::expand::{Expanded, Named, expand};
+use crate::expand::{Expanded, Named, Texts, expand};
 use crate::expr::Graph;
 use crate::report::Report;
 use crate::robot_binding::{self, BoundRobot, Files};
@@ -65,6 +65,11 @@ pub(crate) struct Places {
 
 /// Compiles a spec.
 pub fn compile(input: &Input) -> Compiled {
+    compile_among(input, &Texts::new())
+}
+
+/// Compiles a spec whose imports may have other texts than their files.
+pub fn compile_among(input: &Input, texts: &Texts) -> Compiled {
     let mut report = Report::default();
     let source = report.sources.add(input.name, input.text);
     let (spec, mut diagnostics) = dsl::parse(source, input.text, input.spelling);
@@ -73,7 +78,7 @@ pub fn compile(input: &Input) -> Compiled {
     }
     let (form, whole) = (diagnostics.len(), spec.clone());
     let empty = spec.items.is_empty();
-    let expanded = expand(input, source, spec, &mut report.sources, &mut diagnostics);
+    let expanded = expand((input, texts), source, spec, &mut report.sources, &mut diagnostics);
     if let Some(refusal) = bounds::stacks(&expanded.stacks).filter(|_| expanded.usable) {
         return refused(report, diagnostics, refusal);
     }

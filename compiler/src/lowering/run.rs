@@ -12,6 +12,7 @@ use crate::constants::Constants;
 use crate::forms::{block_of, check_keys, text_of};
 use crate::names::{list, suggest};
 use crate::robot_binding::BoundRobot;
+use crate::sections::{RUN, SIMULATOR};
 
 /// What a `run` block says.
 #[derive(Debug, Default)]
@@ -31,7 +32,7 @@ pub(super) fn run_settings(
     constants: &mut Constants,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> RunSettings {
-    check_keys(&run.body, &["stack", "duration", "title", "solver", "simulator"], "a run", diagnostics);
+    check_keys(&run.body, &RUN, diagnostics);
     let mut settings = RunSettings { span: Some(span), ..RunSettings::default() };
     for e in &run.body.entries {
         match e.key.value.as_str() {
@@ -79,7 +80,7 @@ pub(super) fn run_settings(
 }
 
 fn simulator(block: &Block, constants: &mut Constants, diagnostics: &mut Vec<Diagnostic>) -> Simulator {
-    check_keys(block, &["lag", "noise", "seed"], "the simulator", diagnostics);
+    check_keys(block, &SIMULATOR, diagnostics);
     let mut s = Simulator::default();
     for e in &block.entries {
         let wanted = match e.key.value.as_str() {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dsl::tree::{Let, Level, MemberTask, Stack, Task, TaskDefinition, Value, ValueKind};
+use dsl::tree::{Entry, Let, Level, MemberTask, Stack, Task, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::{LevelProgram, MemberProgram, StackProgram};
 use stdlib_tasks::dimension::NONE;
@@ -14,6 +14,7 @@ use crate::constants::Constants;
 use crate::forms::{check_keys, items_of, unknown_key};
 use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints};
+use crate::sections::{LEVEL, STACK};
 
 impl Lowerer<'_> {
     /// Binds tasks: `None` for one that failed. `later` are named expressions of what the robot does, each behind those
@@ -61,8 +62,10 @@ impl Lowerer<'_> {
         inline: &mut usize,
     ) -> StackProgram {
         let declared = tasks.len();
-        for (i, e) in s.settings.entries.iter().enumerate().filter(|(_, e)| e.key.value != "lock") {
-            let d = unknown_key(&s.settings, i, &["lock"], "a stack");
+        let keys: Vec<&str> = STACK.entries().collect();
+        let known = |e: &Entry| keys.contains(&e.key.value.as_str());
+        for (i, e) in s.settings.entries.iter().enumerate().filter(|(_, e)| !known(e)) {
+            let d = unknown_key(&s.settings, i, &keys, STACK.name);
             self.push(match &e.value.kind {
                 ValueKind::Block(_) if e.key.value != "for" => {
                     Diagnostic { help: Some(format!("write `level {} {{ .. }}`", e.key.value)), ..d }
@@ -82,7 +85,7 @@ impl Lowerer<'_> {
             .get("lock")
             .zip(robot)
             .and_then(|(e, robot)| joints(items_of(&e.value), &robot.model, &robot.joint_groups, self.diagnostics));
-        if s.levels.is_empty() && s.settings.entries.iter().all(|e| e.key.value == "lock") {
+        if s.levels.is_empty() && s.settings.entries.iter().all(known) {
             self.push(
                 Diagnostic::error("HQ0601", s.name.span, format!("stack `{}` has no level", s.name.value))
                     .help("write `level NAME { task }`"),
@@ -95,7 +98,7 @@ impl Lowerer<'_> {
             if let Some(first) = s.levels[..i].iter().find(|o| o.name == l.name) {
                 self.push(twice(&l.name, first.name.span));
             }
-            check_keys(&l.settings, &["damping"], "a level", self.diagnostics);
+            check_keys(&l.settings, &LEVEL, self.diagnostics);
             let damping = l.settings.get("damping").and_then(|e| self.constant(&e.value, "the damping", 0.0, true));
             if l.members.is_empty() {
                 self.push(

@@ -12,6 +12,7 @@ use stdlib_tasks::dimension::LENGTH;
 use super::Binder;
 use super::lookup::unknown_geometry;
 use crate::forms::{block_of, check_keys, items_of, path_of};
+use crate::sections::{ARM, POINT, SEGMENT};
 
 impl Binder<'_, '_> {
     pub(super) fn arms(&mut self) -> Vec<Arm> {
@@ -21,15 +22,14 @@ impl Binder<'_, '_> {
                 self.failed.insert(e.key.value.clone());
                 continue;
             };
-            check_keys(inner, &["shoulder", "elbow", "wrist", "tip", "points"], "an arm", self.diagnostics);
+            check_keys(inner, &ARM, self.diagnostics);
             let mut get = |key: &str| inner.get(key).and_then(|x| self.link(&x.value)).map(|l| l.1);
             let (shoulder, elbow, wrist, tip) = (get("shoulder"), get("elbow"), get("wrist"), get("tip"));
             match tip {
                 Some(tip) => arms.push(Arm { name: e.key.value.clone(), shoulder, elbow, wrist, tip }),
                 None => {
                     self.failed.insert(e.key.value.clone());
-                    let known = ["shoulder", "elbow", "wrist", "tip", "points"];
-                    let misspelt = inner.entries.iter().any(|e| !known.contains(&e.key.value.as_str()));
+                    let misspelt = inner.entries.iter().any(|e| ARM.entries().all(|known| known != e.key.value));
                     if inner.get("tip").is_none() && !misspelt {
                         self.diagnostics.push(
                             Diagnostic::error("HQ0206", e.key.span, format!("arm `{}` has no `tip`", e.key.value))
@@ -47,7 +47,7 @@ impl Binder<'_, '_> {
         for e in self.declarations("points").iter().flat_map(|b| &b.entries) {
             let found = match &e.value.kind {
                 ValueKind::Block(inner) => {
-                    check_keys(inner, &["link", "offset"], "a point", self.diagnostics);
+                    check_keys(inner, &POINT, self.diagnostics);
                     let offset = match inner.get("offset") {
                         Some(x) => self.constants.vector(&x.value, LENGTH, self.diagnostics),
                         None => Some([0.0; 3]),
@@ -79,7 +79,7 @@ impl Binder<'_, '_> {
                 self.failed.insert(e.key.value.clone());
                 continue;
             };
-            check_keys(inner, &["link", "from", "to"], "a segment", self.diagnostics);
+            check_keys(inner, &SEGMENT, self.diagnostics);
             let mut end = |key: &str| match inner.get(key) {
                 Some(x) => self.constants.vector(&x.value, LENGTH, self.diagnostics),
                 None => {

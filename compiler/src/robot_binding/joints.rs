@@ -11,6 +11,7 @@ use super::lookup::{is_pattern, joints};
 use super::{Binder, JointGroups};
 use crate::constants::joint_dimension;
 use crate::forms::{block_of, check_keys, items_of};
+use crate::sections::LIMIT;
 use crate::units;
 
 /// The groups of a robot, of all its joints: those that the spec locks are taken out by [`JointGroups::without`].
@@ -71,7 +72,7 @@ impl Binder<'_, '_> {
                 continue;
             };
             let Some(inner) = block_of(&e.value, "the limits of a joint", self.diagnostics) else { continue };
-            check_keys(inner, &["lower", "upper", "velocity"], "a joint limit", self.diagnostics);
+            check_keys(inner, &LIMIT, self.diagnostics);
             for dof in dofs {
                 let unit = joint_dimension(&self.model, dof);
                 let speed = unit.times(RATE).unwrap_or(RATE);

@@ -18,6 +18,7 @@ use stdlib_tasks::dimension::RATE;
 use crate::constants::Constants;
 use crate::forms::{block_of, check_keys, text_of};
 use crate::names::suggest;
+use crate::sections::{BASES, ROBOT};
 
 use home::Home;
 
@@ -80,25 +81,9 @@ pub struct Files<'a> {
     pub diagnostics: &'a mut Vec<Diagnostic>,
 }
 
-static KEYS: &[&str] = &[
-    "urdf",
-    "base",
-    "rate",
-    "arms",
-    "points",
-    "segments",
-    "groups",
-    "joints",
-    "home",
-    "lock",
-    "limits",
-    "tracking_gain",
-    "package_path",
-];
-
 /// Reads and binds a robot. `None` where no model could be had; the diagnostics say why.
 pub fn bind(robot: &Robot, files: &mut Files, constants: &mut Constants) -> Option<BoundRobot> {
-    check_keys(&robot.body, KEYS, "a robot", files.diagnostics);
+    check_keys(&robot.body, &ROBOT, files.diagnostics);
     let missing = |key: &str, example: &str| {
         Diagnostic::error("HQ0206", robot.name.span, format!("robot `{}` has no `{key}`", robot.name.value))
             .help(format!("write for instance `{example}`"))
@@ -126,9 +111,8 @@ pub fn bind(robot: &Robot, files: &mut Files, constants: &mut Constants) -> Opti
             Some("unicycle") => Base::Unicycle,
             Some("floating") => Base::Floating,
             other => {
-                let words = ["fixed", "planar", "unicycle", "floating"];
                 let mut d = Diagnostic::error("HQ0201", e.value.span, "a base is fixed, planar, unicycle or floating");
-                d = match other.and_then(|o| suggest(o, words)) {
+                d = match other.and_then(|o| suggest(o, BASES.iter().copied())) {
                     Some(near) => d.help(format!("did you mean `{near}`?")),
                     None => d.help("leave `base` out for an arm that is bolted down"),
                 };

@@ -1,0 +1,227 @@
+//! The keys of the language that no task type declares, written once: what each is called, holds and says, whether it may
+//! be left out, and in which spelling it stands. The compiler's refusals of unknown keys, the schema, the language server
+//! and the page of keys derive from it.
+//!
+//! A new block is one more [`Section`], named in [`ALL`] and by the key that holds it.
+
+mod robot;
+mod spec;
+mod stack;
+
+use dsl::Spelling;
+use stdlib_tasks::dimension::Dimension;
+use stdlib_tasks::params::{Presence, Quantity};
+
+pub use robot::{ARM, BASES, LIMIT, POINT, ROBOT, SEGMENT};
+pub use spec::{PARAM, REPEAT, RUN, SIMULATOR, SPEC};
+pub use stack::{CHANGE, LEVEL, MEMBER, STACK};
+
+/// All sections, in the order of a reader who goes from the outside in.
+pub static ALL: &[&Section] = &[
+    &SPEC, &PARAM, &ROBOT, &ARM, &POINT, &SEGMENT, &LIMIT, &STACK, &CHANGE, &LEVEL, &MEMBER, &REPEAT, &RUN, &SIMULATOR,
+];
+
+/// A block of the language with keys of its own.
+#[derive(Debug)]
+pub struct Section {
+    /// What a message calls it, with its article: `a robot`.
+    pub name: &'static str,
+    /// Its keys, in the order in which they are offered.
+    pub keys: &'static [Key],
+}
+
+/// A key of a section.
+#[derive(Debug)]
+pub struct Key {
+    /// As it is written.
+    pub name: &'static str,
+    /// What it is for, in Markdown. Unit, range and default stand in the other fields.
+    pub doc: &'static str,
+    /// What may stand behind it.
+    pub holds: Holds,
+    /// Whether it may be left out.
+    pub presence: Presence,
+    /// Where it is a key.
+    pub place: Place,
+}
+
+/// Where a key is one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// An entry of the block, the same in both spellings; the compiler reads it.
+    Entry,
+    /// A word of both spellings that their readers take.
+    Word,
+    /// A word of the native spelling alone.
+    Hq,
+    /// A key of YAML alone, in the place of words of the native spelling.
+    Yaml,
+}
+
+/// What may stand behind a key.
+#[derive(Debug)]
+pub enum Holds {
+    /// A constant number.
+    Number(Quantity),
+    /// Three constant numbers.
+    Vector(Dimension),
+    /// A position of a joint in rad or m, or with `speed` its speed in rad/s or m/s.
+    OfJoint {
+        /// A speed, not a position.
+        speed: bool,
+    },
+    /// A number of the unit that the value beside it has.
+    Bound,
+    /// A number, a vector, an orientation.
+    Value,
+    /// What a repetition runs over: a list, or whole numbers.
+    Values,
+    /// A text.
+    Text,
+    /// The path of a URDF.
+    Urdf,
+    /// True or false.
+    Flag,
+    /// One of these words.
+    Choice(&'static [&'static str]),
+    /// A name that is given here.
+    NewName,
+    /// The name of something declared.
+    Name(Named),
+    /// A link.
+    Link,
+    /// Points, segments, links, groups of them.
+    Geometries,
+    /// Joints, groups of them, patterns.
+    Joints,
+    /// The same, or a position for each.
+    Locks,
+    /// Positions by joint, group or pattern.
+    Positions,
+    /// A block.
+    Block(&'static Section),
+    /// A link, or a block.
+    LinkOr(&'static Section),
+    /// Names that the user chooses, each with one of these.
+    Each(&'static Holds),
+    /// Joints, groups or patterns, each with one of these.
+    PerJoint(&'static Holds),
+    /// Some of these in an order; the readers take it.
+    List(&'static Holds),
+    /// Tasks: names, or tasks in place.
+    Tasks,
+    /// A declaration, or several; the readers take them.
+    Declarations,
+}
+
+/// What can be named by a key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Named {
+    /// A robot.
+    Robot,
+    /// A stack.
+    Stack,
+    /// A level of the stack that this one is made from.
+    Level,
+}
+
+impl Key {
+    const fn new(name: &'static str, holds: Holds, presence: Presence, doc: &'static str) -> Key {
+        Key { name, doc, holds, presence, place: Place::Entry }
+    }
+
+    /// One that must be there.
+    const fn required(name: &'static str, holds: Holds, doc: &'static str) -> Key {
+        Key::new(name, holds, Presence::Required, doc)
+    }
+
+    /// One that may be absent.
+    const fn optional(name: &'static str, holds: Holds, doc: &'static str) -> Key {
+        Key::new(name, holds, Presence::Optional, doc)
+    }
+
+    /// One for which a text of the language stands in.
+    const fn or(name: &'static str, holds: Holds, default: &'static str, doc: &'static str) -> Key {
+        Key::new(name, holds, Presence::Default(default), doc)
+    }
+
+    const fn at(self, place: Place) -> Key {
+        let Key { name, doc, holds, presence, .. } = self;
+        Key { name, doc, holds, presence, place }
+    }
+
+    /// True where this is a key of a spelling.
+    pub fn stands_in(&self, spelling: Spelling) -> bool {
+        match self.place {
+            Place::Entry | Place::Word => true,
+            Place::Hq => spelling == Spelling::Hq,
+            Place::Yaml => spelling == Spelling::Yaml,
+        }
+    }
+}
+
+impl Section {
+    /// The keys of a spelling.
+    pub fn written(&self, spelling: Spelling) -> impl Iterator<Item = &'static Key> + use<> {
+        self.keys.iter().filter(move |k| k.stands_in(spelling))
+    }
+
+    /// The key of this name in a spelling.
+    pub fn key(&self, name: &str, spelling: Spelling) -> Option<&'static Key> {
+        self.written(spelling).find(|k| k.name == name)
+    }
+
+    /// The names that the compiler reads as entries of the block.
+    pub fn entries(&self) -> impl Iterator<Item = &'static str> + Clone + use<> {
+        self.keys.iter().filter(|k| k.place == Place::Entry).map(|k| k.name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_stands_once_in_each_spelling_and_says_what_it_is() {
+        for section in ALL {
+            for spelling in [Spelling::Hq, Spelling::Yaml] {
+                let mut names: Vec<&str> = section.written(spelling).map(|k| k.name).collect();
+                let count = names.len();
+                names.sort_unstable();
+                names.dedup();
+                assert_eq!(names.len(), count, "{}", section.name);
+            }
+            for key in section.keys {
+                assert!(key.doc.len() > 5 && !key.doc.ends_with(' '), "{}: `{}`", section.name, key.name);
+            }
+        }
+    }
+
+    fn reaches(holds: &Holds, wanted: &Section) -> bool {
+        match holds {
+            Holds::Block(s) | Holds::LinkOr(s) => std::ptr::eq(*s, wanted),
+            Holds::Each(h) | Holds::PerJoint(h) | Holds::List(h) => reaches(h, wanted),
+            _ => false,
+        }
+    }
+
+    #[test]
+    fn a_section_that_a_key_holds_is_one_of_all() {
+        let held = |s: &Section| ALL.iter().any(|o| o.keys.iter().any(|k| reaches(&k.holds, s)));
+        for section in ALL.iter().filter(|s| !std::ptr::eq(**s, &SPEC)) {
+            assert!(held(section), "no key holds {}", section.name);
+        }
+    }
+
+    /// The readers leave these as text, and they say so in a list of their own.
+    #[test]
+    fn texts_are_those_of_the_readers() {
+        let all = ALL.iter().flat_map(|s| s.keys).filter(|k| k.place == Place::Entry);
+        let mut texts: Vec<&str> =
+            all.filter(|k| matches!(k.holds, Holds::Text | Holds::Urdf)).map(|k| k.name).collect();
+        let mut readers = dsl::vocabulary::TEXT_KEYS.to_vec();
+        texts.sort_unstable();
+        readers.sort_unstable();
+        assert_eq!(texts, readers);
+    }
+}

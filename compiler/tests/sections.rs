@@ -1,0 +1,150 @@
+//! The table of keys against what the compiler does with a spec: units, ranges, defaults, what must be there.
+
+mod common;
+
+use common::{compile_text, examples};
+use dsl::Spelling;
+use hierarq_compiler::sections::{self, Holds, Key, Place, Section};
+use hierarq_compiler::units;
+use stdlib_tasks::params::Presence;
+
+const ROBOT: &str = "urdf \"robots/arm7.urdf\"  rate 100 Hz  home { joint_4 1 rad }";
+const STACK: &str = "task still = hold(link_7)\nstack s { level a { still } }\n";
+
+/// A spec in which a section has these entries more.
+fn spec(section: &Section, entries: &str) -> Option<String> {
+    let robot = |inner: &str| format!("hierarq 1\nrobot r {{ {inner} }}\n{STACK}");
+    let level = |inner: &str| {
+        format!("hierarq 1\nrobot r {{ {ROBOT} }}\ntask still = hold(link_7)\nstack s {{ level a {inner} }}\n")
+    };
+    let run = |inner: &str| format!("{}run {{ {inner} }}\n", robot(ROBOT));
+    let is = |other: &Section| std::ptr::eq(section, other);
+    Some(if is(&sections::ROBOT) {
+        robot(&[ROBOT, entries].join("  "))
+    } else if is(&sections::POINT) {
+        robot(&format!("{ROBOT}  points {{ p {{ link link_7  {entries} }} }}"))
+    } else if is(&sections::LEVEL) {
+        level(&format!("{entries} {{ still }}"))
+    } else if is(&sections::MEMBER) {
+        level(&format!("{{ still {entries} }}"))
+    } else if is(&sections::RUN) {
+        run(entries)
+    } else if is(&sections::SIMULATOR) {
+        run(&format!("simulator {{ {entries} }}"))
+    } else {
+        return None;
+    })
+}
+
+fn codes(text: &str) -> Vec<&'static str> {
+    let report = compile_text(text, Spelling::Hq, &examples(), &[]).report;
+    report.diagnostics.iter().map(|d| d.code).collect()
+}
+
+/// The keys of `*.hq` blocks that the compiler is asked about, with their sections.
+fn asked() -> Vec<(&'static Section, &'static Key)> {
+    let all = sections::ALL.iter().filter(|s| spec(s, "").is_some());
+    all.flat_map(|s| s.written(Spelling::Hq).map(move |k| (*s, k))).collect()
+}
+
+#[test]
+fn numbers_have_the_units_and_ranges_of_the_table() {
+    let mut tried = 0;
+    for (section, key) in asked() {
+        let Holds::Number(q) = &key.holds else { continue };
+        if key.name == "rate" {
+            continue;
+        }
+        tried += 1;
+        let with = |value: String| codes(&spec(section, &format!("{} {value}", key.name)).expect("asked"));
+        assert!(with("3 kg".to_string()).contains(&"HQ0301"), "{} takes kilograms", key.name);
+        let unit = units::written(q.dimension);
+        let refused = |x: f64| with(format!("{x} {unit}")).contains(&"HQ0308");
+        assert!(!refused(q.min + 1.0), "{}: {} {unit}", key.name, q.min + 1.0);
+        assert!(refused(q.min - 1.0), "{} has no bound of {}", key.name, q.min);
+        assert_eq!(refused(q.min), !q.min_included, "{} at {}", key.name, q.min);
+    }
+    assert!(tried >= 6, "only {tried} numbers were tried");
+}
+
+#[test]
+fn the_rate_has_its_range() {
+    for (rate, good) in [("0.1 Hz", true), ("100 kHz", true), ("0.09 Hz", false), ("101 kHz", false)] {
+        let text = format!("hierarq 1\nrobot r {{ urdf \"robots/arm7.urdf\"  rate {rate} }}\n{STACK}");
+        assert_eq!(!codes(&text).contains(&"HQ0308"), good, "{rate}");
+    }
+}
+
+#[test]
+fn what_stands_in_for_a_key_is_what_the_table_says() {
+    let program = |text: &str| compile_text(text, Spelling::Hq, &examples(), &[]).program.expect("a good spec");
+    let mut tried = 0;
+    for (section, key) in asked() {
+        let Presence::Default(text) = key.presence else { continue };
+        // `hard` is there or not.
+        if matches!(key.holds, Holds::Flag) {
+            continue;
+        }
+        tried += 1;
+        let without = program(&spec(section, "").expect("asked"));
+        let with = program(&spec(section, &format!("{} {text}", key.name)).expect("asked"));
+        let data = |p| serde_json::to_value(p).expect("data");
+        assert_eq!(data(&without), data(&with), "{}: `{}`", section.name, key.name);
+    }
+    assert!(tried >= 8, "only {tried} defaults were tried");
+}
+
+#[test]
+fn what_the_table_requires_must_be_there() {
+    let whole = [
+        (&sections::ROBOT, "urdf \"robots/arm7.urdf\"|rate 100 Hz", ("", "")),
+        (&sections::ARM, "tip link_7|elbow link_4", ("arms { a { ", " } }")),
+        (&sections::POINT, "link link_7|offset [0, 0, 1] m", ("points { a { ", " } }")),
+        (&sections::SEGMENT, "link link_7|from [0, 0, 0] m|to [0, 0, 1] m", ("segments { a { ", " } }")),
+        (&sections::LIMIT, "lower -1 rad|upper 1 rad", ("limits { joint_1 { ", " } }")),
+    ];
+    for (section, entries, (before, behind)) in whole {
+        let entries: Vec<&str> = entries.split('|').collect();
+        for left_out in &entries {
+            let name = left_out.split(' ').next().expect("a key");
+            let rest: Vec<&str> = entries.iter().copied().filter(|e| e != left_out).collect();
+            let inner = format!("{before}{}{behind}", rest.join("  "));
+            let robot = if before.is_empty() { inner } else { format!("{ROBOT}  {inner}") };
+            let found = codes(&format!("hierarq 1\nrobot r {{ {robot} }}\n{STACK}"));
+            let key = section.key(name, Spelling::Hq).expect("a key of the section");
+            assert_eq!(key.presence == Presence::Required, found.contains(&"HQ0206"), "{}: `{name}`", section.name);
+        }
+    }
+}
+
+#[test]
+fn words_are_those_that_the_compiler_takes() {
+    for (section, key) in asked() {
+        let Holds::Choice(words) = &key.holds else { continue };
+        for (word, good) in words.iter().map(|w| (*w, true)).chain([("qqqqqq", false)]) {
+            let found = codes(&spec(section, &format!("{} {word}", key.name)).expect("asked"));
+            let refused = found.iter().any(|c| matches!(*c, "HQ0201" | "HQ0304"));
+            assert_eq!(!refused, good, "{}: `{} {word}`: {found:?}", section.name, key.name);
+        }
+    }
+    let backends: Vec<&str> = solver::Backend::ALL.iter().map(|b| b.name()).collect();
+    let key = sections::RUN.key("solver", Spelling::Hq).expect("a key of a run");
+    assert!(matches!(&key.holds, Holds::Choice(words) if **words == *backends), "{backends:?}");
+}
+
+/// Every entry of the table that names no other thing can be written, and every other word is refused.
+#[test]
+fn the_compiler_refuses_what_the_table_does_not_have() {
+    for section in sections::ALL {
+        let Some(text) = spec(section, "qqqqqq 1").filter(|_| !std::ptr::eq(*section, &sections::MEMBER)) else {
+            continue;
+        };
+        let report = compile_text(&text, Spelling::Hq, &examples(), &[]).report;
+        let d = report.diagnostics.iter().find(|d| d.code == "HQ0205").unwrap_or_else(|| panic!("{}", section.name));
+        let help = d.help.as_deref().unwrap_or("");
+        for key in section.keys {
+            let offered = help.contains(&format!("`{}`", key.name));
+            assert_eq!(offered, key.place == Place::Entry, "{}: `{}` in {help}", section.name, key.name);
+        }
+    }
+}
