@@ -4,13 +4,17 @@
 //! what was said, not at spans, comments, the text of a number or the braces around a tagged value. Nothing here
 //! knows what a task, a frame or a unit means; the compiler does.
 
+mod machines;
 mod reuse;
+mod scenarios;
 
 use crate::span::{Span, Spanned};
 
+pub use machines::{Action, Machine, Moment, Signal, State, StateBody, Transition, Trigger};
 pub use reuse::{
     Beside, Call, Change, Import, ImportName, Let, Parameter, Removal, Repeat, RepeatItems, RepeatMembers, Values,
 };
+pub use scenarios::{Expect, Formula, FormulaKind, Scenario, Window};
 
 /// One file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -59,6 +63,12 @@ pub enum ItemKind {
     Task(Task),
     /// `stack autonomous { level .. }`
     Stack(Stack),
+    /// `signal peduncle : point?  timeout 0.5 s`
+    Signal(Signal),
+    /// `machine harvest { state look { .. } }`
+    Machine(Machine),
+    /// `scenario "bunch hidden by leaves" { .. }`
+    Scenario(Scenario),
     /// `for side in [left, right] { task touch_${side} = .. }`
     For(RepeatItems),
     /// `run { .. }`
