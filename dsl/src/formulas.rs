@@ -8,11 +8,6 @@ use crate::tree::{Formula, FormulaKind, Window};
 use crate::{Diagnostic, Span};
 use std::iter::Peekable;
 
-/// The words that begin or join formulas: an expression that begins with one stands in brackets.
-pub(crate) const WORDS: &[&str] = &[
-    "always", "eventually", "never", "within", "from", "to", "after", "not", "until", "implies", "or", "and", "expect",
-];
-
 /// One element of a flat list.
 enum Token {
     Temporal(Word, Window, Span),

@@ -67,7 +67,8 @@ pub(crate) fn too_deep(span: Span) -> Diagnostic {
 /// `for` behind a trigger that waits for no condition.
 pub(crate) fn no_hold(word: &str, span: Span) -> Diagnostic {
     let diagnostic = Diagnostic::error("HQ0141", span, format!("`for` has no meaning behind `{word}`"));
-    diagnostic.note("`on` waits for an event, `after` for a time in the state; only a condition can hold for a time")
+    diagnostic
+        .note("`on` waits for an event, `after` for a time in the state; only a condition can hold for a time")
         .help("write `when CONDITION for 3 s -> STATE`")
 }
 
@@ -91,11 +92,15 @@ pub(crate) fn no_target(span: Span) -> Diagnostic {
 /// What stands where the type of a signal should.
 pub(crate) fn bad_type(text: &str, span: Span) -> Diagnostic {
     let diagnostic = Diagnostic::error("HQ0140", span, format!("`{}` is no type of a signal", clip(text)));
-    diagnostic.help("write for instance `point`, `force` or `event`, with a `?` behind it where it may be absent: `point?`")
+    diagnostic
+        .help("write for instance `point`, `force` or `event`, with a `?` behind it where it may be absent: `point?`")
 }
 
 /// A signal without a type.
 pub(crate) fn no_type(name: &str, span: Span) -> Diagnostic {
-    Diagnostic::error("HQ0140", span, format!("the signal `{}` has no type", clip(name)))
-        .help(format!("write what it carries: `signal {} : point`, in YAML `{}: point`", clip(name), clip(name)))
+    Diagnostic::error("HQ0140", span, format!("the signal `{}` has no type", clip(name))).help(format!(
+        "write what it carries: `signal {} : point`, in YAML `{}: point`",
+        clip(name),
+        clip(name)
+    ))
 }

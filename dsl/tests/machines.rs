@@ -26,7 +26,8 @@ fn the_formatted_texts_stay_as_they_are() {
 fn translations_keep_comments() {
     for (text, from, to) in [(HQ, Spelling::Hq, Spelling::Yaml), (YAML, Spelling::Yaml, Spelling::Hq)] {
         let there = print(&good(text, from), to);
-        for comment in ["seen by the cameras", "whatever happens", "the long way", "asks the operator", "of the hands"] {
+        for comment in ["seen by the cameras", "whatever happens", "the long way", "asks the operator", "of the hands"]
+        {
             assert!(there.contains(comment), "`{comment}` was lost:\n{there}");
         }
     }
@@ -119,10 +120,11 @@ fn formulas() {
 
 #[test]
 fn actions_without_parentheses_are_those_with() {
-    let read = |text: &str| match &good(&format!("hierarq 1\nmachine m {{ enter {text} }}\n"), Spelling::Hq).items[0].kind {
-        ItemKind::Machine(m) => m.body.actions[0].clone(),
-        other => panic!("{other:?}"),
-    };
+    let read =
+        |text: &str| match &good(&format!("hierarq 1\nmachine m {{ enter {text} }}\n"), Spelling::Hq).items[0].kind {
+            ItemKind::Machine(m) => m.body.actions[0].clone(),
+            other => panic!("{other:?}"),
+        };
     for (bare, called) in [
         ("say \"a\"", "say(\"a\")"),
         ("gripper close right", "gripper(close, right)"),
@@ -131,7 +133,10 @@ fn actions_without_parentheses_are_those_with() {
         ("home", "home()"),
     ] {
         assert_eq!(read(bare), read(called), "{bare}");
-        assert_eq!(good(&format!("hierarq: 1\nmachines: {{ m: {{ enter: '{bare}' }} }}"), Spelling::Yaml).items.len(), 1);
+        assert_eq!(
+            good(&format!("hierarq: 1\nmachines: {{ m: {{ enter: '{bare}' }} }}"), Spelling::Yaml).items.len(),
+            1
+        );
     }
 }
 
@@ -166,7 +171,9 @@ fn other_states_survive_a_slip() {
         "stat x { on a -> b }",
     ];
     for slip in slips {
-        let text = format!("hierarq 1\nmachine m {{\n  state a {{ stack s }}\n  {slip}\n  state z {{ on q -> a }}\n}}\nparam p = 1\n");
+        let text = format!(
+            "hierarq 1\nmachine m {{\n  state a {{ stack s }}\n  {slip}\n  state z {{ on q -> a }}\n}}\nparam p = 1\n"
+        );
         let (spec, diags) = parse(SourceId(0), &text, Spelling::Hq);
         assert!((1..=2).contains(&diags.len()), "{}\n{text}", common::render(&text, &diags));
         let ItemKind::Machine(m) = &spec.items[0].kind else { panic!("no machine in {text}") };
@@ -181,7 +188,8 @@ fn other_states_survive_a_slip() {
 fn states_nest_sixteen_deep() {
     let nested = |n: usize| {
         let hq = format!("hierarq 1\nmachine m {{ {}{} }}\n", "state a { x 1 ".repeat(n), "}".repeat(n));
-        let yaml = format!("hierarq: 1\nmachines: {{ m: {}{{ x: 1 }}{} }}\n", "{ states: { a: ".repeat(n), " } }".repeat(n));
+        let yaml =
+            format!("hierarq: 1\nmachines: {{ m: {}{{ x: 1 }}{} }}\n", "{ states: { a: ".repeat(n), " } }".repeat(n));
         [(hq, Spelling::Hq), (yaml, Spelling::Yaml)]
     };
     for (text, spelling) in nested(16) {
@@ -195,7 +203,9 @@ fn states_nest_sixteen_deep() {
 
 #[test]
 fn long_formulas_are_refused() {
-    for chain in ["not ", "always ", "after ", "a and ", "a implies ", "a until ", "within 3 s ", "always within 3 s : "] {
+    for chain in
+        ["not ", "always ", "after ", "a and ", "a implies ", "a until ", "within 3 s ", "always within 3 s : "]
+    {
         let text = format!("hierarq 1\nscenario s {{ expect {}a }}\n", chain.repeat(50_000));
         let codes: Vec<_> = parse(SourceId(0), &text, Spelling::Hq).1.iter().map(|d| d.code).collect();
         assert_eq!(codes, ["HQ0195"], "{chain}");

@@ -88,6 +88,8 @@ impl Walker<'_> {
                 }
             }
             ItemKind::Run(_) => {}
+            // lowered separately
+            ItemKind::Signal(_) | ItemKind::Machine(_) | ItemKind::Scenario(_) => {}
         }
     }
 
@@ -144,6 +146,8 @@ impl Walker<'_> {
                 self.stack(s);
                 self.scope.truncate(outer);
             }
+            // lowered separately
+            ItemKind::Signal(_) | ItemKind::Machine(_) | ItemKind::Scenario(_) => {}
             ItemKind::Run(r) => {
                 self.keyword("run", start, item.span);
                 self.run(r);

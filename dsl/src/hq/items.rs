@@ -9,7 +9,8 @@ use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned, checks};
 
 /// The words that begin a declaration.
-pub(crate) const KEYWORDS: &[&str] = &["import", "param", "let", "robot", "task", "stack", "signal", "machine", "scenario", "for", "run"];
+pub(crate) const KEYWORDS: &[&str] =
+    &["import", "param", "let", "robot", "task", "stack", "signal", "machine", "scenario", "for", "run"];
 
 /// The header is missing; `line` is what to write.
 pub(crate) fn no_header(span: Span, line: &str) -> Diagnostic {

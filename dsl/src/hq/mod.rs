@@ -29,8 +29,17 @@ pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
         return (Spec::default(), vec![refusal]);
     }
     let pool = Pool::new(text, scan.comments);
-    let mut reader =
-        Reader { source, text, base: begin, pool, diags: scan.diagnostics, unread: Vec::new(), read: 0, nested: false, states: 0 };
+    let mut reader = Reader {
+        source,
+        text,
+        base: begin,
+        pool,
+        diags: scan.diagnostics,
+        unread: Vec::new(),
+        read: 0,
+        nested: false,
+        states: 0,
+    };
     let mut spec = reader.spec(begin);
     spec.unread = reader.unread;
     (spec, crate::checks::finish(reader.diags))

@@ -236,7 +236,8 @@ impl Reader<'_> {
         let name = text.trim_start_matches(['=', '>', '-', '→']).trim_start();
         let word = name.find(char::is_whitespace).map_or(name, |n| &name[..n]);
         let start = junk.range().start + text.len() - name.len();
-        let known = word.split('.').all(is_name).then(|| Spanned::new(word.to_owned(), self.span(start, start + word.len())));
+        let known =
+            word.split('.').all(is_name).then(|| Spanned::new(word.to_owned(), self.span(start, start + word.len())));
         let Some(state) = &known else {
             self.explain(junk, After::Start("`->` and the next state"), false);
             return None;
@@ -288,7 +289,8 @@ impl Reader<'_> {
         match pair.into_inner().next() {
             Some(part) => self.expr(part),
             None => {
-                self.diags.push(explain::no_value("for", span).help("write for how long the condition must hold: `for 3 s`"));
+                self.diags
+                    .push(explain::no_value("for", span).help("write for how long the condition must hold: `for 3 s`"));
                 missing(span)
             }
         }

@@ -2,7 +2,6 @@
 
 use super::expr;
 use super::hq_reuse::arguments;
-use crate::formulas::WORDS;
 use crate::transitions::begins_part;
 use crate::tree::{Action, Formula, FormulaKind, Transition, Trigger, Value, ValueKind, Window};
 
@@ -85,7 +84,11 @@ fn grouped(it: &Formula, brackets: bool, out: &mut String) {
 fn temporal(word: &str, window: &Window, inner: &Formula, out: &mut String) {
     out.push_str(word);
     windowed(window, out);
-    operand(inner, out);
+    let mut text = String::new();
+    operand(inner, &mut text);
+    // In brackets, `(always -x)` reads like a difference.
+    let unclear = window.is_open() && text.starts_with('-');
+    out.push_str(&if unclear { format!("({text})") } else { text });
 }
 
 /// What a word of time takes.
@@ -123,7 +126,7 @@ fn first_word(text: &str) -> &str {
 /// A value as a formula.
 fn atom(value: &Value) -> String {
     let text = expr::text(value);
-    let unclear = WORDS.contains(&first_word(&text)) || text.starts_with('"') || expr::ends_with_minutes(value);
+    let unclear = first_word(&text) == "expect" || text.starts_with('"') || expr::ends_with_minutes(value);
     in_brackets_if(text, unclear)
 }
 

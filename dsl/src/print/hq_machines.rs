@@ -26,7 +26,10 @@ pub(super) fn signal(it: &Signal, behind: &Option<String>, indent: usize, lines:
 /// True where settings can stand on one line without braces.
 fn is_plain(settings: &Block) -> bool {
     no_comments(&settings.closing_comments)
-        && settings.entries.iter().all(|e| no_comments(&e.comments) && !has_block(&e.value) && !begins_part(&e.key.value))
+        && settings
+            .entries
+            .iter()
+            .all(|e| no_comments(&e.comments) && !has_block(&e.value) && !begins_part(&e.key.value))
 }
 
 /// `timeout 0.5 s  rate 10 Hz`
@@ -159,11 +162,11 @@ fn transition(it: &Transition, indent: usize, lines: &mut Lines) {
 /// `scenario "bunch hidden by leaves" { .. }`
 pub(super) fn scenario(it: &Scenario, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     let name = if is_name(&it.name) { it.name.value.clone() } else { expr::quoted(&it.name) };
-    lines.out.push_str(&format!("scenario {name} {{"));
-    if empty(&it.body) && it.expects.is_empty() {
-        lines.out.push('}');
-        return lines.end(behind);
+    lines.out.push_str(&format!("scenario {name} "));
+    if it.expects.is_empty() {
+        return block(&it.body, behind, indent, false, lines);
     }
+    lines.out.push('{');
     lines.end(behind);
     entries(&it.body, indent + 2, lines);
     for expect in &it.expects {

@@ -139,10 +139,7 @@ pub struct Action {
 
 impl PartialEq for Action {
     fn eq(&self, other: &Self) -> bool {
-        self.moment == other.moment
-            && self.verb == other.verb
-            && self.args == other.args
-            && self.named == other.named
+        self.moment == other.moment && self.verb == other.verb && self.args == other.args && self.named == other.named
     }
 }
 

@@ -115,7 +115,8 @@ impl Formula {
                 if args.len() == 1 && matches!(name.as_str(), "always" | "eventually" | "never") =>
             {
                 let inner = args.pop().map_or(Formula { kind: FormulaKind::Missing, span }, Formula::of);
-                let (window, inner) = (Window { span: Span { end: span.start, ..span }, ..Window::default() }, Box::new(inner));
+                let (window, inner) =
+                    (Window { span: Span { end: span.start, ..span }, ..Window::default() }, Box::new(inner));
                 match name.as_str() {
                     "always" => FormulaKind::Always(window, inner),
                     "never" => FormulaKind::Never(window, inner),

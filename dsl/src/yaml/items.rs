@@ -12,7 +12,18 @@ use crate::{Diagnostic, Span, Spanned};
 const LISTS: &[&str] = &["params", "lets", "robots", "tasks", "stacks", "signals", "machines"];
 
 const SECTIONS: &[&str] = &[
-    "hierarq", "import", "params", "lets", "robots", "tasks", "stacks", "signals", "machines", "scenarios", "for", "run",
+    "hierarq",
+    "import",
+    "params",
+    "lets",
+    "robots",
+    "tasks",
+    "stacks",
+    "signals",
+    "machines",
+    "scenarios",
+    "for",
+    "run",
 ];
 
 /// A declaration of a section: its name, its key, what it takes, and its node.

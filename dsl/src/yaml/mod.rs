@@ -27,7 +27,8 @@ pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
     }
     let (mut document, diags) = events::read(source, text);
     let pool = Pool::new(text, std::mem::take(&mut document.comments));
-    let mut reader = Reader { source, text, document, pool, diags, unread: Vec::new(), visited: 0, depth: 0, states: 0 };
+    let mut reader =
+        Reader { source, text, document, pool, diags, unread: Vec::new(), visited: 0, depth: 0, states: 0 };
     let mut spec = reader.spec();
     let left_out = std::mem::take(&mut reader.document.left_out);
     spec.unread = std::mem::take(&mut reader.unread);

@@ -122,10 +122,15 @@ impl Reader<'_> {
             } else if !part(self, &key, value, comments) {
                 let text = format!("`{}` cannot be repeated", clip(&key.value));
                 let diagnostic = Diagnostic::error("HQ0125", key.span, text);
-                self.diags.push(match nearest(&key.value, &["name", "in", "params", "lets", "tasks", "stacks", "signals", "machines", "scenarios"]) {
-                    Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-                    None => diagnostic.help(form),
-                });
+                self.diags.push(
+                    match nearest(
+                        &key.value,
+                        &["name", "in", "params", "lets", "tasks", "stacks", "signals", "machines", "scenarios"],
+                    ) {
+                        Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+                        None => diagnostic.help(form),
+                    },
+                );
             }
         }
         if name.is_none() {

@@ -346,8 +346,7 @@ fn condition() -> BoxedStrategy<Value> {
 fn transition() -> BoxedStrategy<Transition> {
     let trigger = prop_oneof![
         condition().prop_map(Trigger::On),
-        (condition(), prop::option::of(condition()))
-            .prop_map(|(condition, hold)| Trigger::When { condition, hold }),
+        (condition(), prop::option::of(condition())).prop_map(|(condition, hold)| Trigger::When { condition, hold }),
         condition().prop_map(Trigger::After),
     ];
     let state = prop_oneof![4 => name(), 1 => (name(), name()).prop_map(|(a, b)| format!("{a}.{b}"))];
@@ -381,7 +380,13 @@ fn state_body(states: BoxedStrategy<State>, inside: bool) -> BoxedStrategy<State
                 return StateBody { stack, stack_comments, ..StateBody::default() };
             }
             // A key that looks like one of a state, with a block behind it, is taken for that.
-            settings.entries.retain(|e| !e.key.starts_with(['f', 's', 'e', 'd', 't']) && e.key.len() > 3);
+            for (i, entry) in settings.entries.iter_mut().enumerate() {
+                if matches!(entry.value.kind, ValueKind::Block(_) | ValueKind::List(_))
+                    && !TEXT_KEYS.contains(&entry.key.as_str())
+                {
+                    entry.key.value = format!("q_q_{i}_q");
+                }
+            }
             StateBody { stack, stack_comments, settings, actions, transitions, states, closing_comments }
         })
         .boxed()
@@ -406,7 +411,8 @@ fn state() -> BoxedStrategy<State> {
         span: Span::default(),
         comments,
     });
-    one(prop_oneof![1 => leaf.clone().boxed(), 1 => one(leaf.boxed())].boxed())
+    let leaf = leaf.boxed();
+    one(prop_oneof![1 => leaf.clone(), 1 => one(leaf)].boxed())
 }
 
 fn machine() -> BoxedStrategy<Machine> {
@@ -419,13 +425,31 @@ fn window() -> BoxedStrategy<Window> {
     prop_oneof![1 => Just(Window::default()), 1 => some].boxed()
 }
 
+/// False where a value begins with a word of formulas.
+fn may_stand(f: &Formula) -> bool {
+    const WORDS: &[&str] = &["always", "eventually", "never", "within", "from", "to", "after", "until", "implies"];
+    fn first(value: &Value) -> &str {
+        match &value.kind {
+            ValueKind::Name(name) => name,
+            ValueKind::Call(name, _) => name,
+            ValueKind::Unit(of, _) | ValueKind::Field(of, _) | ValueKind::In(of, _) => first(of),
+            ValueKind::Binary(_, left, _) => first(left),
+            _ => "",
+        }
+    }
+    match &f.kind {
+        FormulaKind::Value(value) => !WORDS.contains(&first(value)),
+        FormulaKind::Not(a) => may_stand(a),
+        FormulaKind::And(a, b) | FormulaKind::Or(a, b) => may_stand(a) && may_stand(b),
+        _ => true,
+    }
+}
+
 pub fn formula() -> BoxedStrategy<Formula> {
     let made = |kind| Formula { kind, span: Span::default() };
-    let word = prop::sample::select(
-        &["always", "within", "from", "to", "after", "until", "implies", "expect", "in", "eventually"][..],
-    );
+    let word = prop::sample::select(&["expect", "in", "on", "for", "m"][..]);
     let leaf = prop_oneof![
-        4 => expr().prop_map(Formula::of),
+        4 => expr().prop_map(Formula::of).prop_filter("a word of formulas", may_stand),
         1 => word.prop_map(|n| Formula::of(value(ValueKind::Name(n.to_owned())))),
     ];
     leaf.prop_recursive(5, 16, 3, move |inner| {
