@@ -1,10 +1,11 @@
 //! Formulas of signal temporal logic: from the flat lists of the grammar to trees, the same in both spellings.
 
 use crate::calls::ReadExpr;
+use crate::explain::After;
 use crate::expr::Place;
 use crate::grammar::{Pair, Rule};
 use crate::limits::MAX_OPERATORS;
-use crate::tree::{Formula, FormulaKind, Window};
+use crate::tree::{Formula, FormulaKind, ValueKind, Window};
 use crate::{Diagnostic, Span};
 use std::iter::Peekable;
 
@@ -98,6 +99,29 @@ pub(crate) fn formula(pair: Pair<'_>, place: Place, read: ReadExpr<'_>, diags: &
         return missing(whole);
     }
     formula
+}
+
+/// What stands before text behind a formula: its last value, and whether only a unit can follow that.
+pub(crate) fn after(formula: Option<&Formula>) -> (After<'_>, bool) {
+    use FormulaKind as F;
+    let mut formula = formula;
+    while let Some(it) = formula {
+        formula = match &it.kind {
+            F::Always(_, last) | F::Eventually(_, last) | F::Never(_, last) | F::Not(last) => Some(last),
+            F::Until(_, _, last) | F::After(_, last) | F::And(_, last) | F::Or(_, last) | F::Implies(_, last) => {
+                Some(last)
+            }
+            F::Value(value) => {
+                let mut last = value;
+                while let ValueKind::Binary(_, _, right) | ValueKind::Negate(right) = &last.kind {
+                    last = right;
+                }
+                return (After::Value(value), matches!(last.kind, ValueKind::Number(_)));
+            }
+            F::Missing => None,
+        };
+    }
+    (After::Start("a formula"), false)
 }
 
 fn missing(span: Span) -> Formula {

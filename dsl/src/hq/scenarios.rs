@@ -1,7 +1,7 @@
 //! Scenarios and their expectations.
 
 use super::Reader;
-use crate::explain::{self, After};
+use crate::explain;
 use crate::grammar::{Pair, Rule};
 use crate::tree::{Block, Comments, Expect, Formula, FormulaKind, Scenario};
 use crate::{Diagnostic, Span, Spanned, checks, expr, formulas};
@@ -78,7 +78,7 @@ impl Reader<'_> {
         let keyword = self.span(start, start + "expect".len());
         let mut comments = Comments::default();
         self.pool.before(start, &mut comments.before);
-        let (mut label, mut formula, mut junk) = (None, None, None);
+        let (mut label, mut formula, mut junk, mut told) = (None, None, None, false);
         let mut end = keyword.range().end;
         for part in pair.into_inner() {
             let at = self.of(&part);
@@ -87,6 +87,7 @@ impl Reader<'_> {
                 Rule::formula => {
                     let (place, mut diags) = (self.place(), Vec::new());
                     formula = Some(formulas::formula(part, place, &mut |part| self.expr(part), &mut diags));
+                    told = !diags.is_empty();
                     self.diags.extend(diags);
                 }
                 _ => {
@@ -102,13 +103,12 @@ impl Reader<'_> {
         match (&formula, junk) {
             (_, Some(junk)) => {
                 self.unread.push(junk);
-                let after = match formula.as_ref().map(|f| &f.kind) {
-                    Some(FormulaKind::Value(value)) => After::Value(value),
-                    _ => After::Start("a formula"),
-                };
+                let (after, unit_only) = formulas::after(formula.as_ref());
                 let (range, place) = (junk.range(), self.exact());
-                let diagnostic = explain::junk(self.text, range.start, range.end, place, after, false);
-                self.diags.push(diagnostic);
+                let diagnostic = explain::junk(self.text, range.start, range.end, place, after, unit_only);
+                if !told {
+                    self.diags.push(diagnostic);
+                }
             }
             (None, None) => self.diags.push(
                 Diagnostic::error("HQ0143", keyword, "`expect` does not say what must hold")

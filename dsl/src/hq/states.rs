@@ -5,7 +5,7 @@ use crate::explain::{self, After, clip};
 use crate::expr::{Place, missing};
 use crate::grammar::{Pair, Rule};
 use crate::limits::MAX_STATE_NESTING;
-use crate::tree::{Action, Block, Comments, Moment, State, StateBody, Transition, Trigger, Value};
+use crate::tree::{Action, Block, Comments, Entry, Moment, State, StateBody, Transition, Trigger, Value};
 use crate::words::is_name;
 use crate::{Diagnostic, Span, Spanned, actions, calls, transitions};
 
@@ -21,6 +21,7 @@ impl Reader<'_> {
         let mut open = false;
         for part in pair.into_inner() {
             match part.as_rule() {
+                Rule::lone_key => self.lone_key(part, &mut body.settings.entries),
                 Rule::entry => self.entry(part, &mut body.settings.entries),
                 Rule::state => body.states.extend(self.state(part)),
                 Rule::stack_use => self.stack_use(part, &mut body),
@@ -37,6 +38,16 @@ impl Reader<'_> {
         transitions::settings(&mut body.settings, what, &mut self.diags);
         transitions::distinct_states(&mut body.states, &mut self.diags);
         body
+    }
+
+    /// A key without a value.
+    fn lone_key(&mut self, pair: Pair<'_>, entries: &mut Vec<Entry>) {
+        let key = self.place().spanned(&pair);
+        if key.span.range().start < self.read {
+            return;
+        }
+        self.diags.push(explain::no_value(&key.value, key.span));
+        entries.push(Entry { value: missing(key.span), key, comments: Comments::default() });
     }
 
     /// A node `state`; one that stands too deep inside others is left out.
@@ -216,7 +227,7 @@ impl Reader<'_> {
         let span = self.span(start, start + self.text[start..end].trim_end().len());
         self.pool.behind(span.range().end, &[',', ';'], &mut comments.behind);
         match (arrow, junk) {
-            (None, Some(junk)) => target = self.lost_arrow(junk),
+            (None, Some(junk)) => target = self.lost_arrow(junk, &trigger),
             (Some(_), Some(junk)) => {
                 let after = settings.entries.last().map(|entry| entry.value.clone());
                 let after = after.as_ref().map_or(After::Start("a state"), After::Value);
@@ -231,7 +242,7 @@ impl Reader<'_> {
     }
 
     /// Text where `->` should stand: `on found pre_grasp`, `on found => pre_grasp`. The state, where one is named.
-    fn lost_arrow(&mut self, junk: Span) -> Option<Spanned<String>> {
+    fn lost_arrow(&mut self, junk: Span, trigger: &Trigger) -> Option<Spanned<String>> {
         let text = self.text.get(junk.range()).unwrap_or("").trim_end();
         let name = text.trim_start_matches(['=', '>', '-', '→']).trim_start();
         let word = name.find(char::is_whitespace).map_or(name, |n| &name[..n]);
@@ -239,7 +250,13 @@ impl Reader<'_> {
         let known =
             word.split('.').all(is_name).then(|| Spanned::new(word.to_owned(), self.span(start, start + word.len())));
         let Some(state) = &known else {
-            self.explain(junk, After::Start("`->` and the next state"), false);
+            let after = match trigger {
+                Trigger::On(value) | Trigger::When { condition: value, hold: None } | Trigger::After(value) => {
+                    After::Value(value)
+                }
+                _ => After::Start("`->` and the next state"),
+            };
+            self.explain(junk, after, false);
             return None;
         };
         let at = junk.range().start;

@@ -2,7 +2,7 @@
 
 use super::Reader;
 use super::events::{Kind, NodeId};
-use crate::explain::{self, After, clip};
+use crate::explain::{self, clip};
 use crate::grammar::{Grammar, Rule};
 use crate::tree::{Block, Comments, Expect, Formula, FormulaKind, Item, ItemKind, Scenario};
 use crate::{Diagnostic, Spanned, checks, formulas};
@@ -129,23 +129,23 @@ impl Reader<'_> {
         let Some(parsed) = Grammar::parse(Rule::scalar_formula, &text).ok().and_then(|mut p| p.next()) else {
             return missing;
         };
-        let (mut formula, mut rest) = (None, text.len());
+        let (mut formula, mut rest, mut told) = (None, text.len(), false);
         for part in parsed.into_inner() {
             if part.as_rule() == Rule::formula {
                 let mut diags = Vec::new();
                 formula = Some(formulas::formula(part, place, &mut |part| self.flat(part, place), &mut diags));
+                told = !diags.is_empty();
                 self.diags.extend(diags);
             } else {
                 rest = part.as_span().start();
             }
         }
         if !text[rest..].trim().is_empty() {
-            let after = match formula.as_ref().map(|f| &f.kind) {
-                Some(FormulaKind::Value(value)) => After::Value(value),
-                _ => After::Start("a formula"),
-            };
-            let diagnostic = explain::junk(&text, rest, text.len(), place, after, false);
-            self.report(diagnostic);
+            let (after, unit_only) = formulas::after(formula.as_ref());
+            let diagnostic = explain::junk(&text, rest, text.len(), place, after, unit_only);
+            if !told {
+                self.report(diagnostic);
+            }
         } else if formula.is_none() {
             let diagnostic = Diagnostic::error("HQ0143", span, "no formula stands here");
             self.diags.push(diagnostic.help("write what must hold, for instance `always margin(deck) >= 0 m`"));
