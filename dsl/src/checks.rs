@@ -130,7 +130,10 @@ pub(crate) fn reserved(settings: &mut Block, words: &[&str], what: &str, diags: 
                     .help(match what {
                         "robot" => "a robot is made from another one by `robot NAME from OTHER { .. }`",
                         "stack" => "levels are written `level NAME { .. }`, in YAML as the sequence `levels:`",
-                        _ => "the tasks of a level stand in its braces, in YAML in the sequence `tasks:`",
+                        "level" => "the tasks of a level stand in its braces, in YAML in the sequence `tasks:`",
+                        "signal" => "the type of a signal stands behind its name: `signal NAME : point`",
+                        "scenario" => "an expectation is written `expect FORMULA`, in YAML in the sequence `expect:`",
+                        _ => "take another word",
                     }),
             );
         }

@@ -260,15 +260,8 @@ fn operand(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Bl
     let span = place.of(&pair);
     match pair.as_rule() {
         Rule::quantity => {
-            let (mut value, mut height) = (missing(span), 1);
-            for part in pair.into_inner() {
-                if part.as_rule() == Rule::number {
-                    value = number(&part, place, diags);
-                } else {
-                    value = with_unit(value, unit(part, place, diags));
-                    height = 2;
-                }
-            }
+            let value = quantity(pair, place, diags);
+            let height = if matches!(value.kind, ValueKind::Unit(..)) { 2 } else { 1 };
             (value, height)
         }
         Rule::text => (Value { kind: ValueKind::Text(unescape(&pair, place, diags)), span }, 1),
@@ -308,6 +301,19 @@ fn operand(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Bl
         }
         _ => (missing(span), 1),
     }
+}
+
+/// A node `quantity`: a number, and its unit if it has one.
+pub(crate) fn quantity(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>) -> Value {
+    let mut value = missing(place.of(&pair));
+    for part in pair.into_inner() {
+        if part.as_rule() == Rule::number {
+            value = number(&part, place, diags);
+        } else {
+            value = with_unit(value, unit(part, place, diags));
+        }
+    }
+    value
 }
 
 /// A number; one beyond the range of `f64` is reported.

@@ -3,9 +3,10 @@
 // The derive writes an enum without doc comments.
 #![allow(missing_docs)]
 
-/// Parser generated from `grammar.pest`.
+/// Parser generated from `grammar.pest` and `machines.pest`.
 #[derive(pest_derive::Parser)]
 #[grammar = "grammar.pest"]
+#[grammar = "machines.pest"]
 pub(crate) struct Grammar;
 
 /// One node of a pest parse.

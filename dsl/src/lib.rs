@@ -3,6 +3,7 @@
 //! [`parse`] reads a `*.hq` or `*.yaml` text into a [`tree::Spec`] together with all diagnostics; [`print`] writes
 //! a tree in either spelling. Nothing outside this crate knows pest, logos or a YAML library.
 
+mod actions;
 mod calls;
 mod checks;
 pub mod codes;
@@ -10,6 +11,7 @@ mod comments;
 pub mod diagnostic;
 mod explain;
 mod expr;
+mod formulas;
 mod grammar;
 pub mod holes;
 mod hq;
@@ -17,6 +19,7 @@ pub mod limits;
 mod normalised;
 mod print;
 pub mod span;
+mod transitions;
 pub mod tree;
 pub mod vocabulary;
 mod words;

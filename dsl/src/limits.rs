@@ -8,6 +8,8 @@ use crate::{Diagnostic, SourceId, Span};
 pub const MAX_BYTES: usize = 8 << 20;
 /// Deepest nesting of brackets, or of YAML collections.
 pub const MAX_DEPTH: usize = 64;
+/// Deepest nesting of states.
+pub const MAX_STATE_NESTING: usize = 16;
 /// Most words, numbers and signs in a text.
 pub const MAX_TOKENS: usize = 400_000;
 /// Most YAML nodes after aliases are expanded.
@@ -123,6 +125,19 @@ fn item_head(text: &str) -> bool {
         || nameless("import", '"')
         || named("for").is_some_and(repeats)
         || nameless("run", '{')
+        || head("signal", ':')
+        || ["machine", "scenario"].iter().any(|word| head(word, '{') || quoted_head(text, word))
+}
+
+/// True for `word "TEXT" {`.
+fn quoted_head(text: &str, word: &str) -> bool {
+    let blank = |c: char| matches!(c, ' ' | '\t' | '\r');
+    let Some(rest) = text.strip_prefix(word) else { return false };
+    let name = rest.trim_start_matches(blank);
+    if name.len() == rest.len() || !name.starts_with('"') {
+        return false;
+    }
+    text_end(name, 0).is_some_and(|end| name[end..].trim_start_matches(blank).starts_with('{'))
 }
 
 /// The diagnostic for the first control character other than tabs and ends of lines.

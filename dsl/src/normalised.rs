@@ -4,7 +4,7 @@ use crate::tree::{Item, ItemKind, Spec};
 
 impl Spec {
     /// The same spec with its declarations sorted by kind as YAML groups them: imports, params, lets, robots, tasks,
-    /// stacks, repetitions, run. Within a kind the order stays.
+    /// stacks, signals, machines, scenarios, repetitions, run. Within a kind the order stays.
     pub fn normalised(mut self) -> Spec {
         sort(&mut self.items);
         self
@@ -19,8 +19,11 @@ fn sort(items: &mut [Item]) {
         ItemKind::Robot(_) => 3,
         ItemKind::Task(_) => 4,
         ItemKind::Stack(_) => 5,
-        ItemKind::For(_) => 6,
-        ItemKind::Run(_) => 7,
+        ItemKind::Signal(_) => 6,
+        ItemKind::Machine(_) => 7,
+        ItemKind::Scenario(_) => 8,
+        ItemKind::For(_) => 9,
+        ItemKind::Run(_) => 10,
     });
     for item in items {
         if let ItemKind::For(repeat) = &mut item.kind {

@@ -4,13 +4,19 @@
 //! what was said, not at spans, comments, the text of a number or the braces around a tagged value. Nothing here
 //! knows what a task, a frame or a unit means; the compiler does.
 
+mod comments;
+mod machines;
 mod reuse;
+mod scenarios;
 
 use crate::span::{Span, Spanned};
 
+pub use comments::Comments;
+pub use machines::{Action, Machine, Moment, Signal, State, StateBody, Transition, Trigger};
 pub use reuse::{
     Beside, Call, Change, Import, ImportName, Let, Parameter, Removal, Repeat, RepeatItems, RepeatMembers, Values,
 };
+pub use scenarios::{Expect, Formula, FormulaKind, Scenario, Window};
 
 /// One file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -59,6 +65,12 @@ pub enum ItemKind {
     Task(Task),
     /// `stack autonomous { level .. }`
     Stack(Stack),
+    /// `signal peduncle : point?  timeout 0.5 s`
+    Signal(Signal),
+    /// `machine harvest { state look { .. } }`
+    Machine(Machine),
+    /// `scenario "bunch hidden by leaves" { .. }`
+    Scenario(Scenario),
     /// `for side in [left, right] { task touch_${side} = .. }`
     For(RepeatItems),
     /// `run { .. }`
@@ -247,21 +259,6 @@ pub struct Entry {
 impl PartialEq for Entry {
     fn eq(&self, other: &Self) -> bool {
         self.key == other.key && self.value == other.value
-    }
-}
-
-/// Comments that belong to a node. They never take part in equality.
-#[derive(Clone, Debug, Default)]
-pub struct Comments {
-    /// Whole lines before the node, without their marker; an empty string is a blank line between comments.
-    pub before: Vec<String>,
-    /// Behind the node on the same line, without its marker.
-    pub behind: Option<String>,
-}
-
-impl PartialEq for Comments {
-    fn eq(&self, _: &Self) -> bool {
-        true
     }
 }
 

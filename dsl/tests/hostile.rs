@@ -72,6 +72,21 @@ proptest! {
     }
 
     #[test]
+    fn pieces_of_machines(words in proptest::collection::vec("signal |machine |scenario |state |final |stack |enter |do |exit |on |when |after |for |-> |expect |always |within |from |to |until |implies |never |and |not |a |b|m |3 s|\\?|\\{|\\}|\\[|\\]|\\(|\\)|, |: |\\.|<|-|\"|\n|  |- ", 0..60)) {
+        let text = words.concat();
+        survive(&text, Spelling::Hq);
+        survive(&format!("machine m {{\n{text}\n}}"), Spelling::Hq);
+        survive(&format!("scenario m {{\nexpect {text}\n}}"), Spelling::Hq);
+        survive(&text, Spelling::Yaml);
+    }
+
+    #[test]
+    fn damaged_machines(hq in mutated(include_str!("common/machines.hq")), yaml in mutated(include_str!("common/machines.yaml"))) {
+        survive(&hq, Spelling::Hq);
+        survive(&yaml, Spelling::Yaml);
+    }
+
+    #[test]
     fn damaged_hq(text in mutated(HQ)) {
         survive(&text, Spelling::Hq);
     }

@@ -35,6 +35,16 @@ fn mistakes_in_yaml() {
     insta::assert_snapshot!(report(include_str!("common/mistakes.yaml"), "hierarq: 1\n", Spelling::Yaml));
 }
 
+#[test]
+fn mistakes_in_machines_in_hq() {
+    insta::assert_snapshot!(report(include_str!("common/mistakes_machines.hq"), "hierarq 1\n", Spelling::Hq));
+}
+
+#[test]
+fn mistakes_in_machines_in_yaml() {
+    insta::assert_snapshot!(report(include_str!("common/mistakes_machines.yaml"), "hierarq: 1\n", Spelling::Yaml));
+}
+
 /// Every `«code|text»` plants a mistake: the code must be reported exactly at the text.
 fn planted(marked: &str, spelling: Spelling) {
     let (mut text, mut expected) = (String::new(), Vec::new());

@@ -43,6 +43,8 @@ fn quantities(spec: &Spec) -> Vec<(usize, String)> {
 fn item(item: &Item, out: &mut Vec<(usize, String)>) {
     match &item.kind {
         ItemKind::Import(_) => {}
+        // lowered separately
+        ItemKind::Signal(_) | ItemKind::Machine(_) | ItemKind::Scenario(_) => {}
         ItemKind::Param(p) => {
             value(&p.value, out);
             block(&p.range, out);

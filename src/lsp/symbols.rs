@@ -33,6 +33,10 @@ impl Outline<'_> {
                 o.symbol(&t.name, item.span, SymbolKind::FUNCTION, &t.definition.kind.value, Vec::new())
             }
             ItemKind::Stack(s) => o.symbol(&s.name, item.span, SymbolKind::MODULE, "stack", o.stack(s)),
+            // lowered separately
+            ItemKind::Signal(s) => o.symbol(&s.name, item.span, SymbolKind::EVENT, "signal", Vec::new()),
+            ItemKind::Machine(m) => o.symbol(&m.name, item.span, SymbolKind::CLASS, "machine", Vec::new()),
+            ItemKind::Scenario(s) => o.symbol(&s.name, item.span, SymbolKind::EVENT, "scenario", Vec::new()),
             ItemKind::Run(_) => {
                 let start = item.span.range().start;
                 let name = Spanned::new("run".to_string(), Span::new(item.span.source, start, start + "run".len()));

@@ -89,6 +89,8 @@ impl Walker<'_> {
                 }
             }
             ItemKind::Run(_) => {}
+            // lowered separately
+            ItemKind::Signal(_) | ItemKind::Machine(_) | ItemKind::Scenario(_) => {}
         }
     }
 
@@ -140,6 +142,8 @@ impl Walker<'_> {
                 self.stack(s);
                 self.scope.truncate(outer);
             }
+            // lowered separately
+            ItemKind::Signal(_) | ItemKind::Machine(_) | ItemKind::Scenario(_) => {}
             ItemKind::Run(r) => {
                 self.keyword("run", start, item.span);
                 self.section(&r.body, &RUN);

@@ -87,6 +87,8 @@ impl Expander<'_> {
             }
             ItemKind::Stack(stack) => self.emit_stack((m, i), &stack),
             ItemKind::Import(_) | ItemKind::For(_) | ItemKind::Run(_) => {}
+            // lowered separately
+            ItemKind::Signal(_) | ItemKind::Machine(_) | ItemKind::Scenario(_) => {}
         }
     }
 

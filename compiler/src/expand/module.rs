@@ -56,6 +56,8 @@ pub(super) fn declared(kind: &ItemKind) -> Option<(Class, &Spanned<String>)> {
         ItemKind::Task(t) => Some((Class::Task, &t.name)),
         ItemKind::Stack(s) => Some((Class::Stack, &s.name)),
         ItemKind::Import(_) | ItemKind::For(_) | ItemKind::Run(_) => None,
+        // lowered separately
+        ItemKind::Signal(_) | ItemKind::Machine(_) | ItemKind::Scenario(_) => None,
     }
 }
 

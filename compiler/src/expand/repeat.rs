@@ -45,6 +45,8 @@ impl Expander<'_> {
                         self.unroll(r, &mut inner, out);
                         continue;
                     }
+                    // lowered separately
+                    ItemKind::Signal(_) | ItemKind::Machine(_) | ItemKind::Scenario(_) => continue,
                     // The reader has refused the others.
                     ItemKind::Import(_) | ItemKind::Robot(_) | ItemKind::Run(_) => continue,
                 };

@@ -212,7 +212,7 @@ impl Reader<'_> {
     }
 
     /// True where the entry at `start` follows, on the same line, an entry whose value is a number without unit.
-    fn follows_bare_number(&self, entries: &[Entry], start: usize) -> bool {
+    pub(super) fn follows_bare_number(&self, entries: &[Entry], start: usize) -> bool {
         entries.last().is_some_and(|last| {
             let end = last.value.span.range().end;
             matches!(last.value.kind, ValueKind::Number(_) | ValueKind::List(_))

@@ -9,7 +9,8 @@ use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned, checks};
 
 /// The words that begin a declaration.
-pub(crate) const KEYWORDS: &[&str] = &["import", "param", "let", "robot", "task", "stack", "for", "run"];
+pub(crate) const KEYWORDS: &[&str] =
+    &["import", "param", "let", "robot", "task", "stack", "signal", "machine", "scenario", "for", "run"];
 
 /// The header is missing; `line` is what to write.
 pub(crate) fn no_header(span: Span, line: &str) -> Diagnostic {
@@ -97,6 +98,9 @@ impl Reader<'_> {
             Rule::import => word(6),
             Rule::param | Rule::robot | Rule::stack => word(5),
             Rule::task => word(4),
+            Rule::signal => word(6),
+            Rule::machine => word(7),
+            Rule::scenario => word(8),
             Rule::run | Rule::let_ | Rule::repeat => word(3),
             _ => return self.stray(pair, items),
         };
@@ -114,6 +118,9 @@ impl Reader<'_> {
         let kind = match rule {
             Rule::import_rest => self.import(pair, keyword, &mut comments).map(ItemKind::Import),
             Rule::repeat_rest => self.repeat(pair, keyword, &mut comments).map(ItemKind::For),
+            Rule::signal_rest => self.signal(pair, keyword, &mut comments).map(ItemKind::Signal),
+            Rule::machine_rest => self.machine(pair, keyword, &mut end, &mut comments).map(ItemKind::Machine),
+            Rule::scenario_rest => self.scenario(pair, keyword, &mut end, &mut comments).map(ItemKind::Scenario),
             _ => self.named(pair, keyword, &mut end, &mut comments),
         };
         let end = end.max(keyword.range().end);
@@ -201,7 +208,7 @@ impl Reader<'_> {
         parts.name.clone()
     }
 
-    fn explain(&mut self, junk: Span, after: After<'_>, unit_only: bool) -> &'static str {
+    pub(super) fn explain(&mut self, junk: Span, after: After<'_>, unit_only: bool) -> &'static str {
         let range = junk.range();
         let place = Place::Exact(self.source, 0);
         self.unread.push(junk);
@@ -411,7 +418,7 @@ impl Reader<'_> {
                 diagnostic.note("a level stands inside the braces of a stack").help("write `stack NAME { level .. }`")
             } else {
                 let words =
-                    "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `for` or `run`";
+                    "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `signal`, `machine`, `scenario`, `for` or `run`";
                 diagnostic.note(words)
             });
             return;
@@ -425,6 +432,9 @@ impl Reader<'_> {
             "robot" => Rule::robot_rest,
             "task" => Rule::task_rest,
             "stack" => Rule::stack_rest,
+            "signal" => Rule::signal_rest,
+            "machine" => Rule::machine_rest,
+            "scenario" => Rule::scenario_rest,
             _ => Rule::run_rest,
         };
         self.again(rule, start + length, end, |reader, pair| reader.rest(pair, keyword, items));

@@ -178,7 +178,7 @@ impl Reader<'_> {
         entries.push(Entry { key, value, comments: Comments::default() });
     }
 
-    fn head_value(&mut self, key: &Spanned<String>, value: Option<Pair<'_>>, junk: Option<Span>) -> Value {
+    pub(super) fn head_value(&mut self, key: &Spanned<String>, value: Option<Pair<'_>>, junk: Option<Span>) -> Value {
         let place = Place::Exact(self.source, 0);
         let mut value = match value {
             Some(pair) => {

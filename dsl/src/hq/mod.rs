@@ -4,7 +4,10 @@ mod blocks;
 mod headless;
 mod items;
 mod levels;
+mod machines;
 mod reuse;
+mod scenarios;
+mod states;
 
 pub(crate) use items::{bad_version, no_header};
 
@@ -26,8 +29,17 @@ pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
         return (Spec::default(), vec![refusal]);
     }
     let pool = Pool::new(text, scan.comments);
-    let mut reader =
-        Reader { source, text, base: begin, pool, diags: scan.diagnostics, unread: Vec::new(), read: 0, nested: false };
+    let mut reader = Reader {
+        source,
+        text,
+        base: begin,
+        pool,
+        diags: scan.diagnostics,
+        unread: Vec::new(),
+        read: 0,
+        nested: false,
+        states: 0,
+    };
     let mut spec = reader.spec(begin);
     spec.unread = reader.unread;
     (spec, crate::checks::finish(reader.diags))
@@ -47,6 +59,8 @@ struct Reader<'t> {
     read: usize,
     /// True inside a repetition.
     nested: bool,
+    /// How many states are open.
+    states: usize,
 }
 
 impl<'t> Reader<'t> {

@@ -199,7 +199,9 @@ impl<'t> Reader<'t> {
             let span = self.span(start, start + word.len());
             self.diags.push(
                 Diagnostic::error("HQ0125", span, format!("`{word}` cannot be repeated"))
-                    .note("inside `for` stand `param`, `let`, `task`, `stack` and `for`")
+                    .note(
+                        "inside `for` stand `param`, `let`, `task`, `stack`, `signal`, `machine`, `scenario` and `for`",
+                    )
                     .help("write it outside the `for`"),
             );
             return;

@@ -11,6 +11,38 @@ pub(super) fn text(value: &Value) -> String {
     out
 }
 
+/// An expression with no brackets around the whole of it, where `and`, `or` and `not` may stand so.
+pub(super) fn open(value: &Value) -> String {
+    let mut out = String::new();
+    grouped(value, false, &mut out);
+    out
+}
+
+/// True where one pair of brackets holds the whole text.
+pub(super) fn is_grouped(text: &str) -> bool {
+    let mut depth = 0usize;
+    let mut at = 0;
+    if !text.starts_with('(') {
+        return false;
+    }
+    while let Some(byte) = text.as_bytes().get(at) {
+        match byte {
+            b'"' => {
+                at = crate::limits::text_end(text, at).unwrap_or(at + 1);
+                continue;
+            }
+            b'(' => depth += 1,
+            b')' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        at += 1;
+        if depth == 0 {
+            break;
+        }
+    }
+    at == text.len()
+}
+
 /// True where a value, written without brackets, has `and`, `or` or `not` outside all brackets.
 fn worded(value: &Value) -> bool {
     match &value.kind {
@@ -52,7 +84,7 @@ pub(super) fn swallows(value: &Value, key: &str) -> bool {
 }
 
 /// True where the last thing written is the unit `min` behind a bracket.
-fn ends_with_minutes(value: &Value) -> bool {
+pub(super) fn ends_with_minutes(value: &Value) -> bool {
     match &value.kind {
         ValueKind::Unit(of, unit) => {
             !matches!(of.kind, ValueKind::Number(_)) && matches!(unit.factors.as_slice(), [(s, 1)] if s == "min")

@@ -1,6 +1,7 @@
 //! The printer of `*.hq` texts.
 
 use super::hq_levels as levels;
+use super::hq_machines as machines;
 use super::hq_reuse as reuse;
 use super::{Lines, OneLine, WIDTH, expr, has_block, no_comments};
 use crate::tree::{Block, Entry, Item, ItemKind, Spec, TaskDefinition, Value, ValueKind};
@@ -30,6 +31,7 @@ pub(super) fn items(items: &[Item], indent: usize, lines: &mut Lines) {
         ItemKind::Param(_) => Some(0),
         ItemKind::Let(_) => Some(1),
         ItemKind::Import(_) => Some(2),
+        ItemKind::Signal(_) => Some(3),
         _ => None,
     };
     let mut last = None;
@@ -75,6 +77,9 @@ pub(super) fn items(items: &[Item], indent: usize, lines: &mut Lines) {
                 definition(&task.definition, behind, indent, false, lines);
             }
             ItemKind::Stack(it) => levels::stack(it, behind, indent, lines),
+            ItemKind::Signal(it) => machines::signal(it, behind, indent, lines),
+            ItemKind::Machine(it) => machines::machine(it, behind, indent, lines),
+            ItemKind::Scenario(it) => machines::scenario(it, behind, indent, lines),
             ItemKind::For(it) => {
                 lines.out.push_str(&reuse::repeat_head(&it.variable, &it.values));
                 lines.out.push_str(" {");

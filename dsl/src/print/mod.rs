@@ -2,11 +2,14 @@
 //! gives the same text.
 
 mod expr;
+mod formulas;
 mod hq;
 mod hq_levels;
+mod hq_machines;
 mod hq_reuse;
 mod yaml;
 mod yaml_levels;
+mod yaml_machines;
 mod yaml_reuse;
 
 pub(crate) use hq::print as hq;

@@ -2,6 +2,7 @@
 
 use super::hq::takes_arguments;
 use super::yaml_levels as levels;
+use super::yaml_machines as machines;
 use super::yaml_reuse as reuse;
 use super::{Lines, OneLine, WIDTH, expr, no_comments};
 use crate::tree::{Block, Entry, Item, ItemKind, Spec, TaskDefinition, Value, ValueKind};
@@ -34,13 +35,16 @@ type OfKind = fn(&ItemKind) -> bool;
 
 /// Declarations grouped by kind, each group below its title; an empty line between groups at the top.
 pub(super) fn sections(items: &[Item], indent: usize, lines: &mut Lines) {
-    let kinds: [(&str, OfKind); 7] = [
+    let kinds: [(&str, OfKind); 10] = [
         ("import", |kind| matches!(kind, ItemKind::Import(_))),
         ("params", |kind| matches!(kind, ItemKind::Param(_))),
         ("lets", |kind| matches!(kind, ItemKind::Let(_))),
         ("robots", |kind| matches!(kind, ItemKind::Robot(_))),
         ("tasks", |kind| matches!(kind, ItemKind::Task(_))),
         ("stacks", |kind| matches!(kind, ItemKind::Stack(_))),
+        ("signals", |kind| matches!(kind, ItemKind::Signal(_))),
+        ("machines", |kind| matches!(kind, ItemKind::Machine(_))),
+        ("scenarios", |kind| matches!(kind, ItemKind::Scenario(_))),
         ("for", |kind| matches!(kind, ItemKind::For(_))),
     ];
     for (title, of_kind) in kinds {
@@ -97,6 +101,9 @@ fn declaration(item: &Item, indent: usize, lines: &mut Lines) {
             definition(&task.definition, behind, indent, lines);
         }
         ItemKind::Stack(it) => levels::stack(it, behind, indent, lines),
+        ItemKind::Signal(it) => machines::signal(it, behind, indent, lines),
+        ItemKind::Machine(it) => machines::machine(it, behind, indent, lines),
+        ItemKind::Scenario(it) => machines::scenario(it, behind, indent, lines),
         ItemKind::For(it) => reuse::repeat(it, behind, indent, lines),
         ItemKind::Run(_) => {}
     }

@@ -9,9 +9,22 @@ use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned};
 
 /// The sections that hold declarations by name.
-const LISTS: &[&str] = &["params", "lets", "robots", "tasks", "stacks"];
+const LISTS: &[&str] = &["params", "lets", "robots", "tasks", "stacks", "signals", "machines"];
 
-const SECTIONS: &[&str] = &["hierarq", "import", "params", "lets", "robots", "tasks", "stacks", "for", "run"];
+const SECTIONS: &[&str] = &[
+    "hierarq",
+    "import",
+    "params",
+    "lets",
+    "robots",
+    "tasks",
+    "stacks",
+    "signals",
+    "machines",
+    "scenarios",
+    "for",
+    "run",
+];
 
 /// A declaration of a section: its name, its key, what it takes, and its node.
 pub(super) type Head = (Spanned<String>, Span, Vec<Parameter>, NodeId);
@@ -66,7 +79,7 @@ impl Reader<'_> {
                     let Some(meant) = meant else {
                         self.diags
                             .push(diagnostic.note(
-                                "a spec has the keys `hierarq`, `import`, `params`, `lets`, `robots`, `tasks`, `stacks`, `for` and `run`",
+                                "a spec has the keys `hierarq`, `import`, `params`, `lets`, `robots`, `tasks`, `stacks`, `signals`, `machines`, `scenarios`, `for` and `run`",
                             ));
                         continue;
                     };
@@ -88,6 +101,7 @@ impl Reader<'_> {
                 }
                 "import" => self.imports(&key, value, &mut spec.items),
                 "for" => self.repeats(value, &mut spec.items),
+                "scenarios" => self.scenarios(&key, value, &mut spec.items),
                 section => self.section(section, &key, value, &mut spec.items),
             }
         }
@@ -159,7 +173,7 @@ impl Reader<'_> {
         while let [head, rest @ ..] = left {
             left = rest;
             // `arm:` with nothing below it, and its parts beside it.
-            let blocks = matches!(section, "robots" | "stacks") && self.is_null(head.3);
+            let blocks = matches!(section, "robots" | "stacks" | "machines") && self.is_null(head.3);
             let parts = rest.iter().take_while(|h| blocks && !self.is_null(h.3)).count();
             let flat = rest[..parts].iter().any(|h| !matches!(self.node(h.3).kind, Kind::Mapping(_)));
             if let Some(first) = rest.first().filter(|_| flat) {
@@ -211,6 +225,8 @@ impl Reader<'_> {
                 let definition = read.unwrap_or_else(|| TaskDefinition::unread(key.to(later)));
                 ItemKind::Task(Task { name, parameters, definition })
             }
+            "signals" => ItemKind::Signal(self.signal(&name, value, &mut comments)),
+            "machines" => ItemKind::Machine(self.machine(&name, value)),
             _ => ItemKind::Stack(self.stack(value, &name, parameters)),
         };
         self.pool.behind(later.range().end, &[','], &mut comments.behind);

@@ -58,7 +58,7 @@ impl Reader<'_> {
     }
 
     /// `key: value`, as in any block.
-    fn setting(&mut self, key: Spanned<String>, value: NodeId) -> Entry {
+    pub(super) fn setting(&mut self, key: Spanned<String>, value: NodeId) -> Entry {
         let mut comments = self.key_comments(key.span);
         let end = self.later(value, key.span).range().end;
         let value = self.value(value, Some(&key));

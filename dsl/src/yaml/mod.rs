@@ -3,9 +3,11 @@
 mod events;
 mod items;
 mod levels;
+mod machines;
 mod repeat;
 mod reuse;
 mod scalars;
+mod scenarios;
 mod syntax;
 
 use crate::comments::Pool;
@@ -25,7 +27,8 @@ pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
     }
     let (mut document, diags) = events::read(source, text);
     let pool = Pool::new(text, std::mem::take(&mut document.comments));
-    let mut reader = Reader { source, text, document, pool, diags, unread: Vec::new(), visited: 0, depth: 0 };
+    let mut reader =
+        Reader { source, text, document, pool, diags, unread: Vec::new(), visited: 0, depth: 0, states: 0 };
     let mut spec = reader.spec();
     let left_out = std::mem::take(&mut reader.document.left_out);
     spec.unread = std::mem::take(&mut reader.unread);
@@ -61,6 +64,8 @@ struct Reader<'t> {
     /// Nodes visited so far, aliases counted every time.
     visited: usize,
     depth: usize,
+    /// How many `states` are open.
+    states: usize,
 }
 
 impl Reader<'_> {

@@ -11,7 +11,7 @@ use crate::{Diagnostic, Span, Spanned};
 use pest::Parser;
 
 /// The sections that a repetition may hold.
-const REPEATED: &[&str] = &["params", "lets", "tasks", "stacks", "for"];
+const REPEATED: &[&str] = &["params", "lets", "tasks", "stacks", "signals", "machines", "scenarios", "for"];
 
 /// Reads what stands behind a key of a repetition; says whether it knows the key.
 type PartReader<'f, R> = &'f mut dyn FnMut(&mut R, &Spanned<String>, NodeId, &mut Comments) -> bool;
@@ -44,6 +44,8 @@ impl Reader<'_> {
                 }
                 if word == "for" {
                     reader.repeats(value, &mut body);
+                } else if word == "scenarios" {
+                    reader.scenarios(key, value, &mut body);
                 } else {
                     reader.section(word, key, value, &mut body);
                 }
@@ -120,10 +122,15 @@ impl Reader<'_> {
             } else if !part(self, &key, value, comments) {
                 let text = format!("`{}` cannot be repeated", clip(&key.value));
                 let diagnostic = Diagnostic::error("HQ0125", key.span, text);
-                self.diags.push(match nearest(&key.value, &["name", "in", "params", "lets", "tasks", "stacks"]) {
-                    Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-                    None => diagnostic.help(form),
-                });
+                self.diags.push(
+                    match nearest(
+                        &key.value,
+                        &["name", "in", "params", "lets", "tasks", "stacks", "signals", "machines", "scenarios"],
+                    ) {
+                        Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+                        None => diagnostic.help(form),
+                    },
+                );
             }
         }
         if name.is_none() {

@@ -19,7 +19,7 @@ fn name() -> impl Strategy<Value = String> {
     static SPECIAL: &[&str] = &[
         "m", "s", "h", "g", "N", "param", "task", "tasks", "stack", "level", "levels", "run", "hard", "weight", "name",
         "null", "true", "on", "no", "hierarq", "e3", "_", "w", "from", "let", "import", "in", "as", "min", "value",
-        "add", "before", "for",
+        "add", "before", "for", "signal", "machine", "scenario", "state",
     ];
     prop_oneof![
         6 => "[a-zA-Z_][a-zA-Z0-9_]{0,8}",
@@ -296,6 +296,194 @@ fn stack() -> BoxedStrategy<Stack> {
         .boxed()
 }
 
+/// Settings on one line: without comments and blocks.
+fn plain_settings() -> BoxedStrategy<Block> {
+    let reserved = [STATE_WORDS, &["for", "to"]].concat();
+    settings(&[], expr().boxed(), false)
+        .prop_map(move |mut block| {
+            block.entries.retain(|e| !reserved.contains(&e.key.as_str()));
+            Block { closing_comments: Comments::default(), ..block }
+        })
+        .boxed()
+}
+
+const STATE_WORDS: &[&str] =
+    &["state", "states", "final", "stack", "enter", "do", "exit", "on", "when", "after", "transitions"];
+
+fn signal() -> BoxedStrategy<Signal> {
+    (name(), name(), any::<bool>(), settings(&["type"], any_value(), true))
+        .prop_map(|(name, ty, optional, settings)| {
+            // Comments of settings stand between their entries.
+            let bare = settings.entries.is_empty();
+            let settings = if bare { Block::default() } else { settings };
+            Signal { name: spanned(name), ty: spanned(ty), optional: optional.then(Span::default), settings }
+        })
+        .boxed()
+}
+
+fn action() -> BoxedStrategy<Action> {
+    let moment = prop::sample::select(&Moment::ALL[..]);
+    let verb = prop_oneof![3 => name(), 1 => prop::sample::select(STATE_WORDS).prop_map(str::to_owned)];
+    (moment, verb, prop::collection::vec(expr(), 0..3), named(), any::<bool>(), comments())
+        .prop_map(|(moment, verb, args, named, bare, comments)| Action {
+            moment: spanned(moment),
+            verb: spanned(verb),
+            args,
+            named,
+            bare,
+            span: Span::default(),
+            comments,
+        })
+        .boxed()
+}
+
+/// A condition, words that begin a part of a state among its names.
+fn condition() -> BoxedStrategy<Value> {
+    let word = prop::sample::select(&["on", "when", "after", "state", "do", "for", "to", "blend"][..]);
+    prop_oneof![6 => expr(), 1 => word.prop_map(|n| value(ValueKind::Name(n.to_owned())))].boxed()
+}
+
+fn transition() -> BoxedStrategy<Transition> {
+    let trigger = prop_oneof![
+        condition().prop_map(Trigger::On),
+        (condition(), prop::option::of(condition())).prop_map(|(condition, hold)| Trigger::When { condition, hold }),
+        condition().prop_map(Trigger::After),
+    ];
+    let state = prop_oneof![4 => name(), 1 => (name(), name()).prop_map(|(a, b)| format!("{a}.{b}"))];
+    (trigger, state, plain_settings(), comments())
+        .prop_map(|(trigger, target, settings, comments)| Transition {
+            trigger,
+            target: spanned(target),
+            settings,
+            span: Span::default(),
+            comments,
+        })
+        .boxed()
+}
+
+fn state_body(states: BoxedStrategy<State>, inside: bool) -> BoxedStrategy<StateBody> {
+    let stack = prop_oneof![1 => Just(None), 1 => (call(), comments()).prop_map(Some)];
+    let parts = (
+        stack,
+        settings(STATE_WORDS, any_value(), true),
+        prop::collection::vec(action(), 0..3),
+        prop::collection::vec(transition(), 0..3),
+        prop::collection::vec(states, 0..3),
+    );
+    (parts, any::<bool>())
+        .prop_map(move |((stack, mut settings, actions, transitions, mut states), small)| {
+            let closing_comments = std::mem::take(&mut settings.closing_comments);
+            let (stack, stack_comments) = stack.map_or((None, Comments::default()), |(s, c)| (Some(s), c));
+            let mut seen = BTreeSet::new();
+            states.retain(|s| seen.insert(s.name.value.clone()));
+            if small && inside {
+                return StateBody { stack, stack_comments, ..StateBody::default() };
+            }
+            // A key that looks like one of a state, with a block behind it, is taken for that.
+            for (i, entry) in settings.entries.iter_mut().enumerate() {
+                if matches!(entry.value.kind, ValueKind::Block(_) | ValueKind::List(_))
+                    && !TEXT_KEYS.contains(&entry.key.as_str())
+                {
+                    entry.key.value = format!("q_q_{i}_q");
+                }
+            }
+            StateBody { stack, stack_comments, settings, actions, transitions, states, closing_comments }
+        })
+        .boxed()
+}
+
+fn state() -> BoxedStrategy<State> {
+    let one = |states: BoxedStrategy<State>| {
+        (name(), any::<bool>(), state_body(states, true), comments())
+            .prop_map(|(name, is_final, body, comments)| State {
+                name: spanned(name),
+                final_: is_final.then(Span::default),
+                body,
+                span: Span::default(),
+                comments,
+            })
+            .boxed()
+    };
+    let leaf = (name(), comments()).prop_map(|(name, comments)| State {
+        name: spanned(name),
+        final_: Some(Span::default()),
+        body: StateBody::default(),
+        span: Span::default(),
+        comments,
+    });
+    let leaf = leaf.boxed();
+    one(prop_oneof![1 => leaf.clone(), 1 => one(leaf)].boxed())
+}
+
+fn machine() -> BoxedStrategy<Machine> {
+    (name(), state_body(state(), false)).prop_map(|(name, body)| Machine { name: spanned(name), body }).boxed()
+}
+
+fn window() -> BoxedStrategy<Window> {
+    let some = (prop::option::of(expr()), prop::option::of(expr()));
+    let some = some.prop_map(|(from, to)| Window { from, to, span: Span::default() });
+    prop_oneof![1 => Just(Window::default()), 1 => some].boxed()
+}
+
+/// False where a value begins with a word of formulas.
+fn may_stand(f: &Formula) -> bool {
+    const WORDS: &[&str] = &["always", "eventually", "never", "within", "from", "to", "after", "until", "implies"];
+    fn first(value: &Value) -> &str {
+        match &value.kind {
+            ValueKind::Name(name) => name,
+            ValueKind::Call(name, _) => name,
+            ValueKind::Unit(of, _) | ValueKind::Field(of, _) | ValueKind::In(of, _) => first(of),
+            ValueKind::Binary(_, left, _) => first(left),
+            _ => "",
+        }
+    }
+    match &f.kind {
+        FormulaKind::Value(value) => !WORDS.contains(&first(value)),
+        FormulaKind::Not(a) => may_stand(a),
+        FormulaKind::And(a, b) | FormulaKind::Or(a, b) => may_stand(a) && may_stand(b),
+        _ => true,
+    }
+}
+
+pub fn formula() -> BoxedStrategy<Formula> {
+    let made = |kind| Formula { kind, span: Span::default() };
+    let word = prop::sample::select(&["expect", "in", "on", "for", "m"][..]);
+    let leaf = prop_oneof![
+        4 => expr().prop_map(Formula::of).prop_filter("a word of formulas", may_stand),
+        1 => word.prop_map(|n| Formula::of(value(ValueKind::Name(n.to_owned())))),
+    ];
+    leaf.prop_recursive(5, 16, 3, move |inner| {
+        let f = inner.prop_map(Box::new).boxed();
+        prop_oneof![
+            (window(), f.clone()).prop_map(|(w, f)| FormulaKind::Always(w, f)),
+            (window(), f.clone()).prop_map(|(w, f)| FormulaKind::Eventually(w, f)),
+            (window(), f.clone()).prop_map(|(w, f)| FormulaKind::Never(w, f)),
+            (f.clone(), window(), f.clone()).prop_map(|(a, w, b)| FormulaKind::Until(a, w, b)),
+            (f.clone(), f.clone()).prop_map(|(a, b)| FormulaKind::After(a, b)),
+            f.clone().prop_map(FormulaKind::Not),
+            (f.clone(), f.clone()).prop_map(|(a, b)| FormulaKind::And(a, b)),
+            (f.clone(), f.clone()).prop_map(|(a, b)| FormulaKind::Or(a, b)),
+            (f.clone(), f).prop_map(|(a, b)| FormulaKind::Implies(a, b)),
+        ]
+        .prop_map(made)
+    })
+    .boxed()
+}
+
+fn scenario() -> BoxedStrategy<Scenario> {
+    let label = prop::option::of(text());
+    let expect = (label, formula(), comments()).prop_map(|(label, formula, comments)| Expect {
+        label: label.map(spanned),
+        formula,
+        span: Span::default(),
+        comments,
+    });
+    let name = prop_oneof![name(), text().prop_filter("a name", |t| !t.is_empty())];
+    (name, settings(&["expect"], any_value(), true), prop::collection::vec(expect, 0..3))
+        .prop_map(|(name, body, expects)| Scenario { name: spanned(name), body, expects })
+        .boxed()
+}
+
 fn import() -> BoxedStrategy<Import> {
     let one = (name(), prop::option::of(name()), comments()).prop_map(|(name, alias, comments)| ImportName {
         name: spanned(name),
@@ -323,6 +511,9 @@ fn repeated() -> BoxedStrategy<ItemKind> {
             definition
         })),
         stack().prop_map(ItemKind::Stack),
+        signal().prop_map(ItemKind::Signal),
+        machine().prop_map(ItemKind::Machine),
+        scenario().prop_map(ItemKind::Scenario),
     ]
     .boxed()
 }
@@ -360,6 +551,9 @@ fn unique(items: Vec<(ItemKind, Comments)>) -> Vec<Item> {
         ItemKind::Robot(r) => (1, r.name.value.clone()),
         ItemKind::Task(t) => (2, t.name.value.clone()),
         ItemKind::Stack(s) => (3, s.name.value.clone()),
+        ItemKind::Signal(s) => (8, s.name.value.clone()),
+        ItemKind::Machine(m) => (9, m.name.value.clone()),
+        ItemKind::Scenario(s) => (10, s.name.value.clone()),
         ItemKind::For(_) => (7, String::new()),
         ItemKind::Run(_) => (4, String::new()),
     };

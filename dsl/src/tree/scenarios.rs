@@ -1,0 +1,130 @@
+//! Scenarios: what the world does in a run, and what is expected of it, in signal temporal logic.
+
+use super::{Block, Comments, Value, ValueKind};
+use crate::span::{Span, Spanned};
+
+/// `scenario "bunch hidden by leaves" { machine harvest  expect always margin(arms_apart) >= 0 m }`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    /// Its name: a word, or a text.
+    pub name: Spanned<String>,
+    /// Settings and what the world does.
+    pub body: Block,
+    /// What must hold, in the order written.
+    pub expects: Vec<Expect>,
+}
+
+/// `expect "hands stay" always error(hands) < 0.5 mm`
+#[derive(Clone, Debug)]
+pub struct Expect {
+    /// What a report calls it.
+    pub label: Option<Spanned<String>>,
+    /// What must hold.
+    pub formula: Formula,
+    /// The whole expectation.
+    pub span: Span,
+    /// Comments before it and behind it.
+    pub comments: Comments,
+}
+
+impl PartialEq for Expect {
+    fn eq(&self, other: &Self) -> bool {
+        self.label == other.label && self.formula == other.formula
+    }
+}
+
+/// A formula of signal temporal logic.
+#[derive(Clone, Debug)]
+pub struct Formula {
+    /// What it says.
+    pub kind: FormulaKind,
+    /// Where it was written.
+    pub span: Span,
+}
+
+impl PartialEq for Formula {
+    fn eq(&self, other: &Self) -> bool {
+        self.kind == other.kind
+    }
+}
+
+/// The kinds of formula, from the loosest to the tightest: `implies`, `until`, `or`, `and`, then `not` and the words of
+/// time. Both `implies` and `until` hold to the right. A word of time takes everything behind it up to `until` or
+/// `implies`: `always a and b` is `always (a and b)`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FormulaKind {
+    /// `always from 2 s to 5 s : f`
+    Always(Window, Box<Formula>),
+    /// `eventually within 140 s : f`, `within 140 s : f`
+    Eventually(Window, Box<Formula>),
+    /// `never f`
+    Never(Window, Box<Formula>),
+    /// `f until within 20 s : g`
+    Until(Box<Formula>, Window, Box<Formula>),
+    /// `after f : g`: whenever `f` becomes true, `g` holds from then on.
+    After(Box<Formula>, Box<Formula>),
+    /// `not f`
+    Not(Box<Formula>),
+    /// `f and g`
+    And(Box<Formula>, Box<Formula>),
+    /// `f or g`
+    Or(Box<Formula>, Box<Formula>),
+    /// `f implies g`
+    Implies(Box<Formula>, Box<Formula>),
+    /// A comparison or a truth value; never `and`, `or` or `not`, which are kinds of their own.
+    Value(Value),
+    /// Nothing readable stands here; a diagnostic has said so.
+    Missing,
+}
+
+/// The times, from now, for which a word of time holds: `within D`, `from A`, `from A to B`, `to B`.
+#[derive(Clone, Debug, Default)]
+pub struct Window {
+    /// The beginning; now where none is said.
+    pub from: Option<Value>,
+    /// The end; the end of the run where none is said.
+    pub to: Option<Value>,
+    /// Where it was written; empty where it was not.
+    pub span: Span,
+}
+
+impl PartialEq for Window {
+    fn eq(&self, other: &Self) -> bool {
+        self.from == other.from && self.to == other.to
+    }
+}
+
+impl Window {
+    /// True where nothing is said: all times from now on.
+    pub fn is_open(&self) -> bool {
+        self.from.is_none() && self.to.is_none()
+    }
+}
+
+impl Formula {
+    /// A truth value as a formula: its `and`, `or`, `not`, and calls such as `always(f)`, become kinds of their own.
+    pub fn of(value: Value) -> Formula {
+        let span = value.span;
+        let of = |value: Box<Value>| Box::new(Formula::of(*value));
+        let kind = match value.kind {
+            ValueKind::Missing => FormulaKind::Missing,
+            ValueKind::Not(inner) => FormulaKind::Not(of(inner)),
+            ValueKind::Binary(op, a, b) if op.value == super::BinaryOp::And => FormulaKind::And(of(a), of(b)),
+            ValueKind::Binary(op, a, b) if op.value == super::BinaryOp::Or => FormulaKind::Or(of(a), of(b)),
+            ValueKind::Call(name, mut args)
+                if args.len() == 1 && matches!(name.as_str(), "always" | "eventually" | "never") =>
+            {
+                let inner = args.pop().map_or(Formula { kind: FormulaKind::Missing, span }, Formula::of);
+                let (window, inner) =
+                    (Window { span: Span { end: span.start, ..span }, ..Window::default() }, Box::new(inner));
+                match name.as_str() {
+                    "always" => FormulaKind::Always(window, inner),
+                    "never" => FormulaKind::Never(window, inner),
+                    _ => FormulaKind::Eventually(window, inner),
+                }
+            }
+            kind => FormulaKind::Value(Value { kind, span }),
+        };
+        Formula { kind, span }
+    }
+}
