@@ -25,6 +25,8 @@ pub fn describe(holds: &Holds) -> String {
         Holds::Name(Named::Robot) => "robot".to_string(),
         Holds::Name(Named::Stack) => "stack".to_string(),
         Holds::Name(Named::Level) => "level".to_string(),
+        Holds::Name(Named::Machine) => "machine".to_string(),
+        Holds::Name(Named::State) => "state".to_string(),
         Holds::Link => "link".to_string(),
         Holds::Geometries => "points, segments, links, groups".to_string(),
         Holds::Joints => "joints, groups of joints, patterns".to_string(),

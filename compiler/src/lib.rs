@@ -14,6 +14,7 @@ mod follow_ons;
 mod forms;
 mod idle;
 mod lowering;
+mod machine;
 mod named;
 pub mod names;
 mod overridden;
@@ -28,5 +29,5 @@ mod window;
 
 pub use expand::{Texts, files, parameter_types};
 pub use idle::leave_out;
-pub use lowering::{Compiled, Input, compile, compile_among};
+pub use lowering::{Compiled, Input, VERBS, Verb, compile, compile_among, signal_types};
 pub use report::{Report, Style};

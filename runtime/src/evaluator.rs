@@ -41,6 +41,8 @@ pub struct Member {
     pub program_index: usize,
     /// True where the coefficients of the rows never change.
     pub constant: bool,
+    /// Places of its parameters in the table of values.
+    pub slots: Vec<usize>,
     /// For each row, whether it was proven to have no say while joints stand inside their limits; empty where none was.
     pub idle: Vec<bool>,
 }
@@ -250,6 +252,7 @@ impl Evaluator {
                     row_info,
                     measure_info,
                     program_index: m.task,
+                    slots: places(std::iter::once(p)).into_iter().collect(),
                     constant: task.degrees_of_freedom().is_some(),
                     idle,
                 });

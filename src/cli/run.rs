@@ -145,11 +145,13 @@ fn show(program: &Program, summary: &Summary, folder: &Path, took: Duration) {
     let verified = summary.verification.as_ref().map(table::verification).unwrap_or_default();
     let mark = if summary.ok { "held" } else { "FAILED" };
     output::print(&format!(
-        "\n{}\n{}\n{}{}\n{mark}: {}\n{}{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\n{verified}wrote {}\n",
+        "\n{}\n{}\n{}{}{}{}\n{mark}: {}\n{}{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\n{verified}wrote {}\n",
         program.title,
         table::tasks(summary, &order),
         table::levels(summary),
         table::held_back(summary),
+        table::states(summary),
+        table::answered(summary),
         report::verdict(summary),
         table::hints(summary),
         summary.ticks,

@@ -1,6 +1,7 @@
 //! Task parameters: what a spec says of them, bound to numbers, indices and places in the table of values.
 
 mod capture;
+mod condition;
 mod cut;
 mod expression;
 mod parts;
@@ -26,6 +27,7 @@ use crate::forms::{block_of, items_of, text_of, unknown_key};
 use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints};
 
+pub(crate) use condition::Condition;
 use present::axes_of;
 use scope::TaskScope;
 pub use table::Table;

@@ -38,6 +38,10 @@ impl Scope for TaskScope<'_> {
         self.params.names()
     }
 
+    fn presence(&mut self, name: &str) -> Option<usize> {
+        self.params.presence(name)
+    }
+
     fn initial(
         &mut self,
         graph: &mut Graph,

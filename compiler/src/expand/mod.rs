@@ -14,6 +14,7 @@ mod emit;
 mod files;
 mod fill;
 mod levels;
+mod machines;
 mod module;
 mod repeat;
 mod stacks;
@@ -22,7 +23,7 @@ mod tasks;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use dsl::tree::{Let, Param, Robot, Run, Spec, Stack, Task, Value};
+use dsl::tree::{Let, Machine, Param, Robot, Run, Signal, Spec, Stack, Task, Value};
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Spelling};
 
 use crate::lowering::Input;
@@ -48,6 +49,8 @@ pub(crate) enum Named {
     Param(Param),
     /// A named expression.
     Let(Let),
+    /// A signal.
+    Signal(Signal),
 }
 
 /// A quantity given for a parameter of a task or stack, whose type is known only when expressions are.
@@ -64,7 +67,7 @@ pub(crate) struct Given {
 /// The plain declarations of a spec.
 #[derive(Debug, Default)]
 pub(crate) struct Expanded {
-    /// Params and lets, each behind those that it uses.
+    /// Params, lets and signals, each behind those that it uses.
     pub values: Vec<Named>,
     /// Robots, without those that others are made from.
     pub robots: Vec<Robot>,
@@ -72,6 +75,8 @@ pub(crate) struct Expanded {
     pub tasks: Vec<Task>,
     /// Stacks.
     pub stacks: Vec<Stack>,
+    /// Machines, each with the stacks that its states name by their names in the program.
+    pub machines: Vec<Machine>,
     /// Runs.
     pub runs: Vec<(Run, Span)>,
     /// What the spec imports by name, each with the place of that.
@@ -90,10 +95,10 @@ pub(crate) struct Expanded {
     pub spellings: BTreeMap<SourceId, Spelling>,
 }
 
-/// The kinds of name; params and lets share one.
+/// The kinds of name; params, lets and signals share one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Class {
-    /// Params and lets.
+    /// Params, lets and signals.
     Value,
     /// Robots.
     Robot,
@@ -101,6 +106,8 @@ pub(crate) enum Class {
     Task,
     /// Stacks.
     Stack,
+    /// Machines.
+    Machine,
 }
 
 impl Class {
@@ -111,6 +118,7 @@ impl Class {
             Class::Robot => "robot",
             Class::Task => "task",
             Class::Stack => "stack",
+            Class::Machine => "machine",
         }
     }
 }

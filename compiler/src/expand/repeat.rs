@@ -45,8 +45,10 @@ impl Expander<'_> {
                         self.unroll(r, &mut inner, out);
                         continue;
                     }
+                    ItemKind::Signal(s) => ItemKind::Signal(self.copied_signal(s, &mut inner)),
+                    ItemKind::Machine(m) => ItemKind::Machine(self.copied_machine(m, &mut inner)),
                     // lowered separately
-                    ItemKind::Signal(_) | ItemKind::Machine(_) | ItemKind::Scenario(_) => continue,
+                    ItemKind::Scenario(_) => continue,
                     // The reader has refused the others.
                     ItemKind::Import(_) | ItemKind::Robot(_) | ItemKind::Run(_) => continue,
                 };

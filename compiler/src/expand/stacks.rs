@@ -12,6 +12,11 @@ impl Expander<'_> {
     /// The levels of a stack, all of them written out. `None` where its base cannot be had.
     pub(super) fn stack(&mut self, (m, i): (usize, usize), frame: &mut Frame) -> Option<Stack> {
         let ItemKind::Stack(stack) = self.modules[m].items[i].kind.clone() else { return None };
+        self.expanded_stack(m, &stack, frame)
+    }
+
+    /// The same for a stack that stands nowhere in the text; `m` is the module whose names it uses.
+    pub(super) fn expanded_stack(&mut self, m: usize, stack: &Stack, frame: &mut Frame) -> Option<Stack> {
         let mut settings = self.block(&stack.settings, frame);
         let name = stack.name.clone();
         let Some(base) = &stack.base else {
@@ -126,12 +131,7 @@ impl Expander<'_> {
 
     /// A stack of a repetition: names and values copied, everything else as it is.
     pub(super) fn stack_as_written(&mut self, s: &Stack, frame: &mut Frame) -> Stack {
-        let base = s.base.as_ref().map(|b| dsl::tree::Call {
-            name: self.name(&b.name, frame),
-            args: b.args.iter().map(|a| self.value(a, frame)).collect(),
-            named: self.entries(&b.named, frame),
-            span: self.at(b.span, frame),
-        });
+        let base = s.base.as_ref().map(|b| self.call(b, frame));
         let mut changes = Vec::new();
         for change in &s.changes {
             changes.push(match change {

@@ -33,6 +33,10 @@ pub enum Meaning {
     Failed,
     /// A named expression of what the robot does, which has no value before the robot is known.
     Later,
+    /// A signal with a force and a moment.
+    Wrench,
+    /// An event, which is no value.
+    Event,
     /// Nothing.
     Unknown,
 }
@@ -43,6 +47,8 @@ pub trait Scope {
     fn name(&mut self, name: &str) -> Meaning;
     /// Names that could have been meant.
     fn names(&self) -> Vec<String>;
+    /// The number of the table of signals that says whether a signal is present; none where a name is that of no signal.
+    fn presence(&mut self, name: &str) -> Option<usize>;
     /// The value that `initial(ARGUMENT)` captures. `None` where nothing can be captured; the diagnostics say why.
     fn initial(
         &mut self,
@@ -187,6 +193,16 @@ impl Lowering<'_> {
                 let d = Diagnostic::error("HQ0312", span, text);
                 return self.fail(d.help("write a constant here; such a `let` may stand in the parameters of tasks"));
             }
+            Meaning::Wrench => {
+                let written = crate::forms::written(name);
+                let d = Diagnostic::error("HQ0304", span, format!("`{written}` is a wrench, which is no single value"));
+                return self.fail(d.help(format!("write `{written}.force` or `{written}.moment`")));
+            }
+            Meaning::Event => {
+                let written = crate::forms::written(name);
+                let d = Diagnostic::error("HQ0304", span, format!("`{written}` is an event, which has no value"));
+                return self.fail(d.help(format!("a transition waits for it: `on {written} -> STATE`")));
+            }
             Meaning::Unknown => {}
         }
         let mut known = self.scope.names();
@@ -262,11 +278,14 @@ impl Lowering<'_> {
             };
             return self.scope.initial(self.graph, argument, span, self.diagnostics).ok_or(Failed);
         }
+        if function.value == "present" {
+            return self.presence(args, span);
+        }
         if PRESENT.contains(&function.value.as_str()) {
             return self.present(function, args, span);
         }
         let Some(known) = FUNCTIONS.iter().find(|f| f.name == function.value) else {
-            let names = FUNCTIONS.iter().map(|f| f.name).chain(["initial"]).chain(PRESENT.iter().copied());
+            let names = FUNCTIONS.iter().map(|f| f.name).chain(["initial", "present"]).chain(PRESENT.iter().copied());
             let mut d =
                 Diagnostic::error("HQ0201", function.span, format!("there is no function `{}`", function.value));
             if let Some(near) = suggest(&function.value, names) {

@@ -9,6 +9,7 @@ mod lower;
 mod ops;
 mod present;
 mod rotations;
+mod signals;
 
 pub use frames::{Axes, Frame};
 pub use functions::{FUNCTIONS, Function};
@@ -35,6 +36,15 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// How many numbers it has.
+    pub fn width(self) -> usize {
+        match self {
+            Kind::Scalar | Kind::Truth => 1,
+            Kind::Vector => 3,
+            Kind::Rotation => 4,
+        }
+    }
+
     /// What a person calls it.
     pub fn describe(self) -> &'static str {
         match self {

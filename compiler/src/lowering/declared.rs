@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dsl::tree::{ItemKind, MemberTask, Param, Robot, Run, Stack, Task, Value};
+use dsl::tree::{ItemKind, Machine, MemberTask, Param, Robot, Run, Stack, Task, Value};
 use dsl::{Diagnostic, Span, Spanned, Spelling};
 
 use super::Lowerer;
@@ -15,6 +15,7 @@ pub(super) struct Declared<'t> {
     pub robots: Vec<&'t Robot>,
     pub tasks: Vec<&'t Task>,
     pub stacks: Vec<&'t Stack>,
+    pub machine: Option<&'t Machine>,
     pub runs: Vec<(&'t Run, Span)>,
     /// False where something of the spec is missing.
     pub whole: bool,
@@ -26,7 +27,7 @@ impl Lowerer<'_> {
     pub(super) fn collect<'t>(&mut self, expanded: &'t Expanded) -> Declared<'t> {
         let params = expanded.values.iter().filter_map(|v| match v {
             Named::Param(p) => Some(p),
-            Named::Let(_) => None,
+            Named::Let(_) | Named::Signal(_) => None,
         });
         for other in expanded.robots.iter().skip(1) {
             self.push(
@@ -39,12 +40,18 @@ impl Lowerer<'_> {
             let d = Diagnostic::error("HQ0202", *other, "there is already a `run`");
             self.push(d.label(expanded.runs[0].1, "the first one").help("keep one of them"));
         }
+        for other in expanded.machines.iter().skip(1) {
+            let d = Diagnostic::error("HQ0202", other.name.span, "a spec has one machine for now");
+            let d = d.label(expanded.machines[0].name.span, "the first one");
+            self.push(d.help("make its states those of a state of the first one"));
+        }
         self.failed = expanded.failed.clone();
         Declared {
             params: params.collect(),
             robots: expanded.robots.iter().take(1).collect(),
             tasks: expanded.tasks.iter().collect(),
             stacks: expanded.stacks.iter().collect(),
+            machine: expanded.machines.first(),
             runs: expanded.runs.iter().take(1).map(|(run, at)| (run, *at)).collect(),
             whole: expanded.whole,
             patterns: &expanded.patterns,
@@ -96,6 +103,7 @@ impl Lowerer<'_> {
             let (word, name) = match value {
                 Named::Param(p) => ("param", &p.name),
                 Named::Let(l) => ("let", &l.name),
+                Named::Signal(s) => ("signal", &s.name),
             };
             let known = self.params.symbols.contains_key(&name.value) && !self.params.used.contains(&name.value);
             if let Some((at, imported)) = place(Class::Value, name).filter(|_| complete && known) {

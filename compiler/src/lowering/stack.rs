@@ -9,7 +9,7 @@ use stdlib_tasks::dimension::NONE;
 
 use super::Lowerer;
 use super::declared::{Declared, twice};
-use crate::binding::{Binder, BoundTask};
+use crate::binding::BoundTask;
 use crate::constants::Constants;
 use crate::forms::{check_keys, items_of, unknown_key};
 use crate::names::{list, suggest};
@@ -26,18 +26,7 @@ impl Lowerer<'_> {
         (later, refused): (&[&Let], &[Span]),
     ) -> Vec<Option<BoundTask>> {
         let before = self.diagnostics.len();
-        let mut binder = Binder {
-            robot,
-            params: &mut self.params,
-            graph: &mut self.graph,
-            table: &mut self.table,
-            sources: self.sources,
-            numbers: Vec::new(),
-            axes: std::collections::BTreeMap::new(),
-            plane: crate::expr::Frame::World,
-            forms: BTreeMap::new(),
-            diagnostics: self.diagnostics,
-        };
+        let mut binder = self.binder(robot);
         for it in later {
             binder.named(it);
         }

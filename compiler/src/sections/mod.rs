@@ -4,6 +4,7 @@
 //!
 //! A new block is one more [`Section`], named in [`ALL`] and by the key that holds it.
 
+mod machine;
 mod robot;
 mod spec;
 mod stack;
@@ -12,13 +13,31 @@ use dsl::Spelling;
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::params::{Presence, Quantity};
 
+pub use machine::{MACHINE, SIGNAL, STATE, TRANSITION};
 pub use robot::{ARM, BASES, LIMIT, POINT, ROBOT, SEGMENT};
 pub use spec::{PARAM, REPEAT, RUN, SIMULATOR, SPEC};
 pub use stack::{CHANGE, LEVEL, MEMBER, STACK};
 
 /// All sections, in the order of a reader who goes from the outside in.
 pub static ALL: &[&Section] = &[
-    &SPEC, &PARAM, &ROBOT, &ARM, &POINT, &SEGMENT, &LIMIT, &STACK, &CHANGE, &LEVEL, &MEMBER, &REPEAT, &RUN, &SIMULATOR,
+    &SPEC,
+    &PARAM,
+    &ROBOT,
+    &ARM,
+    &POINT,
+    &SEGMENT,
+    &LIMIT,
+    &STACK,
+    &CHANGE,
+    &LEVEL,
+    &MEMBER,
+    &SIGNAL,
+    &MACHINE,
+    &STATE,
+    &TRANSITION,
+    &REPEAT,
+    &RUN,
+    &SIMULATOR,
 ];
 
 /// A block of the language with keys of its own.
@@ -123,6 +142,10 @@ pub enum Named {
     Stack,
     /// A level of the stack that this one is made from.
     Level,
+    /// A machine.
+    Machine,
+    /// A state of the machine.
+    State,
 }
 
 impl Key {
