@@ -20,7 +20,8 @@ use crate::expr::Graph;
 use crate::report::Report;
 use crate::robot_binding::{self, BoundRobot, Files};
 use crate::spelling::in_yaml;
-use crate::{bounds, follow_ons, overridden, pointless};
+use crate::ranges::Ground;
+use crate::{bounds, follow_ons, jumps, overridden, pointless, reach};
 use declared::Declared;
 use run::{RunSettings, run_settings};
 use stack::definitions;
@@ -189,6 +190,9 @@ impl<'a> Lowerer<'a> {
             return None;
         }
         let (program, places) = self.program(&robot?, &definitions, bound, (&declared, stacks), run?)?;
+        let ground = Ground::new(&self.graph, &self.table, &program.robot.model);
+        reach::check(&ground, &program, &places, self.diagnostics);
+        jumps::check(&ground, &program, &places, self.diagnostics);
         checks::program(&program, &places, self.diagnostics);
         Some(program)
     }

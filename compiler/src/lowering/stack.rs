@@ -35,6 +35,7 @@ impl Lowerer<'_> {
             axes: std::collections::BTreeMap::new(),
             plane: crate::expr::Frame::World,
             forms: BTreeMap::new(),
+            operands: BTreeMap::new(),
             diagnostics: self.diagnostics,
         };
         for it in later {
