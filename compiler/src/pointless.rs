@@ -6,13 +6,15 @@ use std::collections::BTreeMap;
 use dsl::tree::{Member, MemberTask, Stack, TaskDefinition};
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, Times};
-use runtime::{Evaluator, text};
+use runtime::Evaluator;
 use stdlib_tasks::bound::{Bound, Slot};
+use stdlib_tasks::dimension::{ANGLE, LENGTH};
 use stdlib_tasks::expression::{Leaf, Op};
 use stdlib_tasks::task::Nature;
 
 use crate::expand::Expanded;
 use crate::lowering::Places;
+use crate::units::{shown, shown_range};
 
 /// Weights of one level may differ by as much; beyond, the lighter task is lost in the rounding of the heavier one.
 const WEIGHT_RANGE: f64 = 1e6;
@@ -116,13 +118,13 @@ fn targets(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>
                 continue;
             }
             told.push(at);
-            let unit = if d.unit == robot::DofUnit::Metre { "m" } else { "rad" };
-            let (x, lower, upper) = (text::number(x), text::number(d.lower), text::number(d.upper));
+            let dimension = if d.unit == robot::DofUnit::Metre { LENGTH } else { ANGLE };
+            let allowed = shown_range(d.lower, d.upper, dimension);
             diagnostics.push(
-                Diagnostic::warning("HQ0520", at, format!("`{}` cannot go to {x} {unit}", d.name))
-                    .here(format!("allowed are {lower} to {upper} {unit}"))
+                Diagnostic::warning("HQ0520", at, format!("`{}` cannot go to {}", d.name, shown(x, dimension)))
+                    .here(format!("allowed are {allowed}"))
                     .note("the task pulls the joint against its limit and never arrives")
-                    .help(format!("choose a target between {lower} {unit} and {upper} {unit}")),
+                    .help("choose a target within that range"),
             );
         }
     }

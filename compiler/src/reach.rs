@@ -77,6 +77,7 @@ fn part(value: &Typed, i: usize) -> String {
 /// A range in words.
 fn between(range: Interval, dimension: Dimension) -> String {
     match (range.low.is_finite(), range.high.is_finite()) {
+        (true, true) if range.high - range.low <= SLIP * (1.0 + range.size()) => shown(range.low, dimension),
         (true, true) => shown_range(range.low, range.high, dimension),
         (true, false) => format!("{} or more", shown(range.low, dimension)),
         _ => format!("{} or less", shown(range.high, dimension)),

@@ -62,6 +62,14 @@ pub fn meaning(unit: &Unit) -> Result<(f64, Dimension), UnitError> {
     if factor.is_finite() && factor > 0.0 { Ok((factor, dimension)) } else { Err(UnitError::TooLarge) }
 }
 
+/// The factor to seconds of a unit of time; that of seconds for none.
+pub fn time(symbol: &str) -> Option<f64> {
+    if symbol.is_empty() {
+        return Some(1.0);
+    }
+    UNITS.iter().find(|u| u.0 == symbol && u.2 == TIME).map(|u| u.1)
+}
+
 /// The SI unit of a dimension as one writes it behind a number: `m`, `/s`, `rad/s`, `N`; empty for a bare number.
 pub fn written(dimension: Dimension) -> String {
     let named = UNITS.iter().find(|u| u.2 == dimension && u.1 == 1.0 && u.0 != "Hz");

@@ -2,6 +2,7 @@
 
 mod declared;
 mod given;
+mod in_place;
 mod run;
 mod stack;
 mod values;
@@ -21,10 +22,10 @@ use crate::report::Report;
 use crate::robot_binding::{self, BoundRobot, Files};
 use crate::spelling::in_yaml;
 use crate::ranges::Ground;
-use crate::{bounds, follow_ons, jumps, overridden, pointless, reach};
+use crate::{bounds, follow_ons, overridden, pointless};
 use declared::Declared;
 use run::{RunSettings, run_settings};
-use stack::definitions;
+use in_place::definitions;
 
 /// What to compile.
 #[derive(Clone, Debug)]
@@ -191,9 +192,7 @@ impl<'a> Lowerer<'a> {
         }
         let (program, places) = self.program(&robot?, &definitions, bound, (&declared, stacks), run?)?;
         let ground = Ground::new(&self.graph, &self.table, &program.robot.model);
-        reach::check(&ground, &program, &places, self.diagnostics);
-        jumps::check(&ground, &program, &places, self.diagnostics);
-        checks::program(&program, &places, self.diagnostics);
+        checks::program(&ground, &program, &places, self.diagnostics);
         Some(program)
     }
 
