@@ -141,8 +141,10 @@ fn broken_programs_and_unwritable_places_are_said() {
     assert_eq!(run.status.code(), Some(2));
     assert!(text(&run.stderr).contains("cannot create"), "{}", text(&run.stderr));
 
-    let run = hierarq(&["run", "examples/hello.hq", "--duration", "-3"]);
-    assert_eq!(run.status.code(), Some(2));
+    for wrong in ["-3", "0", "2 m", "soon", "1e400", "nan"] {
+        let run = hierarq(&["run", "examples/hello.hq", "--duration", wrong]);
+        assert_eq!(run.status.code(), Some(2), "{wrong}");
+    }
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Checks that look at the finished program: gains against the period, the start against the limits, freedom left.
 
+use std::collections::BTreeSet;
+
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, Times};
 use runtime::record::summary::MARGIN_TOLERANCE;
@@ -21,7 +23,7 @@ use crate::{jumps, reach};
 /// Checks a program that has no errors so far.
 pub(crate) fn program(ground: &Ground, program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
     let before = diagnostics.len();
-    reach::check(ground, program, places, diagnostics);
+    reach::limits(ground, program, places, diagnostics);
     jumps::check(ground, program, places, diagnostics);
     let values = &program.values.initial;
     wider(program, places, diagnostics);
@@ -70,9 +72,11 @@ pub(crate) fn program(ground: &Ground, program: &Program, places: &Places, diagn
             start(program, i, places, diagnostics);
         }
     }
+    let mut told = BTreeSet::new();
     if diagnostics[before..].iter().all(|d| d.severity == dsl::Severity::Warning) {
-        pointless::program(program, places, diagnostics);
+        told = pointless::program(program, places, diagnostics);
     }
+    reach::targets(ground, program, places, &told, diagnostics);
 }
 
 fn place(places: &Places, task: usize, param: &str) -> Span {

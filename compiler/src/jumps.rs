@@ -62,8 +62,7 @@ impl Jump {
 fn jump(ground: &Ground, typed: &Typed) -> Option<Jump> {
     let graph = ground.graph;
     let compares = |n: &usize| matches!(graph.ops()[*n], Op::Less(..) | Op::LessEqual(..));
-    let comparisons: Vec<usize> =
-        ground.needed(&typed.nodes).into_iter().filter(compares).take(COMPARISONS).collect();
+    let comparisons: Vec<usize> = ground.needed(&typed.nodes).into_iter().filter(compares).take(COMPARISONS).collect();
     if comparisons.is_empty() {
         return None;
     }

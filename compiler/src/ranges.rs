@@ -48,8 +48,7 @@ pub(crate) struct Ranges<'a> {
 impl<'a> Ranges<'a> {
     /// The ranges of `roots`; `pins` hold the ranges of nodes that are known otherwise.
     pub fn new(ground: &'a Ground<'a>, roots: &[usize], pins: &BTreeMap<usize, Interval>) -> Self {
-        let mut ranges =
-            Ranges { ground, known: BTreeMap::new(), balls: BTreeMap::new(), lengths: BTreeMap::new() };
+        let mut ranges = Ranges { ground, known: BTreeMap::new(), balls: BTreeMap::new(), lengths: BTreeMap::new() };
         for node in ground.needed(roots) {
             let range = pins.get(&node).copied().unwrap_or_else(|| ranges.range(node));
             ranges.known.insert(node, range);
@@ -100,12 +99,22 @@ impl<'a> Ranges<'a> {
         let middle = |i: usize| parts.get(i).map_or(0.0, |p| 0.5 * (p.low + p.high));
         let half = parts.iter().map(|p| (0.5 * (p.high - p.low)).powi(2)).sum::<f64>().sqrt();
         let boxed = Ball { centre: Vector3::from_fn(|i, _| middle(i)), radius: half };
+        // A vector plus nothing is itself: what leads back to these nodes finds this.
+        self.balls.insert(nodes.to_vec(), Ball { centre: Vector3::zeros(), radius: f64::INFINITY });
         let own = self.ground.leaf_of(nodes).map(|leaf| self.ground.place(leaf));
         let facts = nodes.first().map_or(&[][..], |&n| self.ground.graph.facts(n));
         let known: Vec<Fact> = facts.iter().filter(|k| k.nodes == nodes).map(|k| k.fact.clone()).collect();
-        let candidates = own.into_iter().chain(known.iter().filter_map(|f| self.known_ball(f)));
-        let better = |a: Ball, b: Ball| if b.radius < a.radius || !a.radius.is_finite() { b } else { a };
-        let ball = candidates.collect::<Vec<_>>().into_iter().fold(boxed, better);
+        let mut ball = boxed;
+        let mut narrow = |other: Ball| {
+            if other.radius < ball.radius || !ball.radius.is_finite() {
+                ball = other;
+            }
+        };
+        own.into_iter().for_each(&mut narrow);
+        for fact in &known {
+            self.known_ball(fact).into_iter().for_each(&mut narrow);
+            narrow(Ball { centre: Vector3::zeros(), radius: self.known_length(fact).high });
+        }
         let ball = if ball.centre.iter().all(|x| x.is_finite()) && ball.radius.is_finite() {
             ball
         } else {
@@ -139,6 +148,7 @@ impl<'a> Ranges<'a> {
         }
         let root = |f: fn(Interval) -> f64, s: &Self| nodes.iter().map(|&n| f(s.at(n)).powi(2)).sum::<f64>().sqrt();
         let mut length = Interval::new(root(Interval::smallest, self), root(Interval::size, self));
+        self.lengths.insert(nodes.to_vec(), Interval::new(0.0, f64::INFINITY));
         if let Some(Leaf::Orientation(_)) = self.ground.leaf_of(nodes) {
             length = Interval::point(1.0);
         }

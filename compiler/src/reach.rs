@@ -24,24 +24,41 @@ pub(crate) fn in_stacks(program: &Program) -> BTreeSet<usize> {
     program.stacks.iter().flat_map(|s| &s.levels).flat_map(|l| &l.members).map(|m| m.task).collect()
 }
 
-/// Warns of targets of `track`, and reports limits of `keep`, that no position of the joints meets.
-pub(crate) fn check(ground: &Ground, program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
-    for i in in_stacks(program) {
-        let Some(task) = places.tasks.get(i) else { continue };
-        let Some(value) = task.operands.get("value").filter(|v| v.kind != Kind::Rotation) else { continue };
-        let at = |param: &str| task.spans.get(param).copied().unwrap_or(task.span);
-        for (param, other) in task.operands.iter().filter(|(p, o)| **p != "value" && o.kind == value.kind) {
-            let roots: Vec<usize> = value.nodes.iter().chain(&other.nodes).copied().collect();
-            let mut ranges = Ranges::new(ground, &roots, &BTreeMap::new());
-            diagnostics.extend(match *param {
-                // Said of the joint by its name.
-                "target" if joint(ground, value) && constant(ground.graph, other).is_some() => None,
-                "target" => target(&mut ranges, ground.graph, value, other, at(param)),
-                "min" | "max" => limit(&ranges, value, other, *param == "min", at(param)),
-                _ => None,
-            });
+/// Reports limits of `keep` that no position of the joints meets.
+pub(crate) fn limits(ground: &Ground, program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+    for task in in_stacks(program).into_iter().filter_map(|i| places.tasks.get(i)) {
+        let Some(value) = task.operands.get("value") else { continue };
+        for (param, side) in task.operands.iter().filter(|(p, _)| ["min", "max"].contains(p)) {
+            let ranges = ranges(ground, value, side);
+            let at = task.spans.get(*param).copied().unwrap_or(task.span);
+            diagnostics.extend(limit(&ranges, value, side, *param == "min", at));
         }
     }
+}
+
+/// Warns of targets of `track` that no position of the joints meets, except of tasks of which more has been said.
+pub(crate) fn targets(
+    ground: &Ground,
+    program: &Program,
+    places: &Places,
+    told: &BTreeSet<usize>,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    for task in in_stacks(program).difference(told).filter_map(|&i| places.tasks.get(i)) {
+        let operands = task.operands.get("value").zip(task.operands.get("target"));
+        let Some((value, goal)) = operands.filter(|(v, _)| v.kind != Kind::Rotation) else { continue };
+        // Of a joint alone it is said by the joint's name.
+        if joint(ground, value) && constant(ground.graph, goal).is_some() {
+            continue;
+        }
+        let at = task.spans.get("target").copied().unwrap_or(task.span);
+        diagnostics.extend(target(&mut ranges(ground, value, goal), ground.graph, value, goal, at));
+    }
+}
+
+fn ranges<'a>(ground: &'a Ground<'a>, a: &Typed, b: &Typed) -> Ranges<'a> {
+    let roots: Vec<usize> = a.nodes.iter().chain(&b.nodes).copied().collect();
+    Ranges::new(ground, &roots, &BTreeMap::new())
 }
 
 /// True for a joint and nothing else.
@@ -78,7 +95,7 @@ fn part(value: &Typed, i: usize) -> String {
 fn between(range: Interval, dimension: Dimension) -> String {
     match (range.low.is_finite(), range.high.is_finite()) {
         (true, true) if range.high - range.low <= SLIP * (1.0 + range.size()) => shown(range.low, dimension),
-        (true, true) => shown_range(range.low, range.high, dimension),
+        (true, true) => format!("from {}", shown_range(range.low, range.high, dimension)),
         (true, false) => format!("{} or more", shown(range.low, dimension)),
         _ => format!("{} or less", shown(range.high, dimension)),
     }
@@ -122,7 +139,11 @@ fn target(ranges: &mut Ranges, graph: &Graph, value: &Typed, target: &Typed, at:
     if own.gap(goal) > LENGTH_SLIP * (own.smallest() + goal.smallest()) {
         let text = format!("this value cannot get to the target, whose length is {}", between(goal, dimension));
         let d = warning(at, text, value, format!("its length is {}", between(own, dimension)));
-        return Some(d.help("for a direction write `normalize([x, y, z])`"));
+        let direction = own.gap(Interval::point(1.0)).abs() < SLIP && own.high - own.low < SLIP;
+        return Some(d.help(match direction {
+            true => "for a direction write `normalize([x, y, z])`",
+            false => "choose a target that can be reached",
+        }));
     }
     None
 }

@@ -167,7 +167,8 @@ impl Report {
             Severity::Error => miette::Severity::Error,
             Severity::Warning => miette::Severity::Warning,
         };
-        let (here, elsewhere): (Vec<&Label>, Vec<&Label>) = d.labels.iter().partition(|l| self.beside(d.primary.span, l));
+        let (here, elsewhere): (Vec<&Label>, Vec<&Label>) =
+            d.labels.iter().partition(|l| self.beside(d.primary.span, l));
         let mut out = self.snippet(&handler, Some(d.code), severity, &clipped(&d.message), &d.primary, &here);
         for l in elsewhere {
             let place = Label { span: l.span, text: String::new() };

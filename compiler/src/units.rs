@@ -83,7 +83,8 @@ pub fn written(dimension: Dimension) -> String {
 /// A number in SI with its unit, to six digits; angles in degrees too, since most people write them so.
 pub fn shown(x: f64, dimension: Dimension) -> String {
     let unit = written(dimension);
-    let behind = |x: f64, unit: &str| format!("{}{}{unit}", runtime::text::number(x), if unit.is_empty() { "" } else { " " });
+    let behind =
+        |x: f64, unit: &str| format!("{}{}{unit}", runtime::text::number(x), if unit.is_empty() { "" } else { " " });
     if dimension.rad == 1 && x != 0.0 && unit.starts_with("rad") {
         let degrees = behind(rounded(x.to_degrees()), &unit.replacen("rad", "deg", 1));
         format!("{degrees} ({})", behind(x, &unit))
@@ -95,9 +96,7 @@ pub fn shown(x: f64, dimension: Dimension) -> String {
 /// A range in SI with its unit; angles in degrees too.
 pub fn shown_range(low: f64, high: f64, dimension: Dimension) -> String {
     let unit = written(dimension);
-    let of = |f: fn(f64) -> f64| {
-        format!("{} to {}", runtime::text::number(f(low)), runtime::text::number(f(high)))
-    };
+    let of = |f: fn(f64) -> f64| format!("{} to {}", runtime::text::number(f(low)), runtime::text::number(f(high)));
     match (unit.as_str(), dimension.rad) {
         ("", _) => of(|x| x),
         (_, 1) if unit.starts_with("rad") => {

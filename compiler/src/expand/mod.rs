@@ -22,7 +22,7 @@ mod tasks;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use dsl::tree::{Let, Param, Robot, Level, Run, Spec, Stack, Task, Value};
+use dsl::tree::{Let, Level, Param, Robot, Run, Spec, Stack, Task, Value};
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Spelling};
 
 use crate::lowering::Input;

@@ -93,8 +93,7 @@ impl Lowerer<'_> {
             None => (!name.value.contains('.')).then_some((name.span, false)),
         };
         // What a stack made from another one replaces or removes was written for the other one, and is no slip.
-        let discarded: Vec<&MemberTask> =
-            expanded.discarded.iter().flat_map(|l| &l.members).map(|m| &m.task).collect();
+        let discarded: Vec<&MemberTask> = expanded.discarded.iter().flat_map(|l| &l.members).map(|m| &m.task).collect();
         let mentioned: BTreeSet<String> = (discarded.iter())
             .flat_map(|task| match task {
                 MemberTask::Inline(d) => names(d),

@@ -58,13 +58,7 @@ pub(super) fn in_place(task: &MemberTask, declared: &[&Task]) -> Option<TaskDefi
 }
 
 /// The first free name of a task written in place; `names` counts those that are taken.
-fn name(
-    stack: &str,
-    level: &Level,
-    d: &TaskDefinition,
-    several: bool,
-    names: &mut BTreeMap<String, usize>,
-) -> String {
+fn name(stack: &str, level: &Level, d: &TaskDefinition, several: bool, names: &mut BTreeMap<String, usize>) -> String {
     let kind = &d.kind.value;
     let about = if several { subject(d) } else { String::new() };
     let own = format!("{kind}{about}");

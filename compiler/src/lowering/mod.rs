@@ -18,14 +18,14 @@ use crate::checks;
 use crate::constants::{Constants, Params};
 use crate::expand::{Expanded, Named, expand};
 use crate::expr::Graph;
+use crate::ranges::Ground;
 use crate::report::Report;
 use crate::robot_binding::{self, BoundRobot, Files};
 use crate::spelling::in_yaml;
-use crate::ranges::Ground;
 use crate::{bounds, follow_ons, overridden, pointless};
 use declared::Declared;
-use run::{RunSettings, run_settings};
 use in_place::definitions;
+use run::{RunSettings, run_settings};
 
 /// What to compile.
 #[derive(Clone, Debug)]

@@ -100,12 +100,15 @@ fn simulator(block: &Block, constants: &mut Constants, diagnostics: &mut Vec<Dia
         // Beyond any robot that a controller of velocities is written for.
         let (usual, help) = match e.key.value.as_str() {
             "lag" => (1.0, "actuators lag by 1 ms to 200 ms; write `ms` behind the number if milliseconds are meant"),
-            "noise" => (0.1, "encoders err by 1e-6 rad to 1e-3 rad; this is the standard deviation of every measured position"),
+            "noise" => {
+                (0.1, "encoders err by 1e-6 rad to 1e-3 rad; this is the standard deviation of every measured position")
+            }
             _ => (f64::INFINITY, ""),
         };
         if x > usual {
             let text = format!("a {} of {} is unlike any robot", e.key.value, units::shown(x, wanted));
-            let d = Diagnostic::warning("HQ0522", e.value.span, text).here(format!("above {}", units::shown(usual, wanted)));
+            let d = Diagnostic::warning("HQ0522", e.value.span, text)
+                .here(format!("above {}", units::shown(usual, wanted)));
             diagnostics.push(d.help(help));
         }
         match e.key.value.as_str() {

@@ -162,9 +162,7 @@ impl Binder<'_, '_> {
         let joints = self.model.dofs.iter().enumerate().filter_map(|(i, d)| Some((i, d, d.q_index?)));
         let moved: Vec<String> = joints
             .filter(|(_, _, k)| !given.contains(k) && q[*k] != 0.0)
-            .map(|(i, d, k)| {
-                format!("`{}` at {}", d.name, units::shown(q[k], joint_dimension(&self.model, i)))
-            })
+            .map(|(i, d, k)| format!("`{}` at {}", d.name, units::shown(q[k], joint_dimension(&self.model, i))))
             .collect();
         if !moved.is_empty() {
             let text = format!("joints that cannot stand at zero are left out of home: {}", moved.join(", "));
