@@ -237,7 +237,7 @@ impl<'a> Ground<'a> {
             Leaf::Joint(dof) => self.model.dofs.get(*dof).map_or(Interval::ALL, |d| Interval::new(d.lower, d.upper)),
             Leaf::Orientation(_) => Interval::within(1.0),
             Leaf::Point { .. } | Leaf::Com => {
-                let Ball { centre, radius } = self.from_root(leaf);
+                let Ball { centre, radius } = self.at_rest(leaf);
                 // A base that rolls keeps the height.
                 let bounded = match self.model.base {
                     Base::Fixed => true,
@@ -254,13 +254,13 @@ impl<'a> Ground<'a> {
     /// The ball of a position in the world.
     fn place(&self, leaf: &Leaf) -> Ball {
         match self.model.base {
-            Base::Fixed => self.from_root(leaf),
+            Base::Fixed => self.at_rest(leaf),
             _ => Ball { centre: Vector3::zeros(), radius: f64::INFINITY },
         }
     }
 
     /// The ball of a position while the base stands where it rests.
-    fn from_root(&self, leaf: &Leaf) -> Ball {
+    fn at_rest(&self, leaf: &Leaf) -> Ball {
         let one = |link: LinkId, point: &Vector3<f64>| {
             let (centre, radius) = slope::reach(self.model, None, link, point);
             Ball { centre: (self.root * Point3::from(centre)).coords, radius }

@@ -25,8 +25,8 @@ pub const MOST_SHOWN: usize = 200;
 /// Longer lines are not drawn.
 const LONGEST_LINE: usize = 2_000;
 
-/// Labels as many lines above the place of a message stand in one picture with it, since their lines meet there.
-const LINES_ABOVE: usize = 3;
+/// Labels as many lines above the place of a message stand in one picture with it.
+const LINES_ABOVE: usize = 1;
 
 /// How text output looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

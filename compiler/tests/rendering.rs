@@ -69,8 +69,11 @@ fn the_primary_place_is_drawn_first() {
             };
             let first = text.lines().find_map(|l| l.split_once("╭─[")).map(|(_, place)| place).unwrap_or_default();
             let rest = first.strip_prefix(&format!("{}:", source.name)).unwrap_or_else(|| panic!("{text}"));
-            let shown: usize = rest.split([':', ']']).next().and_then(|n| n.parse().ok()).expect("a line");
-            assert!(shown.abs_diff(line) <= 3, "{text}");
+            let number = |s: &str| s.trim().split([':', ']', ' ']).next().and_then(|n| n.parse::<usize>().ok());
+            assert_eq!(number(rest), Some(line), "{text}");
+            // One line around it, and a label on the one before.
+            let above = text.lines().skip_while(|l| !l.contains("╭─[")).nth(1).and_then(number);
+            assert!(above.is_none_or(|n| n + 2 >= line), "{text}");
         }
     }
 }

@@ -48,6 +48,13 @@ impl Scope for TaskScope<'_> {
                 owner.param, owner.param
             ));
         }
+        if self.owner.is_some_and(|o| o.param == "sampled_margin") && name == "auto" {
+            return Some(
+                "how far a written value can bend is not worked out: write a size, or leave it out; `self_collision` and \
+                 `virtual_wall` know `auto`"
+                    .to_string(),
+            );
+        }
         if model.dof(name).is_some_and(|d| model.dofs[d].q_index.is_some()) {
             return Some(format!("for the position of the joint write `joint({name})`"));
         }
