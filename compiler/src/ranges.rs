@@ -4,6 +4,7 @@
 //! that it stays in, and vectors and quaternions have an interval of lengths. What cannot be bounded is unbounded, so that
 //! whatever lies outside a range is proven to be out of reach.
 
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -35,7 +36,14 @@ pub(crate) struct Ground<'a> {
     pub model: &'a Model,
     /// Where its root stands in the world, at rest.
     root: Isometry3<f64>,
+    /// For each leaf, by its first number, the ball at rest of a position, and the range of a distance.
+    leaves: BTreeMap<usize, (Ball, Interval)>,
+    /// Nodes that may still be looked at.
+    left: Cell<usize>,
 }
+
+/// Nodes that are looked at in all: a spec that is written by hand has a few thousand. Beyond, nothing is proven.
+const EFFORT: usize = 300_000;
 
 /// Ranges of some nodes, and of all that they are made of.
 pub(crate) struct Ranges<'a> {
@@ -101,7 +109,7 @@ impl<'a> Ranges<'a> {
         let boxed = Ball { centre: Vector3::from_fn(|i, _| middle(i)), radius: half };
         // A vector plus nothing is itself: what leads back to these nodes finds this.
         self.balls.insert(nodes.to_vec(), Ball { centre: Vector3::zeros(), radius: f64::INFINITY });
-        let own = self.ground.leaf_of(nodes).map(|leaf| self.ground.place(leaf));
+        let own = self.ground.leaf_of(nodes).map(|(at, _)| self.ground.place(at));
         let facts = nodes.first().map_or(&[][..], |&n| self.ground.graph.facts(n));
         let known: Vec<Fact> = facts.iter().filter(|k| k.nodes == nodes).map(|k| k.fact.clone()).collect();
         let mut ball = boxed;
@@ -149,7 +157,7 @@ impl<'a> Ranges<'a> {
         let root = |f: fn(Interval) -> f64, s: &Self| nodes.iter().map(|&n| f(s.at(n)).powi(2)).sum::<f64>().sqrt();
         let mut length = Interval::new(root(Interval::smallest, self), root(Interval::size, self));
         self.lengths.insert(nodes.to_vec(), Interval::new(0.0, f64::INFINITY));
-        if let Some(Leaf::Orientation(_)) = self.ground.leaf_of(nodes) {
+        if let Some((_, Leaf::Orientation(_))) = self.ground.leaf_of(nodes) {
             length = Interval::point(1.0);
         }
         if nodes.len() == 3 {
@@ -192,13 +200,26 @@ impl<'a> Ranges<'a> {
 impl<'a> Ground<'a> {
     /// From the parts of a program in the making.
     pub fn new(graph: &'a Graph, table: &'a Table, model: &'a Model) -> Self {
-        Ground { graph, table, model, root: *Data::new(model).pose(model.root()) }
+        let root = *Data::new(model).pose(model.root());
+        let mut ground = Ground { graph, table, model, root, leaves: BTreeMap::new(), left: Cell::new(EFFORT) };
+        let one = |(at, leaf): &(usize, Leaf)| {
+            let range = match leaf {
+                Leaf::Distance(pair) => ground.distance(&pair.0, &pair.1),
+                _ => Interval::ALL,
+            };
+            (*at, (ground.at_rest(leaf), range))
+        };
+        ground.leaves = table.leaves.iter().map(one).collect();
+        ground
     }
 
-    /// The nodes that some nodes are made of, those that are captured among them, in order.
+    /// The nodes that some nodes are made of, those that are captured among them, in order; none where so much was looked
+    /// at that nothing more will be.
     pub fn needed(&self, roots: &[usize]) -> BTreeSet<usize> {
         let (mut open, mut needed) = (roots.to_vec(), BTreeSet::new());
         while let Some(node) = open.pop() {
+            let Some(left) = self.left.get().checked_sub(1) else { return BTreeSet::new() };
+            self.left.set(left);
             if needed.insert(node) {
                 match self.graph.ops()[node] {
                     Op::Input(k) => open.extend(self.table.captured(k)),
@@ -210,7 +231,7 @@ impl<'a> Ground<'a> {
     }
 
     /// What the robot does that these nodes are, all of it.
-    fn leaf_of(&self, nodes: &[usize]) -> Option<&Leaf> {
+    fn leaf_of(&self, nodes: &[usize]) -> Option<(usize, &Leaf)> {
         let state = |n: &usize| match self.graph.ops()[*n] {
             Op::State(k) => Some(k),
             _ => None,
@@ -219,13 +240,13 @@ impl<'a> Ground<'a> {
         let (at, leaf) = self.table.leaf_of(first)?;
         let whole = at == first && leaf.width() == nodes.len();
         let in_order = nodes.iter().enumerate().all(|(i, n)| state(n) == Some(first + i));
-        (whole && in_order).then_some(leaf)
+        (whole && in_order).then_some((at, leaf))
     }
 
     /// The point of a link that these nodes are.
     fn point_of(&self, nodes: &[usize]) -> Option<(LinkId, Vector3<f64>)> {
         match self.leaf_of(nodes)? {
-            Leaf::Point { link, offset } => Some((*link, *offset)),
+            (_, Leaf::Point { link, offset }) => Some((*link, *offset)),
             _ => None,
         }
     }
@@ -237,7 +258,7 @@ impl<'a> Ground<'a> {
             Leaf::Joint(dof) => self.model.dofs.get(*dof).map_or(Interval::ALL, |d| Interval::new(d.lower, d.upper)),
             Leaf::Orientation(_) => Interval::within(1.0),
             Leaf::Point { .. } | Leaf::Com => {
-                let Ball { centre, radius } = self.at_rest(leaf);
+                let Some((Ball { centre, radius }, _)) = self.leaves.get(&at) else { return Interval::ALL };
                 // A base that rolls keeps the height.
                 let bounded = match self.model.base {
                     Base::Fixed => true,
@@ -246,15 +267,15 @@ impl<'a> Ground<'a> {
                 };
                 if bounded { Interval::new(centre[k - at] - radius, centre[k - at] + radius) } else { Interval::ALL }
             }
-            Leaf::Distance(pair) => self.distance(&pair.0, &pair.1),
+            Leaf::Distance(_) => self.leaves.get(&at).map_or(Interval::ALL, |l| l.1),
             Leaf::Above(_) => Interval::ALL,
         }
     }
 
-    /// The ball of a position in the world.
-    fn place(&self, leaf: &Leaf) -> Ball {
-        match self.model.base {
-            Base::Fixed => self.at_rest(leaf),
+    /// The ball of a position in the world: that of the leaf whose first number is `at`.
+    fn place(&self, at: usize) -> Ball {
+        match (self.model.base, self.leaves.get(&at)) {
+            (Base::Fixed, Some((ball, _))) => *ball,
             _ => Ball { centre: Vector3::zeros(), radius: f64::INFINITY },
         }
     }
