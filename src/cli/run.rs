@@ -9,7 +9,8 @@ use clap::Args;
 use hierarq::{project, report};
 use indicatif::{ProgressBar, ProgressStyle};
 use runtime::record::All;
-use runtime::record::csv::CsvRecorder;
+use runtime::record::csv::{CsvRecorder, header};
+use runtime::record::roster::Roster;
 use runtime::record::series::SeriesRecorder;
 use runtime::record::summary::{Summary, SummaryRecorder};
 use runtime::record::verify::{UNPROVEN, Verifier};
@@ -36,8 +37,8 @@ pub struct Arguments {
     /// Solve every tick with the other backend too, and report the largest difference.
     #[arg(long)]
     verify: bool,
-    /// Run for this long instead of what the spec says, in seconds.
-    #[arg(long, value_name = "SECONDS")]
+    /// Run for this long instead of what the spec says: `2s`, `500ms`; a bare number counts seconds.
+    #[arg(long, value_name = "TIME", value_parser = super::duration, allow_hyphen_values = true)]
     duration: Option<f64>,
 }
 
@@ -55,7 +56,7 @@ pub fn run(a: &Arguments) -> Outcome {
     if let Some(d) = a.duration {
         program.run.duration = d;
         if let Err(e) = program.check() {
-            return Outcome::Trouble(format!("--duration {d}: {}", e.message));
+            return Outcome::Trouble(format!("--duration {d} s: {}", e.message));
         }
     }
     if let Some(backend) = a.solver {
@@ -82,6 +83,10 @@ fn execute(program: &Program, spec: &str, folder: &Path, a: &Arguments) -> Resul
     let log = path("log.csv");
     let file = File::create(&log).map_err(failed(&log))?;
     let controller = simulation.controller();
+    let columns = header(program, &Roster::new(controller).members).len();
+    if let Some(warning) = large_log(ticks, columns) {
+        output::error_line(&warning);
+    }
     let mut csv =
         CsvRecorder::new(BufWriter::with_capacity(1 << 16, file), program, controller).map_err(failed(&log))?;
     let mut statistics = SummaryRecorder::new(controller, ticks);
@@ -119,6 +124,23 @@ fn execute(program: &Program, spec: &str, folder: &Path, a: &Arguments) -> Resul
         show(program, &summary, folder, took);
     }
     Ok(summary)
+}
+
+/// Bytes of a log from which on it is worth a word before the run.
+const LARGE_LOG: f64 = (1_u64 << 30) as f64;
+
+/// Bytes that a number takes in a log, with the comma behind it: most have all their digits.
+const NUMBER: f64 = 19.0;
+
+/// What to say before a run whose log fills the disk.
+fn large_log(ticks: usize, columns: usize) -> Option<String> {
+    let bytes = ticks as f64 * columns as f64 * NUMBER;
+    (bytes > LARGE_LOG).then(|| {
+        format!(
+            "log.csv will take about {:.1} GiB: {ticks} ticks of {columns} numbers; `--duration` shortens the run",
+            bytes / LARGE_LOG
+        )
+    })
 }
 
 fn write(path: &Path, text: &str) -> Result<(), String> {
@@ -161,4 +183,16 @@ fn show(program: &Program, summary: &Summary, folder: &Path, took: Duration) {
         t.max,
         ["report.html", "log.csv", "summary.json"].map(|n| folder.join(n).display().to_string()).join(", "),
     ));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::large_log;
+
+    #[test]
+    fn a_log_that_fills_the_disk_is_told() {
+        assert_eq!(large_log(2_000, 60), None);
+        let text = large_log(10_000_000, 60).expect("more than a GiB");
+        assert!(text.contains("10.6 GiB") && text.contains("10000000 ticks of 60 numbers"), "{text}");
+    }
 }

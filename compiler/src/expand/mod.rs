@@ -23,7 +23,7 @@ mod tasks;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use dsl::tree::{Let, Machine, Param, Robot, Run, Signal, Spec, Stack, Task, Value};
+use dsl::tree::{Let, Level, Machine, Param, Robot, Run, Signal, Spec, Stack, Task, Value};
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Spelling};
 
 use crate::lowering::Input;
@@ -91,6 +91,8 @@ pub(crate) struct Expanded {
     pub whole: bool,
     /// False where other files are missing, or where it is too large: nothing more can be said.
     pub usable: bool,
+    /// Levels of stacks that others are made from, as far as those replace or remove them.
+    pub discarded: Vec<Level>,
     /// The spelling of each file.
     pub spellings: BTreeMap<SourceId, Spelling>,
 }

@@ -75,7 +75,8 @@ impl Expander<'_> {
                         continue;
                     }
                     replaced.push(level.name.clone());
-                    levels[k] = level;
+                    let before = std::mem::replace(&mut levels[k], level);
+                    self.out.discarded.push(before);
                 }
                 Change::Add(level, beside) => {
                     let level = self.level(level, frame);
@@ -108,7 +109,8 @@ impl Expander<'_> {
                         self.fail(d);
                         continue;
                     }
-                    levels.remove(k);
+                    let before = levels.remove(k);
+                    self.out.discarded.push(before);
                 }
             }
         }

@@ -6,7 +6,7 @@ use runtime::program::Op;
 use stdlib_tasks::dimension::{ANGLE, Dimension, NONE, TIME};
 
 use super::functions::{self, CallError, FUNCTIONS};
-use super::helps::{bracketed, count, help_for_kinds, help_for_sum};
+use super::helps::{bracketed, count, elsewhere, families, help_for_kinds, help_for_sum};
 use super::ops::{self, Mismatch};
 use super::present::{Now, PRESENT};
 use super::{Axes, Frame, Graph, Kind, Typed, frames};
@@ -49,6 +49,10 @@ pub trait Scope {
     fn names(&self) -> Vec<String>;
     /// The number of the table of signals that says whether a signal is present; none where a name is that of no signal.
     fn presence(&mut self, name: &str) -> Option<usize>;
+    /// What to write where the name is that of a part of the robot, or no value for another reason.
+    fn instead(&self, _name: &str) -> Option<String> {
+        None
+    }
     /// The value that `initial(ARGUMENT)` captures. `None` where nothing can be captured; the diagnostics say why.
     fn initial(
         &mut self,
@@ -208,7 +212,9 @@ impl Lowering<'_> {
         let mut known = self.scope.names();
         known.extend(["pi", "t", "time", "com"].map(String::from));
         let mut d = Diagnostic::error("HQ0201", span, format!("there is no value called `{name}`"));
-        if let Some(near) = suggest(name, known.iter().map(String::as_str)) {
+        if let Some(help) = self.scope.instead(name) {
+            d = d.help(help);
+        } else if let Some(near) = suggest(name, known.iter().map(String::as_str)) {
             d = d.help(format!("did you mean `{near}`?"));
         } else if FUNCTIONS.iter().any(|f| f.name == name) {
             d = d.help(format!("`{name}` is a function: write `{name}(..)`"));
@@ -288,9 +294,11 @@ impl Lowering<'_> {
             let names = FUNCTIONS.iter().map(|f| f.name).chain(["initial", "present"]).chain(PRESENT.iter().copied());
             let mut d =
                 Diagnostic::error("HQ0201", function.span, format!("there is no function `{}`", function.value));
-            if let Some(near) = suggest(&function.value, names) {
-                d = d.help(format!("did you mean `{near}`?"));
-            }
+            d = d.help(match (elsewhere(&function.value), suggest(&function.value, names)) {
+                (Some(form), _) => format!("it is written `{form}`"),
+                (None, Some(near)) => format!("did you mean `{near}`?"),
+                (None, None) => families(),
+            });
             return self.fail(d);
         };
         let typed: Vec<Result<Typed, Failed>> = args.iter().map(|a| self.value(a)).collect();

@@ -1,11 +1,12 @@
 //! The declarations of a spec by kind, values given on the command line, and what nothing uses.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::tree::{ItemKind, Machine, MemberTask, Param, Robot, Run, Stack, Task, Value};
 use dsl::{Diagnostic, Span, Spanned, Spelling};
 
 use super::Lowerer;
+use super::in_place::names;
 use crate::expand::{Class, Expanded, Named};
 use crate::names::{list, suggest};
 
@@ -98,6 +99,14 @@ impl Lowerer<'_> {
             Some(at) => Some((*at, true)),
             None => (!name.value.contains('.')).then_some((name.span, false)),
         };
+        // What a stack made from another one replaces or removes was written for the other one, and is no slip.
+        let discarded: Vec<&MemberTask> = expanded.discarded.iter().flat_map(|l| &l.members).map(|m| &m.task).collect();
+        let mentioned: BTreeSet<String> = (discarded.iter())
+            .flat_map(|task| match task {
+                MemberTask::Inline(d) => names(d),
+                MemberTask::Name(_) | MemberTask::For(_) => BTreeSet::new(),
+            })
+            .collect();
         let advice = |imported: bool, own: &'static str| if imported { "do not import it" } else { own };
         for value in &expanded.values {
             let (word, name) = match value {
@@ -105,14 +114,18 @@ impl Lowerer<'_> {
                 Named::Let(l) => ("let", &l.name),
                 Named::Signal(s) => ("signal", &s.name),
             };
-            let known = self.params.symbols.contains_key(&name.value) && !self.params.used.contains(&name.value);
+            let known = self.params.symbols.contains_key(&name.value)
+                && !self.params.used.contains(&name.value)
+                && !mentioned.contains(&name.value);
             if let Some((at, imported)) = place(Class::Value, name).filter(|_| complete && known) {
                 let d = Diagnostic::warning("HQ0203", at, format!("{word} `{}` is never used", name.value));
                 self.push(d.help(advice(imported, "use it, or remove it")));
             }
         }
         let members: Vec<&str> = (declared.stacks.iter().flat_map(|s| &s.levels).flat_map(|l| &l.members))
-            .filter_map(|m| match &m.task {
+            .map(|m| &m.task)
+            .chain(discarded.iter().copied())
+            .filter_map(|task| match task {
                 MemberTask::Name(n) => Some(n.value.as_str()),
                 MemberTask::Inline(_) | MemberTask::For(_) => None,
             })

@@ -3,6 +3,7 @@
 mod actions;
 mod declared;
 mod given;
+mod in_place;
 mod machine;
 mod measures;
 mod run;
@@ -24,17 +25,18 @@ use crate::checks;
 use crate::constants::{Constants, Params};
 use crate::expand::{Expanded, Named, Texts, expand};
 use crate::expr::Graph;
+use crate::ranges::Ground;
 use crate::report::Report;
 use crate::robot_binding::{self, BoundRobot, Files};
 use crate::spelling::in_yaml;
 use crate::{bounds, follow_ons, overridden, pointless};
 pub use actions::{VERBS, Verb};
 use declared::Declared;
+use in_place::definitions;
 pub(crate) use machine::MachinePlaces;
 use machine::Surroundings;
 use run::{RunSettings, run_settings};
 pub use signals::signal_types;
-use stack::definitions;
 
 /// What to compile.
 #[derive(Clone, Debug)]
@@ -176,6 +178,7 @@ impl<'a> Lowerer<'a> {
             axes: std::collections::BTreeMap::new(),
             plane: crate::expr::Frame::World,
             forms: std::collections::BTreeMap::new(),
+            operands: std::collections::BTreeMap::new(),
             diagnostics: self.diagnostics,
         }
     }
@@ -245,7 +248,8 @@ impl<'a> Lowerer<'a> {
             return None;
         }
         let (program, places) = self.program(&robot?, &definitions, bound, (&declared, stacks), (run?, machine))?;
-        checks::program(&program, &places, self.diagnostics);
+        let ground = Ground::new(&self.graph, &self.table, &program.robot.model);
+        checks::program(&ground, &program, &places, self.diagnostics);
         if let Some(places) = &places.machine {
             crate::machine::checks(&program, places, self.diagnostics);
         }

@@ -13,6 +13,7 @@ use crate::forms::{block_of, check_keys, text_of};
 use crate::names::{list, suggest};
 use crate::robot_binding::BoundRobot;
 use crate::sections::{RUN, SIMULATOR};
+use crate::units;
 
 /// What a `run` block says.
 #[derive(Debug, Default)]
@@ -104,6 +105,20 @@ fn simulator(block: &Block, constants: &mut Constants, diagnostics: &mut Vec<Dia
             diagnostics
                 .push(Diagnostic::error("HQ0308", e.value.span, text).help(format!("write {wanted}, or leave it out")));
             continue;
+        }
+        // Beyond any robot that a controller of velocities is written for.
+        let (usual, help) = match e.key.value.as_str() {
+            "lag" => (1.0, "actuators lag by 1 ms to 200 ms; write `ms` behind the number if milliseconds are meant"),
+            "noise" => {
+                (0.1, "encoders err by 1e-6 rad to 1e-3 rad; this is the standard deviation of every measured position")
+            }
+            _ => (f64::INFINITY, ""),
+        };
+        if x > usual {
+            let text = format!("a {} of {} is unlike any robot", e.key.value, units::shown(x, wanted));
+            let d = Diagnostic::warning("HQ0522", e.value.span, text)
+                .here(format!("above {}", units::shown(usual, wanted)));
+            diagnostics.push(d.help(help));
         }
         match e.key.value.as_str() {
             "lag" => s.lag = x,
