@@ -16,7 +16,7 @@ use super::document::Document;
 use super::hover;
 use super::mentions::{Class, MARKER, Mentions, Slot};
 use super::urdf::Part;
-use super::vocabulary::{BUILT_IN, DECLARATIONS, FRAME_FIELDS, Key, PRESENT, SECTIONS};
+use super::vocabulary::{BUILT_IN, DECLARATIONS, FRAME_FIELDS, Key, PRESENT, SECTIONS, VALUE_FIELDS};
 use crate::catalogue::describe;
 
 /// What could stand at a byte.
@@ -183,6 +183,11 @@ impl List<'_> {
             }
             Slot::FrameField => {
                 for field in FRAME_FIELDS {
+                    self.add(field, CompletionItemKind::FIELD, 0, "", String::new());
+                }
+            }
+            Slot::ValueField => {
+                for field in VALUE_FIELDS {
                     self.add(field, CompletionItemKind::FIELD, 0, "", String::new());
                 }
             }

@@ -25,7 +25,7 @@ pub(super) fn params() -> Value {
     ]);
     let mut value = object(ranged, &["value"], "A value, or `{ value, min, max }`.");
     value["type"] = json!(["number", "string", "array", "object"]);
-    section("Values with a name: numbers, vectors, orientations. `--set NAME=VALUE` overrides one.", &value)
+    section("Values with a name: numbers, vectors, orientations, poses. `--set NAME=VALUE` overrides one.", &value)
 }
 
 pub(super) fn robots() -> Value {

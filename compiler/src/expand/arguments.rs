@@ -60,6 +60,7 @@ pub(crate) static TYPES: &[Type] = &[
     scalar("mass", "a mass", MASS),
     named("vector", "a vector", Form::Quantity(Kind::Vector, None)),
     named("point", "a vector of lengths", Form::Quantity(Kind::Vector, Some(LENGTH))),
+    named("pose", "a pose", Form::Quantity(Kind::Pose, Some(NONE))),
     named("orientation", "an orientation", Form::Quantity(Kind::Rotation, Some(NONE))),
 ];
 

@@ -115,11 +115,10 @@ impl Lowering<'_> {
             ),
             ValueKind::Negate(inner) => {
                 let a = self.value(inner)?;
-                if a.kind == Kind::Rotation {
-                    return self.fail(
-                        Diagnostic::error("HQ0304", span, "an orientation has no negative")
-                            .help("for the turn back write `inverse(..)`"),
-                    );
+                if matches!(a.kind, Kind::Rotation | Kind::Pose) {
+                    let text = format!("{} has no negative", a.kind.describe());
+                    return self
+                        .fail(Diagnostic::error("HQ0304", span, text).help("for the way back write `inverse(..)`"));
                 }
                 if a.kind == Kind::Truth {
                     let d = Diagnostic::error("HQ0304", span, "a truth value has no negative");
@@ -146,7 +145,7 @@ impl Lowering<'_> {
     }
 
     fn scaled(&mut self, inner: Typed, factor: f64, dimension: Dimension, span: Span) -> Result<Typed, Failed> {
-        if matches!(inner.kind, Kind::Rotation | Kind::Truth) {
+        if matches!(inner.kind, Kind::Rotation | Kind::Pose | Kind::Truth) {
             let text = format!("{} has no unit", inner.kind.describe());
             return self.fail(Diagnostic::error("HQ0304", span, text).help("leave the unit out"));
         }

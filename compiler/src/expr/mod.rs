@@ -7,6 +7,7 @@ mod graph;
 mod helps;
 mod lower;
 mod ops;
+mod poses;
 mod present;
 mod rotations;
 
@@ -15,6 +16,7 @@ pub use functions::{FUNCTIONS, Function};
 pub use graph::Graph;
 pub use helps::bracketed;
 pub use lower::{Lowering, Meaning, Scope, Symbol};
+pub(crate) use poses::root;
 pub(crate) use present::PRESENT;
 pub use present::{Now, Plane};
 
@@ -30,6 +32,8 @@ pub enum Kind {
     Vector,
     /// A unit quaternion `w x y z`.
     Rotation,
+    /// A position `x y z` in m and a unit quaternion `w x y z`.
+    Pose,
     /// One number: 1 for true, -1 for false.
     Truth,
 }
@@ -41,6 +45,7 @@ impl Kind {
             Kind::Scalar => "a number",
             Kind::Vector => "a vector",
             Kind::Rotation => "an orientation",
+            Kind::Pose => "a pose",
             Kind::Truth => "a truth value",
         }
     }
@@ -51,13 +56,13 @@ impl Kind {
 pub struct Typed {
     /// Its kind.
     pub kind: Kind,
-    /// Its dimension; none for rotations.
+    /// Its dimension; none for rotations and poses.
     pub dimension: Dimension,
-    /// 1, 3 or 4 nodes.
+    /// 1, 3, 4 or 7 nodes.
     pub nodes: Vec<usize>,
     /// A bare number was written where nothing says what it counts: no unit, no `pi`, no name.
     pub bare: bool,
-    /// Of a vector or orientation: the axes that its numbers count along.
+    /// Of a vector, orientation or pose: the axes that its numbers count along.
     pub axes: Axes,
     /// Where.
     pub span: Span,
