@@ -7,9 +7,11 @@ use stdlib_tasks::dimension::{ANGLE, ANGULAR_VELOCITY, Dimension, LENGTH, MASS, 
 use super::fill::{Bindings, Bound, Frame};
 use super::module::missing;
 use super::{Expander, Given};
+use crate::constants::is_word;
 use crate::expr::Kind;
 use crate::forms::{items_of, path_of, text_of};
 use crate::names::{list, suggest};
+use crate::units::assume;
 
 /// A type of parameter.
 pub(crate) struct Type {
@@ -182,10 +184,13 @@ impl Expander<'_> {
             Form::Names => items_of(&value).iter().all(|v| path_of(v).is_some()),
             Form::Arm => text_of(&value).is_some_and(|name| self.is_arm(name)),
             Form::Task => true,
-            Form::Quantity(..) => {
+            Form::Quantity(_, dimension) => {
                 let given = Given { value: value.clone(), what, ty: p.ty.clone() };
                 self.out.given.push(given);
-                return Some(Bound::Value(value));
+                return Some(Bound::Value(match dimension {
+                    Some(dimension) if dimension != NONE && may_be_bare(&value) => assume(value, dimension),
+                    _ => value,
+                }));
             }
         };
         if !good {
@@ -242,6 +247,19 @@ impl Expander<'_> {
 
     fn is_arm(&self, name: &str) -> bool {
         self.arms().is_none_or(|arms| arms.iter().any(|a| a == name))
+    }
+}
+
+/// True for a value that may be a bare number, or a vector of such: whether a name is that of one is known only when
+/// values are typed.
+fn may_be_bare(value: &Value) -> bool {
+    match &value.kind {
+        ValueKind::Number(_) => true,
+        ValueKind::Name(name) => !is_word(name),
+        ValueKind::List(items) => !items.is_empty() && items.iter().all(may_be_bare),
+        ValueKind::Negate(of) => may_be_bare(of),
+        ValueKind::Binary(_, left, right) => may_be_bare(left) && may_be_bare(right),
+        _ => false,
     }
 }
 

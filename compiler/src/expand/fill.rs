@@ -10,6 +10,7 @@ use dsl::{Diagnostic, SourceId, Span, Spanned};
 use super::{Class, Expander};
 use crate::forms::{text_of, written};
 use crate::names::suggest;
+use crate::units::as_written;
 
 /// What a parameter, or the name of a repetition, stands for.
 #[derive(Clone, Debug, PartialEq)]
@@ -122,10 +123,10 @@ impl Expander<'_> {
     fn hole(&self, hole: &str, name: bool, span: Span, frame: &Frame) -> Result<String, Option<Box<Diagnostic>>> {
         let text = match frame.bound.get(hole) {
             None => return Err(None),
-            Some(Bound::Value(value)) => match &value.kind {
+            Some(Bound::Value(value)) => match &as_written(value).kind {
                 ValueKind::Number(n) => Some(n.text.clone()),
                 ValueKind::Missing => return Ok("missing".to_string()),
-                _ => text_of(value).map(str::to_string),
+                _ => text_of(as_written(value)).map(str::to_string),
             },
             Some(Bound::Task(dsl::tree::MemberTask::Name(task))) => Some(written(&task.value).to_string()),
             Some(Bound::Task(_)) => None,

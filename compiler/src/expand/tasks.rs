@@ -8,6 +8,7 @@ use super::fill::{Bindings, Bound, Frame};
 use super::{Class, Expander, MAX_DEPTH};
 use crate::forms::text_of;
 use crate::names::suggest;
+use crate::units::as_written;
 
 /// A use of a task with parameters.
 pub(super) struct Instance {
@@ -196,8 +197,8 @@ impl Expander<'_> {
 /// The names and whole numbers among arguments.
 fn task_words(bound: &Bindings, order: &[String]) -> Vec<String> {
     let word = |name: &String| match bound.get(name)? {
-        Bound::Value(value) => match &value.kind {
-            ValueKind::Name(_) => text_of(value).map(str::to_string),
+        Bound::Value(value) => match &as_written(value).kind {
+            ValueKind::Name(_) => text_of(as_written(value)).map(str::to_string),
             ValueKind::Number(n) if n.text.bytes().all(|b| b.is_ascii_digit()) => Some(n.text.clone()),
             _ => None,
         },

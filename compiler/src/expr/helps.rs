@@ -53,6 +53,9 @@ pub fn bracketed(op: BinaryOp, left: &Value, right: &Value) -> Option<String> {
         _ => return None,
     };
     let ValueKind::Unit(right, unit) = &right.kind else { return None };
+    if units::is_assumed(unit) {
+        return None;
+    }
     let (ValueKind::Number(a), ValueKind::Number(b)) = (&left.kind, &right.kind) else { return None };
     Some(format!("({}{sign}{}) {}", a.text, b.text, written(unit)))
 }

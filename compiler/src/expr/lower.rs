@@ -95,6 +95,10 @@ impl Lowering<'_> {
             ValueKind::Number(n) => Ok(scalar(self.graph.number(n.value), NONE, true)),
             ValueKind::Unit(inner, unit) => {
                 let inner = self.value(inner)?;
+                // A bare angle was warned of where it was given.
+                if units::is_assumed(unit) && !inner.bare {
+                    return Ok(Typed { span, ..inner });
+                }
                 let (factor, dimension) = match units::meaning(unit) {
                     Ok(x) => x,
                     Err(e) => return self.fail(codes::unit_error(&e, unit.span)),
@@ -310,6 +314,8 @@ impl Lowering<'_> {
                     d = d.note("a time alone is no angle: something must say how fast the angle grows").help(
                         "divide by a time, such as `2*pi*t/(25 s)`, or multiply with a rate, such as `0.5 rad/s * t`",
                     );
+                } else if known.name == "slerp" && a.kind == Kind::Pose {
+                    d = d.help("between poses stands `lerp(from, to, share)`");
                 } else {
                     d = d.help(format!("the form is `{}`", known.form));
                 }
