@@ -40,6 +40,7 @@ fn codes_rise_and_every_reported_one_is_explained() {
         include_str!("../src/yaml/events.rs"),
         include_str!("../src/yaml/items.rs"),
         include_str!("../src/yaml/levels.rs"),
+        include_str!("../src/yaml/quotes.rs"),
         include_str!("../src/yaml/scalars.rs"),
         include_str!("../src/yaml/syntax.rs"),
     ]

@@ -59,10 +59,12 @@ impl Binder<'_> {
         state: bool,
         info: &ParamInfo,
     ) -> Option<()> {
-        let good = matches!(typed.kind, Kind::Scalar | Kind::Vector) || (orientation && matches!(typed.kind, Kind::Rotation | Kind::Pose));
+        let good = matches!(typed.kind, Kind::Scalar | Kind::Vector)
+            || (orientation && matches!(typed.kind, Kind::Rotation | Kind::Pose));
         if !good {
             let is = typed.kind.describe();
-            let wanted = if orientation { "a number, a vector, an orientation or a pose" } else { "a number or a vector" };
+            let wanted =
+                if orientation { "a number, a vector, an orientation or a pose" } else { "a number or a vector" };
             let d = Diagnostic::error("HQ0304", value.span, format!("`{}` is {wanted}, and this is {is}", info.name));
             self.diagnostics.push(d.here(is).help(match typed.kind {
                 Kind::Pose => "keep its position, or a number of it: `.position.z`",

@@ -138,7 +138,8 @@ impl TaskScope<'_> {
             ValueKind::Call(function, _) => function.value == "pose",
             ValueKind::Field(inner, field) => field.value == "pose" && matches!(inner.kind, ValueKind::Call(..)),
             ValueKind::Name(name) => {
-                let part = self.robot.geometries.iter().any(|g| g.name == *name) || self.robot.groups.contains_key(name);
+                let part =
+                    self.robot.geometries.iter().any(|g| g.name == *name) || self.robot.groups.contains_key(name);
                 !part && matches!(self.params.meaning(name), Meaning::Value(v) if v.value.kind == Kind::Pose)
             }
             _ => false,

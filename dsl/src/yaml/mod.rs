@@ -3,6 +3,7 @@
 mod events;
 mod items;
 mod levels;
+mod quotes;
 mod repeat;
 mod reuse;
 mod scalars;

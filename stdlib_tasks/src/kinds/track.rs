@@ -15,9 +15,9 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::bound::{BoundParams, check};
 use crate::dimension::{ANGLE, Dimension, RATE};
 use crate::expression::{Term, settle, turn_seeds};
+use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::params::{Form, Operand, ParamType, Presence, Quantity};
 use crate::so3;
-use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::task::{
     Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
 };
