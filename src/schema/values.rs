@@ -15,9 +15,9 @@ pub(super) static NAME: &str =
 pub(super) static HEAD: &str =
     r"^(?:[A-Za-z_]|\$\{[A-Za-z_][A-Za-z0-9_]*\})(?:[A-Za-z0-9_]|\$\{[A-Za-z_][A-Za-z0-9_]*\})*(?:\s*\(.*\)\s*)?$";
 
-/// A key that names joints: a name, a group, or a pattern.
+/// A key that names joints: a name, also one of other characters than those of the language, a group, or a pattern.
 pub(super) static JOINT_KEY: &str =
-    r"^(?:[A-Za-z_*?]|\$\{[A-Za-z_][A-Za-z0-9_]*\})(?:[A-Za-z0-9_*?]|\$\{[A-Za-z_][A-Za-z0-9_]*\})*$";
+    r"^(?:[A-Za-z0-9_*?./:-]|\$\{[A-Za-z_][A-Za-z0-9_]*\})(?:[A-Za-z0-9_*?./:-]|\$\{[A-Za-z_][A-Za-z0-9_]*\})*$";
 
 /// A plain number, as it stands before a unit.
 static NUMBER: &str = r"[-+]?[0-9]+(?:\.[0-9]+)?(?:[eE][-+]?[0-9]+)?";

@@ -30,6 +30,8 @@ enum Form {
     Arm,
     /// Names, alone or in a list.
     Names,
+    /// Names of joints, which may be keys.
+    Joints,
     /// A task.
     Task,
     /// An expression; without a dimension, any.
@@ -48,7 +50,7 @@ const fn scalar(name: &'static str, is: &'static str, dimension: Dimension) -> T
 pub(crate) static TYPES: &[Type] = &[
     named("arm", "the name of an arm", Form::Arm),
     named("frame", "the name of a link or arm", Form::Name),
-    named("joints", "names of joints or groups of joints, or patterns", Form::Names),
+    named("joints", "names of joints or groups of joints, or patterns", Form::Joints),
     named("geometry", "names of points, segments, groups or links", Form::Names),
     named("task", "a task", Form::Task),
     named("name", "a name", Form::Name),
@@ -181,7 +183,7 @@ impl Expander<'_> {
         }
         let good = match ty.form {
             Form::Name => text_of(&value).is_some(),
-            Form::Names => items_of(&value).iter().all(|v| path_of(v).is_some()),
+            Form::Names | Form::Joints => items_of(&value).iter().all(|v| path_of(v).is_some()),
             Form::Arm => text_of(&value).is_some_and(|name| self.is_arm(name)),
             Form::Task => true,
             Form::Quantity(_, dimension) => {
@@ -208,7 +210,10 @@ impl Expander<'_> {
             });
             return None;
         }
-        Some(Bound::Value(value))
+        Some(match ty.form {
+            Form::Joints => Bound::Joints(value),
+            _ => Bound::Value(value),
+        })
     }
 
     /// A task that is given: the name of one, or a type with arguments.

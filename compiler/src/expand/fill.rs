@@ -8,7 +8,7 @@ use dsl::tree::{Block, Comments, Entry, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 
 use super::{Class, Expander};
-use crate::forms::{text_of, written};
+use crate::forms::{KEY_SEPARATOR, items_of, text_of, written};
 use crate::names::suggest;
 use crate::units::as_written;
 
@@ -17,6 +17,8 @@ use crate::units::as_written;
 pub(super) enum Bound {
     /// A value, copied already.
     Value(Value),
+    /// Names of joints, copied already: as keys they stand for themselves.
+    Joints(Value),
     /// A task, copied already.
     Task(dsl::tree::MemberTask),
 }
@@ -123,7 +125,7 @@ impl Expander<'_> {
     fn hole(&self, hole: &str, name: bool, span: Span, frame: &Frame) -> Result<String, Option<Box<Diagnostic>>> {
         let text = match frame.bound.get(hole) {
             None => return Err(None),
-            Some(Bound::Value(value)) => match &as_written(value).kind {
+            Some(Bound::Value(value) | Bound::Joints(value)) => match &as_written(value).kind {
                 ValueKind::Number(n) => Some(n.text.clone()),
                 ValueKind::Missing => return Ok("missing".to_string()),
                 _ => text_of(as_written(value)).map(str::to_string),
@@ -139,7 +141,7 @@ impl Expander<'_> {
                 format!("`${{{hole}}}` is filled by something that is no part of a name"),
             );
             let d = match frame.bound.get(hole) {
-                Some(Bound::Value(value)) => d.label(value.span, "this"),
+                Some(Bound::Value(value) | Bound::Joints(value)) => d.label(value.span, "this"),
                 _ => d,
             };
             Some(Box::new(d.help("give a name or a whole number there")))
@@ -171,7 +173,15 @@ impl Expander<'_> {
                 ValueKind::Field(of, self.name(field, frame))
             }
             ValueKind::List(items) => ValueKind::List(items.iter().map(|i| self.value(i, frame)).collect()),
-            ValueKind::Block(block) => ValueKind::Block(self.block(block, frame)),
+            ValueKind::Block(block) => {
+                let mut block = self.block(block, frame);
+                for key in block.entries.iter_mut().map(|e| &mut e.key) {
+                    if let Some(Bound::Joints(joints)) = frame.bound.get(&key.value) {
+                        *key = Spanned::new(joint_key(joints), joints.span);
+                    }
+                }
+                ValueKind::Block(block)
+            }
             ValueKind::In(of, axes) => {
                 let of = one(self, of, frame);
                 let at = self.at(axes.span, frame);
@@ -192,7 +202,7 @@ impl Expander<'_> {
     /// What a name stands for: an argument, or the name that a value has in the program.
     fn named(&mut self, name: &str, span: Span, frame: &mut Frame) -> Value {
         match frame.bound.get(name) {
-            Some(Bound::Value(value)) => {
+            Some(Bound::Value(value) | Bound::Joints(value)) => {
                 // Counted first: copies of copies grow fast.
                 let kind = if self.count_copy(value) { value.kind.clone() } else { ValueKind::Missing };
                 return Value { kind, span: value.span };
@@ -282,6 +292,11 @@ impl Expander<'_> {
             Err(_) => None,
         }
     }
+}
+
+/// Names of joints as one key; see [`crate::forms::names_of_key`].
+fn joint_key(joints: &Value) -> String {
+    items_of(joints).iter().filter_map(text_of).collect::<Vec<_>>().join(KEY_SEPARATOR)
 }
 
 /// The values that a value is made of.

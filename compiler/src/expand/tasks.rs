@@ -197,7 +197,7 @@ impl Expander<'_> {
 /// The names and whole numbers among arguments.
 fn task_words(bound: &Bindings, order: &[String]) -> Vec<String> {
     let word = |name: &String| match bound.get(name)? {
-        Bound::Value(value) => match &as_written(value).kind {
+        Bound::Value(value) | Bound::Joints(value) => match &as_written(value).kind {
             ValueKind::Name(_) => text_of(as_written(value)).map(str::to_string),
             ValueKind::Number(n) if n.text.bytes().all(|b| b.is_ascii_digit()) => Some(n.text.clone()),
             _ => None,

@@ -4,7 +4,7 @@ use super::hq_levels as levels;
 use super::hq_reuse as reuse;
 use super::{Lines, OneLine, WIDTH, expr, has_block, no_comments};
 use crate::tree::{Block, Entry, Item, ItemKind, Spec, TaskDefinition, Value, ValueKind};
-use crate::words::is_pattern;
+use crate::words::is_quoted_key;
 
 /// Writes a tree.
 pub(crate) fn print(spec: &Spec) -> String {
@@ -143,7 +143,7 @@ fn tag(body: &Block) -> Option<(&Entry, &Block)> {
     match body.entries.as_slice() {
         [entry] if body.tagged && no_comments(&entry.comments) && no_comments(&body.closing_comments) => {
             match &entry.value.kind {
-                ValueKind::Block(_) if is_pattern(&entry.key.value) => None,
+                ValueKind::Block(_) if is_quoted_key(&entry.key.value) => None,
                 ValueKind::Block(inner) if !inner.tagged || tag(inner).is_none() => Some((entry, inner)),
                 _ => None,
             }
@@ -152,9 +152,9 @@ fn tag(body: &Block) -> Option<(&Entry, &Block)> {
     }
 }
 
-/// A key: a name as it is, a pattern in quotes.
+/// A key: a name as it is, anything else in quotes.
 fn key(text: &str) -> String {
-    if is_pattern(text) { format!("\"{text}\"") } else { text.to_owned() }
+    if is_quoted_key(text) { format!("\"{text}\"") } else { text.to_owned() }
 }
 
 fn tagged_or_block(body: &Block, behind: &Option<String>, indent: usize, lines: &mut Lines) {
