@@ -21,7 +21,7 @@ syntax match hierarqType "\%(\h\w*:\s*\)\@<=\%(arm\|frame\|joints\|geometry\|tas
 syntax match hierarqNumber "\<\d\+\%(\.\d\+\)\=\%([eE][-+]\=\d\+\)\=\>"
 syntax match hierarqUnit "\%([0-9)\]/*]\s*\)\@<=\%(mrad\|turn\|rad\|deg\|kHz\|rpm\|cm\|mm\|km\|um\|ms\|us\|Hz\|kg\|kN\|mN\|Nm\|m\|s\|h\|g\|N\|J\|W\)\>"
 syntax match hierarqUnit "\%([0-9)\]/*]\s*\)\@<=min\>\%(\s\+[-0-9[(A-Za-z_]\)\@!"
-syntax match hierarqHole "\${\h\w*}"
+syntax match hierarqHole "\${[-+* 0-9]*\h[-+* 0-9A-Za-z_]*}"
 syntax region hierarqString start=+"+ skip=+\\.+ end=+"+ oneline contains=hierarqHole
 syntax match hierarqComment "//.*$" contains=@Spell
 
