@@ -212,7 +212,7 @@ pub(super) fn one_line_block(body: &Block, line: &mut OneLine) -> Option<()> {
         }
         if i > 0 {
             let last = &body.entries[i - 1].value;
-            line.push(separator(last, &entry.key.value))?;
+            line.push(separator(last, entry))?;
         }
         line.push(&key(&entry.key.value))?;
         if !matches!(entry.value.kind, ValueKind::Missing) {
@@ -226,9 +226,10 @@ pub(super) fn one_line_block(body: &Block, line: &mut OneLine) -> Option<()> {
     line.push(" }")
 }
 
-/// What stands between a value and the next key on the same line.
-fn separator(last: &Value, key: &str) -> &'static str {
-    if matches!(last.kind, ValueKind::Missing) || expr::swallows(last, key) { ", " } else { "  " }
+/// What stands between a value and the next entry on the same line.
+fn separator(last: &Value, next: &Entry) -> &'static str {
+    let swallowed = expr::swallows(last, &next.key.value, Some(&next.value));
+    if matches!(last.kind, ValueKind::Missing) || swallowed { ", " } else { "  " }
 }
 
 fn one_line_value(value: &Value, line: &mut OneLine) -> Option<()> {
