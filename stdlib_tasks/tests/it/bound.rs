@@ -238,7 +238,7 @@ fn a_place_outside_the_table_is_no_number() {
 fn a_wrong_form_is_an_error_that_names_the_parameter() {
     let model = canopies(Base::Planar);
     let forms = [
-        Bound::Value(Slot { at: 0, len: 7 }),
+        Bound::Value(Slot { at: 0, len: 8 }),
         Bound::Frame("f".to_string(), LinkId(0)),
         Bound::Frames(Vec::new()),
         Bound::Arm(arms(&model)[0].clone()),
