@@ -67,6 +67,7 @@ fn parameter(p: &ParamInfo) -> Value {
         ParamType::PerArm(d) => values::per_arm(*d),
         ParamType::Choice(words) => json!({ "enum": words }),
         ParamType::Expression(Form::Number(q)) => values::scalar(q),
+        ParamType::Expression(Form::Vector(d)) => values::vector(*d),
         ParamType::Expression(_) => values::any(),
         ParamType::Group(inner) => {
             let needed: Vec<&str> = inner.iter().filter(|p| required(p)).map(|p| p.name).collect();

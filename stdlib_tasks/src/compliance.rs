@@ -37,9 +37,11 @@ use robot::LinkId;
 
 use crate::bound::BoundParams;
 use crate::dimension::{ANGULAR_DAMPING, DAMPING, Dimension, FORCE, INERTIA, MASS, MOMENT, STIFFNESS};
-use crate::params::{Input, ParamType, Presence, Quantity, WrongForm};
-use crate::task::{BuildError, Rows, State, TaskFault};
+use crate::expression::Term;
+use crate::params::{Form, Input, Operand, ParamType, Presence, Quantity, WrongForm};
+use crate::task::{BuildError, Context, Rows, State, TaskFault};
 use crate::tracking::axes;
+use crate::written::fault;
 
 crate::params! {
     /// The virtual mass of a frame.
@@ -76,9 +78,9 @@ crate::params! {
     pub struct Wrench {
         /// The force that a person or the surroundings exert on the robot, along the world's axes: a push towards +x has a
         /// positive first number.
-        force: Input<3> = ParamType::Vector(FORCE), Presence::Required;
+        force: Operand = ParamType::Expression(Form::Vector(FORCE)), Presence::Required;
         /// The moment that they exert on the robot about the frame's origin, along the world's axes.
-        moment: Input<3> = ParamType::Vector(MOMENT), Presence::Default("[0, 0, 0] N m");
+        moment: Operand = ParamType::Expression(Form::Vector(MOMENT)), Presence::Default("[0, 0, 0] N m");
     }
 }
 
@@ -159,30 +161,34 @@ pub struct Body {
     mass: [Input<3>; 2],
     damping: [Input<3>; 2],
     stiffness: Option<[Input<3>; 2]>,
-    wrench: [Input<3>; 2],
+    wrench: [Term; 2],
 }
 
 impl Body {
-    /// From its parameters, `values` being the table at the moment of building.
+    /// From its parameters.
     ///
     /// # Errors
-    /// A stiffness is larger than the period allows.
+    /// A stiffness is larger than the period allows; the wrench is no pair of vectors.
     pub fn new(
         link: LinkId,
-        (values, period): (&[f64], f64),
+        ctx: &Context,
         (mass, damping, stiffness): (Mass, Damping, Option<Stiffness>),
         wrench: Wrench,
     ) -> Result<Self, BuildError> {
+        if wrench.force.len() != 3 || wrench.moment.len() != 3 {
+            return Err(BuildError::new("wrench", "force and moment are vectors"));
+        }
+        let period = ctx.period;
         let body = Body {
             link,
             period,
             mass: [mass.linear, mass.angular],
             damping: [damping.linear, damping.angular],
             stiffness: stiffness.map(|k| [k.linear, k.angular]),
-            wrench: [wrench.force, wrench.moment],
+            wrench: [wrench.force, wrench.moment].map(|w| Term::new(&w, ctx.model)),
         };
         for (part, (name, dimension)) in PARTS.into_iter().enumerate() {
-            for (axis, letter) in body.axes(part, values).iter().zip(["x", "y", "z"]) {
+            for (axis, letter) in body.axes(part, ctx.values).iter().zip(["x", "y", "z"]) {
                 let bound = axis.stiffness_bound(period);
                 // Signs are held by the ranges of the parameters, and values that move by each tick.
                 if axis.mass > 0.0 && axis.damping > 0.0 && axis.stiffness >= bound {
@@ -191,8 +197,9 @@ impl Body {
                         "a stiffness of {k} {dimension} ({name}, {letter}) swings up: a control period of {period} s is too \
                          long for it"
                     );
+                    let bound: f64 = format!("{bound:.3e}").parse().unwrap_or(bound);
                     return Err(BuildError::new("stiffness", text).help(format!(
-                        "with this mass and damping stay well below {bound:.4} {dimension}, where k T^2 = 4 m + 2 d T; or \
+                        "with this mass and damping stay well below {bound} {dimension}, where k T^2 = 4 m + 2 d T; or \
                          raise the mass, the damping or the rate"
                     )));
                 }
@@ -206,6 +213,11 @@ impl Body {
         self.link
     }
 
+    /// Forgets the past.
+    pub fn enter(&mut self) {
+        self.wrench.iter_mut().for_each(Term::forget);
+    }
+
     fn axes(&self, part: usize, values: &[f64]) -> [Axis; 3] {
         let (m, d) = (self.mass[part].of(values), self.damping[part].of(values));
         let k = self.stiffness.map_or([0.0; 3], |k| k[part].of(values));
@@ -216,10 +228,11 @@ impl Body {
     ///
     /// # Errors
     /// A number is not finite; or mass, damping and stiffness are none of a body that comes to rest.
-    pub fn update(&self, state: &State, rows: &mut Rows, target: &Motion) -> Result<(), TaskFault> {
+    pub fn update(&mut self, state: &State, rows: &mut Rows, target: &Motion) -> Result<(), TaskFault> {
         let p = state.data.pose(self.link).translation.vector;
         for part in 0..2 {
-            let wrench = self.wrench[part].of(state.values);
+            self.wrench[part].forward(state).map_err(fault)?;
+            let wrench = self.wrench[part].vector(state);
             for (k, (direction, axis)) in axes().iter().zip(self.axes(part, state.values)).enumerate() {
                 let i = 3 * part + k;
                 let row = rows.row(i);

@@ -63,6 +63,8 @@ pub enum Form {
     Like(&'static str),
     /// A number.
     Number(Quantity),
+    /// A vector of a dimension, along the world's axes.
+    Vector(Dimension),
     /// A constant number, zero or more, of the dimension that another parameter, bound before, has. No state stands in it.
     Size(&'static str),
 }

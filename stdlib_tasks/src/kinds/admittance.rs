@@ -64,8 +64,9 @@ first tick.\n\
 and no memory of the task. So what limits held back does not pile up, another stack may have moved the robot \
 before, and mass, damping and stiffness may change at any time, with the stack or with time: the velocity goes on from where \
 it is, and only its slope has a corner.\n\
-- The moment counts about the frame's origin; a sensor elsewhere measures another: add `r x f`. A wrench without \
-`moment` leaves the orientation to spring and damper.\n\n\
+- A sensor measures along its own axes: `force (f in wrist) in world` turns what it says into the world's. The moment \
+counts about the frame's origin; a sensor elsewhere measures another: add `r x f`. A wrench without `moment` leaves the \
+orientation to spring and damper.\n\n\
 Mass and damping are stable with any period. The spring pulls with the error at the beginning of a tick, and is stable exactly \
 where\n\n\
 ```text\nKp T^2  <  4 Km + 2 Kd T\n```\n\n\
@@ -104,7 +105,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     let damping = read("damping", &params.damping, Damping::from_bound)?;
     let stiffness = read("stiffness", &params.stiffness, Stiffness::from_bound)?;
     let wrench = read("wrench", &params.wrench, Wrench::from_bound)?;
-    let body = Body::new(params.frame.1, (ctx.values, ctx.period), (mass, damping, Some(stiffness)), wrench)?;
+    let body = Body::new(params.frame.1, ctx, (mass, damping, Some(stiffness)), wrench)?;
     Ok(Box::new(Admittance { body, target, before: None }))
 }
 
@@ -123,6 +124,7 @@ impl Task for Admittance {
 
     fn enter(&mut self, _state: &State) {
         self.before = None;
+        self.body.enter();
     }
 
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {

@@ -62,7 +62,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     let mass = read("mass", &params.mass, Mass::from_bound)?;
     let damping = read("damping", &params.damping, Damping::from_bound)?;
     let wrench = read("wrench", &params.wrench, Wrench::from_bound)?;
-    let body = Body::new(params.frame.1, (ctx.values, ctx.period), (mass, damping, None), wrench)?;
+    let body = Body::new(params.frame.1, ctx, (mass, damping, None), wrench)?;
     Ok(Box::new(HandGuiding { body, jacobian: vec![0.0; 6 * ctx.model.nv()], wanted: [0.0; 6] }))
 }
 
@@ -81,6 +81,10 @@ impl Task for HandGuiding {
 
     fn gains(&self, _values: &[f64]) -> Vec<f64> {
         Vec::new()
+    }
+
+    fn enter(&mut self, _state: &State) {
+        self.body.enter();
     }
 
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {

@@ -91,7 +91,7 @@ fn defaults_fit_their_types() {
                 }
                 ParamType::Choice(list) => assert!(list.contains(&text), "{what}"),
                 ParamType::Arm => assert!(["left", "right"].contains(&text), "{what}"),
-                ParamType::Vector(d) if first == "[0," => {
+                ParamType::Expression(Form::Vector(d)) => {
                     let behind = text.strip_prefix("[0, 0, 0] ").expect(&what);
                     assert_eq!(d.to_string(), behind, "{what}");
                 }
