@@ -285,7 +285,7 @@ fn switching_parameters_and_tasks_leaves_the_velocity_continuous() {
         [60.0, 9.0, 900.0, 90.0, 3000.0, 200.0],
         [5.0, 1.0, 20.0, 3.0, 500.0, 40.0],
     ];
-    let (mut place, mut fastest) = (home.moved(&vec![0.0; 7], 0.0), 0.0_f64);
+    let (mut place, mut fastest) = (home.moved(&[0.0; 7], 0.0), 0.0_f64);
     let guiding = Case::new("hand_guiding").with("frame", frame(link));
     let mut cases = [
         admittance(&home, link, THESIS, [&[0.0; 3], &[0.0; 3]]),
