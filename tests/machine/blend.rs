@@ -10,14 +10,15 @@ const TASKS: &str = "
 task wave = joint_position { target { joint_1 0.6 rad * sin(2*pi*t/(2 s))  joint_4 1.6 rad + 0.4 rad * sin(2*pi*t/(3 s)) }  gain 5 /s }
 task reach = frame_position(tool) { position initial(position) + [0.1, 0.2, -0.1] m * sin(pi*t/(2 s))  gain 5 /s }
 task up = frame_position(tool) { position [0.2, -0.3, 0.9] m  gain 2 /s }
-task turn = joint_velocity { joints joint_1  velocity 0.8 rad/s }
+task turn = joint_velocity { velocity { joint_1 0.8 rad/s } }
 task level_tool = frame_orientation(tool) { orientation initial(orientation)  gain 5 /s }
 task floor = virtual_wall { points arms  through [[0, 0, 0], [1, 0, 0], [0, 1, 0]]  d_min 0.55 m  gain 5 /s }
 task side = virtual_wall { points arms  through [[0, 0.25, 0], [0, 0.25, 1], [1, 0.25, 0]]  d_min 0.02 m  gain 5 /s }
 ";
 
 const ROBOT: &str = "robot wide from arm {
-  arms { only { tip tool  points [tool, link_4] } }
+  points { hand tool  elbow link_4 }
+  arms { only { tip tool  points [hand, elbow] } }
 }
 ";
 
@@ -143,7 +144,7 @@ fn a_blend_takes_the_jump_out_of_a_switch() {
 fn levels_that_both_stacks_share_go_on_undisturbed() {
     let mut host = Host::new(
         "task here = hold(tool)
-         task turn = joint_velocity { joints joint_1  velocity 0.5 rad/s }
+         task turn = joint_velocity { velocity { joint_1 0.5 rad/s } }
          task rest = joint_velocity { velocity 0 rad/s }
          stack a from still { add hand { here }  add elbow { turn } }
          stack b from still { add hand { here }  add elbow { rest } }

@@ -9,7 +9,7 @@ const MACHINE: &str = "
 signal goal : point  timeout 100 ms
 param climb = 1 m/s
 task reach = frame_position(tool) { position goal  gain 2 /s }
-task slow = joint_velocity_limits { scale 0.02 }
+task slow = joint_velocity_limits { max 0.02 rad/s }
 task rising = keep(dot(frame(tool).position, [0, 0, 1])) { min 0.2 m + climb * max(t - 0.5 s, 0 s)  gain 10 /s }
 stack go from still { add motion { reach } }
 stack rise from still { add fence hard { slow  rising } }
@@ -137,7 +137,7 @@ fn a_limit_that_is_passed_is_a_fault_where_a_transition_asks() {
     let text = |answer: &str| {
         format!(
             "task wall = keep(dot(frame(tool).position, [0, 0, 1])) {{ min 0.2 m + 1 m/s * max(t - 0.3 s, 0 s)  gain 10 /s }}
-             task slow = joint_velocity_limits {{ scale 0.02 }}
+             task slow = joint_velocity_limits {{ max 0.02 rad/s }}
              stack push {{ level limits hard {{ joint_position_limits  slow }}  level wall {{ wall }} }}
              machine m {{ initial a  on fault(any) -> b  {answer}
                state a {{ stack push  after 3 s -> b }}

@@ -167,7 +167,7 @@ fn substates_without_a_stack_go_on_with_that_around_them() {
 #[test]
 fn a_state_without_any_stack_stands() {
     let mut host = Host::new(
-        "task turn = joint_velocity { joints joint_1  velocity 0.3 rad/s }
+        "task turn = joint_velocity { velocity { joint_1 0.3 rad/s } }
          stack move from still { add motion { turn } }
          machine m { initial a  on fault(any) -> end
            state a { stack move  after 100 ms -> end }
