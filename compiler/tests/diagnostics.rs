@@ -21,6 +21,7 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("yaml", include_str!("cases/yaml.txt"), Spelling::Yaml),
     ("imports", include_str!("cases/imports.txt"), Spelling::Hq),
     ("reuse", include_str!("cases/reuse.txt"), Spelling::Hq),
+    ("machines", include_str!("cases/machines.txt"), Spelling::Hq),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Spelling::Yaml),
 ];
 
@@ -134,4 +135,9 @@ fn reuse() {
 #[test]
 fn reuse_yaml() {
     check("reuse_yaml");
+}
+
+#[test]
+fn machines() {
+    check("machines");
 }
