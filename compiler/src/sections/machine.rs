@@ -28,11 +28,13 @@ pub static MACHINE: Section = Section {
         Key::required("states", Holds::Each(&Holds::Block(&STATE)), "States by name.").at(super::Place::Yaml),
         Key::required("state", Holds::Block(&STATE), "A state: `state NAME { stack NAME  on EVENT -> NEXT }`.")
             .at(super::Place::Hq),
+        Key::optional("final", Holds::Block(&STATE), FINAL).at(super::Place::Hq),
         Key::optional("on", Holds::Declarations, "A transition that holds in all states: `on fault(any) -> stopped`.")
             .at(super::Place::Hq),
     ],
 };
 
+const FINAL: &str = "A state in which the machine has come to its end: `final state NAME { stack NAME }`.";
 const BLEND: &str =
     "How long the command takes to go over to that of another stack, for the transitions that stand in here.";
 const TRANSITIONS: &str = "Ways out, in order: `- { on: found, to: grasp }`, `- { when: CONDITION, for: 3 s, to: grasp, blend: 1 s }`, `- { after: 10 s, to: ask }`.";
@@ -53,6 +55,7 @@ pub static STATE: Section = Section {
         Key::optional("after", Holds::Declarations, "A way out after a time in the state: `after 10 s -> STATE`.").at(super::Place::Hq),
         Key::optional("transitions", Holds::Declarations, TRANSITIONS).at(super::Place::Yaml),
         Key::optional("state", Holds::Block(&STATE), "A state inside it.").at(super::Place::Hq),
+        Key::optional("final", Holds::Block(&STATE), FINAL).at(super::Place::Hq),
         Key::optional("states", Holds::Each(&Holds::Block(&STATE)), "States inside it, by name.").at(super::Place::Yaml),
     ],
 };

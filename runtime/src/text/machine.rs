@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::number;
-use crate::program::{ActionProgram, MachineProgram, Program, StateProgram, Trigger};
+use crate::program::{ActionProgram, MachineProgram, Program, StateProgram};
 
 /// What comes from outside: signals with their types and numbers, events with what raises them.
 pub(super) fn signals(p: &Program, out: &mut String) -> std::fmt::Result {
@@ -18,7 +18,10 @@ pub(super) fn signals(p: &Program, out: &mut String) -> std::fmt::Result {
             Some(timeout) => write!(out, "  timeout {} s", number(timeout))?,
             None => write!(out, "  no timeout")?,
         }
-        writeln!(out, "  present {}, value {}..{}", s.at, s.at + 1, s.at + s.len)?;
+        match s.len {
+            1 => writeln!(out, "  present {}, value {}", s.at, s.at + 1)?,
+            _ => writeln!(out, "  present {}, value {}..{}", s.at, s.at + 1, s.at + s.len)?,
+        }
     }
     if interface.events.is_empty() {
         return Ok(());
@@ -86,9 +89,6 @@ fn body(
         write!(out, "{:indent$}{} -> {target}", "", t.text)?;
         if t.blend > 0.0 {
             write!(out, "  blend {} s", number(t.blend))?;
-        }
-        if let Trigger::When { condition, .. } = &t.trigger {
-            write!(out, "  ({} operations)", condition.ops.len())?;
         }
         writeln!(out)?;
     }
