@@ -5,7 +5,7 @@ use dsl::Spelling;
 use serde_json::{Map, Value, json};
 use stdlib_tasks::params::Presence;
 
-use super::{described, object, reuse, section, values};
+use super::{described, machines, object, reuse, section, values};
 
 /// What the keys of a spec hold, by key.
 pub(super) fn all() -> Map<String, Value> {
@@ -16,10 +16,15 @@ pub(super) fn all() -> Map<String, Value> {
         "tasks" => reuse::tasks(),
         "stacks" => stacks(),
         "robots" => robots(),
+        "signals" => machines::signals(),
+        "machines" => machines::machines(),
         "for" => reuse::repeats(),
         _ => held(&key.holds),
     };
-    SPEC.written(Spelling::Yaml).map(|key| (key.name.to_string(), described(one(key), key.doc))).collect()
+    let mut all: Map<String, Value> =
+        SPEC.written(Spelling::Yaml).map(|key| (key.name.to_string(), described(one(key), key.doc))).collect();
+    all.entry("scenarios").or_insert_with(machines::scenarios);
+    all
 }
 
 /// The keys of a section in YAML.
@@ -61,6 +66,8 @@ fn held(holds: &Holds) -> Value {
             locks
         }
         Holds::Positions => values::per_joint(),
+        // States stand inside states.
+        Holds::Block(section) if std::ptr::eq(*section, &sections::STATE) => json!({ "$ref": "#/$defs/state" }),
         Holds::Block(section) => block(section),
         Holds::LinkOr(section) => {
             let mut either = block(section);

@@ -21,7 +21,7 @@ pub struct Verb {
     /// What it does.
     pub doc: &'static str,
     /// What its first argument may be, where that is one of some words.
-    words: &'static [&'static str],
+    pub words: &'static [&'static str],
 }
 
 /// All verbs.

@@ -217,7 +217,8 @@ impl Lowerer<'_> {
             let found = self.trigger(t, around);
             let blend = self.blend(i, t, flat);
             let (Some(target), Some((trigger, condition, at))) = (target, found) else { continue };
-            out.push(TransitionProgram { trigger, target, blend: blend.unwrap_or(0.0) });
+            let text = super::wording::trigger(t);
+            out.push(TransitionProgram { trigger, text, target, blend: blend.unwrap_or(0.0) });
             let (constant, demands) = condition.map_or((None, Vec::new()), |c| {
                 (c.constant, c.demands.into_iter().filter_map(|at| self.interface.signal_of(at)).collect())
             });

@@ -11,6 +11,7 @@ mod signals;
 mod stack;
 mod triggers;
 mod values;
+mod wording;
 
 use std::path::{Path, PathBuf};
 
