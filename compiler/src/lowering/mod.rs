@@ -265,6 +265,7 @@ impl<'a> Lowerer<'a> {
             stacks,
             machine: None,
             run: run.0,
+            scenarios: Vec::new(),
         };
         Some((program, Places { tasks: bound, stacks: places, rate: robot.rate_span, home: robot.home_span }))
     }
