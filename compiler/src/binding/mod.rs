@@ -26,8 +26,9 @@ use crate::forms::{block_of, items_of, text_of, unknown_key};
 use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints};
 
+pub(crate) use cut::whole;
 use present::axes_of;
-use scope::TaskScope;
+pub(crate) use scope::TaskScope;
 pub use table::Table;
 
 /// What binding needs to know.

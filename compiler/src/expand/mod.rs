@@ -16,13 +16,14 @@ mod fill;
 mod levels;
 mod module;
 mod repeat;
+mod scenarios;
 mod stacks;
 mod tasks;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use dsl::tree::{Let, Param, Robot, Run, Spec, Stack, Task, Value};
+use dsl::tree::{Let, Param, Robot, Run, Scenario, Spec, Stack, Task, Value};
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Spelling};
 
 use crate::lowering::Input;
@@ -74,6 +75,8 @@ pub(crate) struct Expanded {
     pub stacks: Vec<Stack>,
     /// Runs.
     pub runs: Vec<(Run, Span)>,
+    /// Scenarios, each with its expectations as they were written.
+    pub scenarios: Vec<(Scenario, Vec<String>)>,
     /// What the spec imports by name, each with the place of that.
     pub imported: BTreeMap<(Class, String), Span>,
     /// Tasks that stand in levels and could not be expanded; the diagnostics said why.

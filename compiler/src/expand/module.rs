@@ -55,9 +55,9 @@ pub(super) fn declared(kind: &ItemKind) -> Option<(Class, &Spanned<String>)> {
         ItemKind::Robot(r) => Some((Class::Robot, &r.name)),
         ItemKind::Task(t) => Some((Class::Task, &t.name)),
         ItemKind::Stack(s) => Some((Class::Stack, &s.name)),
-        ItemKind::Import(_) | ItemKind::For(_) | ItemKind::Run(_) => None,
+        ItemKind::Import(_) | ItemKind::For(_) | ItemKind::Run(_) | ItemKind::Scenario(_) => None,
         // lowered separately
-        ItemKind::Signal(_) | ItemKind::Machine(_) | ItemKind::Scenario(_) => None,
+        ItemKind::Signal(_) | ItemKind::Machine(_) => None,
     }
 }
 

@@ -14,7 +14,7 @@ pub use frames::{Axes, Frame};
 pub use functions::{FUNCTIONS, Function};
 pub use graph::Graph;
 pub use helps::bracketed;
-pub use lower::{Lowering, Meaning, Scope, Symbol};
+pub use lower::{Lowering, MEASURES, Meaning, Scope, Symbol};
 pub(crate) use present::PRESENT;
 pub use present::{Now, Plane};
 

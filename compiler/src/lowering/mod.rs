@@ -1,10 +1,14 @@
 //! From a tree to a program: declarations collected, names bound, stacks laid out.
 
 mod declared;
+mod expectations;
 mod given;
+mod predicates;
 mod run;
+mod scenario;
 mod stack;
 mod values;
+mod world;
 
 use std::path::{Path, PathBuf};
 
@@ -192,11 +196,15 @@ impl<'a> Lowerer<'a> {
         };
         let (stacks, run) = self.hierarchy(&declared, &definitions, robot.as_ref(), run);
         let complete = robot.is_some() && bound.iter().all(Option::is_some) && expanded.whole;
-        self.unused(&declared, expanded, complete);
         if self.diagnostics.iter().any(|d| d.severity == dsl::Severity::Error) {
+            // Scenarios were not looked at, and may use what nothing else does.
+            self.unused(&declared, expanded, complete && expanded.scenarios.is_empty());
             return None;
         }
-        let (program, places) = self.program(&robot?, &definitions, bound, (&declared, stacks), run?)?;
+        let robot = robot?;
+        let (mut program, places) = self.program(&robot, &definitions, bound, (&declared, stacks), run?)?;
+        program.scenarios = self.scenarios(expanded, &program, &robot);
+        self.unused(&declared, expanded, complete);
         checks::program(&program, &places, self.diagnostics);
         Some(program)
     }

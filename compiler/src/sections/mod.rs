@@ -5,6 +5,7 @@
 //! A new block is one more [`Section`], named in [`ALL`] and by the key that holds it.
 
 mod robot;
+mod scenario;
 mod spec;
 mod stack;
 
@@ -13,12 +14,14 @@ use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::params::{Presence, Quantity};
 
 pub use robot::{ARM, BASES, LIMIT, POINT, ROBOT, SEGMENT};
+pub use scenario::{LATE, LOST, OUTCOME, PUSH, SCENARIO, SCENARIO_SIMULATOR, SIGNAL_SCRIPT, WAYPOINT};
 pub use spec::{PARAM, REPEAT, RUN, SIMULATOR, SPEC};
 pub use stack::{CHANGE, LEVEL, MEMBER, STACK};
 
 /// All sections, in the order of a reader who goes from the outside in.
 pub static ALL: &[&Section] = &[
     &SPEC, &PARAM, &ROBOT, &ARM, &POINT, &SEGMENT, &LIMIT, &STACK, &CHANGE, &LEVEL, &MEMBER, &REPEAT, &RUN, &SIMULATOR,
+    &SCENARIO, &SCENARIO_SIMULATOR, &SIGNAL_SCRIPT, &WAYPOINT, &OUTCOME, &PUSH, &LATE, &LOST,
 ];
 
 /// A block of the language with keys of its own.
@@ -63,6 +66,8 @@ pub enum Place {
 pub enum Holds {
     /// A constant number.
     Number(Quantity),
+    /// One constant number, or a list of them.
+    Numbers(Quantity),
     /// Three constant numbers.
     Vector(Dimension),
     /// A position of a joint in rad or m, or with `speed` its speed in rad/s or m/s.
@@ -100,6 +105,8 @@ pub enum Holds {
     Positions,
     /// A block.
     Block(&'static Section),
+    /// A block, or several in an order.
+    Blocks(&'static Section),
     /// A link, or a block.
     LinkOr(&'static Section),
     /// Names that the user chooses, each with one of these.
@@ -121,6 +128,8 @@ pub enum Named {
     Robot,
     /// A stack.
     Stack,
+    /// A machine.
+    Machine,
     /// A level of the stack that this one is made from.
     Level,
 }
@@ -199,7 +208,7 @@ mod tests {
 
     fn reaches(holds: &Holds, wanted: &Section) -> bool {
         match holds {
-            Holds::Block(s) | Holds::LinkOr(s) => std::ptr::eq(*s, wanted),
+            Holds::Block(s) | Holds::Blocks(s) | Holds::LinkOr(s) => std::ptr::eq(*s, wanted),
             Holds::Each(h) | Holds::PerJoint(h) | Holds::List(h) => reaches(h, wanted),
             _ => false,
         }
