@@ -11,6 +11,7 @@ use crate::catalogue::{presence, quantity, unit};
 pub fn describe(holds: &Holds) -> String {
     match holds {
         Holds::Number(q) => quantity(q),
+        Holds::Numbers(q) => format!("{}, or a list of them", quantity(q)),
         Holds::Vector(d) => format!("vector in {}", unit(*d)),
         Holds::OfJoint { speed: false } => "position in rad or m".to_string(),
         Holds::OfJoint { speed: true } => "speed in rad/s or m/s".to_string(),
@@ -24,6 +25,7 @@ pub fn describe(holds: &Holds) -> String {
         Holds::NewName => "new name".to_string(),
         Holds::Name(Named::Robot) => "robot".to_string(),
         Holds::Name(Named::Stack) => "stack".to_string(),
+        Holds::Name(Named::Machine) => "machine".to_string(),
         Holds::Name(Named::Level) => "level".to_string(),
         Holds::Link => "link".to_string(),
         Holds::Geometries => "points, segments, links, groups".to_string(),
@@ -31,6 +33,7 @@ pub fn describe(holds: &Holds) -> String {
         Holds::Locks => "joints, groups of joints, patterns, or `{ JOINT position .. }`".to_string(),
         Holds::Positions => "`{ JOINT position .. }` in rad or m".to_string(),
         Holds::Block(section) => section.name.to_string(),
+        Holds::Blocks(section) => format!("{}, or a list of such", section.name),
         Holds::LinkOr(section) => format!("link, or {}", section.name),
         Holds::Each(inner) => format!("by name: {}", describe(inner)),
         Holds::PerJoint(inner) => format!("by joint, group or pattern: {}", describe(inner)),

@@ -14,7 +14,7 @@ use super::document::{Analysis, Document};
 use super::library::Source;
 use super::mentions::{Class, What};
 use super::text::Text;
-use super::vocabulary::find;
+use super::vocabulary::{MEASURED, find};
 use crate::catalogue::{describe, presence};
 use crate::keys;
 
@@ -132,7 +132,7 @@ pub(super) fn task_kind(kind: &TaskKind) -> String {
 
 /// A function or a built-in name.
 pub(super) fn built_in(name: &str) -> Option<String> {
-    if let Some(known) = find(name) {
+    if let Some(known) = find(name).or_else(|| MEASURED.iter().find(|w| w.name == name)) {
         return Some(known.doc.to_string());
     }
     let function = compiler::expr::FUNCTIONS.iter().find(|f| f.name == name)?;

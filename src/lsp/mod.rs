@@ -25,6 +25,7 @@ mod values;
 mod vocabulary;
 mod walk;
 mod walk_reuse;
+mod walk_scenarios;
 mod workspace;
 
 use std::io;

@@ -63,5 +63,32 @@ pub(super) static PRESENT: &[&str] = &["frame", "joint", "point", "distance", "p
 /// Those of them that are called: without brackets, such a name is that of something else.
 pub(super) static CALLED: &[&str] = &["frame", "joint", "point", "distance", "plane"];
 
+/// What expectations measure while a scenario runs.
+pub(super) static MEASURED: &[Word] = &[
+    word(
+        "margin",
+        "`margin(TASK)`: the smallest margin of a limit at the robot's true configuration; negative where it is passed.",
+    ),
+    word("error", "`error(TASK)`, `error(TASK.PART)`: how far a target is from being met, or one of its parts."),
+    word("in", "`in(STATE)`: true while the machine is in a state, or in one inside it."),
+    word("fault", "`fault`, `fault(KIND)`: true while there is a fault, or one of a kind."),
+    word("speed", "`speed(JOINT)`: how fast a joint moves; never negative."),
+];
+
+/// The words for faults.
+pub(super) static FAULTS: &[&str] = &[
+    "any",
+    "not_finite",
+    "deadline",
+    "stale",
+    "value",
+    "crossed",
+    "overlap",
+    "infeasible",
+    "limit",
+    "solver",
+    "tracking",
+];
+
 /// What a frame has.
 pub(super) static FRAME_FIELDS: &[&str] = &["position", "orientation"];

@@ -37,7 +37,17 @@ impl<'s> TaskScope<'s> {
         table: &'s mut Table,
         forms: &'s BTreeMap<&'static str, (Kind, Dimension)>,
     ) -> Self {
-        TaskScope { robot, params, table, owner: None, moving: true, state: true, capturing: false, asked: false, forms }
+        TaskScope {
+            robot,
+            params,
+            table,
+            owner: None,
+            moving: true,
+            state: true,
+            capturing: false,
+            asked: false,
+            forms,
+        }
     }
 }
 

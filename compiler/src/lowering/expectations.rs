@@ -93,12 +93,16 @@ fn no_value(program: &Program, task: usize, at: Span, of_states: bool) -> Option
         return Some(d.help("run a stack that holds it, or expect something of a task that it does not depend on"));
     }
     let machine = program.run.subject == runtime::program::Subject::Machine;
-    let stands = machine
-        && program.machine.as_ref().is_some_and(|m| (1..m.states.len()).any(|s| m.stack(m.leaf(s)).is_none()));
+    let stands =
+        machine && program.machine.as_ref().is_some_and(|m| (1..m.states.len()).any(|s| m.stack(m.leaf(s)).is_none()));
     if of_states || (without.is_empty() && !stands) {
         return None;
     }
-    let where_ = if without.is_empty() { "some states have no stack".to_string() } else { format!("it is not in {}", list(without, 4)) };
+    let where_ = if without.is_empty() {
+        "some states have no stack".to_string()
+    } else {
+        format!("it is not in {}", list(without, 4))
+    };
     Some(d.here(where_).help("say for which states it is meant: `always (in(STATE) implies ..)`"))
 }
 
@@ -158,8 +162,7 @@ impl Builder<'_, '_> {
     fn window(&mut self, w: &Times) -> Option<Window> {
         let mut time = |value: &Option<Value>| match value {
             Some(value) => {
-                let mut constants =
-                    Constants { graph: &mut self.lowerer.graph, params: &mut self.lowerer.params };
+                let mut constants = Constants { graph: &mut self.lowerer.graph, params: &mut self.lowerer.params };
                 constants.scalar(value, TIME, self.lowerer.diagnostics).map(Some)
             }
             None => Some(None),
@@ -211,7 +214,9 @@ impl Builder<'_, '_> {
         };
         let is_state = |at: &usize| {
             let first = self.scenario.table(self.program).measure(0);
-            at.checked_sub(first).and_then(|k| self.scenario.measures.get(k)).is_some_and(|m| matches!(m, Measure::In(_)))
+            at.checked_sub(first)
+                .and_then(|k| self.scenario.measures.get(k))
+                .is_some_and(|m| matches!(m, Measure::In(_)))
         };
         self.of_states |= p.value.inputs.iter().any(is_state);
         let known = self.scenario.predicates.iter().position(|k| *k == p);

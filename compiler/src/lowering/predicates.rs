@@ -170,9 +170,8 @@ impl Watch<'_> {
         };
         let names = || states.iter().skip(1).map(|s| s.name.as_str());
         let end = format!(".{path}");
-        let of = |good: &dyn Fn(&str) -> bool| {
-            (1..states.len()).filter(|&i| good(&states[i].name)).collect::<Vec<usize>>()
-        };
+        let of =
+            |good: &dyn Fn(&str) -> bool| (1..states.len()).filter(|&i| good(&states[i].name)).collect::<Vec<usize>>();
         match (of(&|n| n == path).as_slice(), of(&|n| n.ends_with(&end)).as_slice()) {
             ([state], _) | ([], [state]) => Ok(Measure::In(*state)),
             ([], [_, _, ..]) => {
@@ -195,7 +194,12 @@ impl Watch<'_> {
         }
     }
 
-    fn of(&mut self, function: &Spanned<String>, args: &[Value], span: Span) -> Result<(Measure, Kind, Dimension), Refused> {
+    fn of(
+        &mut self,
+        function: &Spanned<String>,
+        args: &[Value],
+        span: Span,
+    ) -> Result<(Measure, Kind, Dimension), Refused> {
         let form = match function.value.as_str() {
             "margin" => "margin(TASK)",
             "error" => "error(TASK)` or `error(TASK.PART)",

@@ -171,7 +171,8 @@ impl Lowerer<'_> {
         let (from, to) = self.span_of_time(block);
         let drop = self.number_of(block, "drop", NONE, 0.0);
         if let Some(e) = block.get("drop").filter(|_| drop > 1.0) {
-            let d = Diagnostic::error("HQ0308", e.value.span, format!("a share lies between 0 and 1, and this is {drop}"));
+            let d =
+                Diagnostic::error("HQ0308", e.value.span, format!("a share lies between 0 and 1, and this is {drop}"));
             self.push(d.help("write for instance `drop 0.05` for one value in twenty"));
         }
         Some(SignalScript {
@@ -190,7 +191,9 @@ impl Lowerer<'_> {
     fn path(&mut self, of: &SignalProgram, value: &Value) -> Option<Vec<(f64, Vec<f64>)>> {
         if matches!(quantity(&of.kind), Some((Kind::Rotation, _))) || of.kind == "flag" {
             let d = Diagnostic::error("HQ0804", value.span, format!("signal `{}` has no straight lines", of.name));
-            self.push(d.note("a path goes on straight lines from value to value").help("write a script for each value"));
+            self.push(
+                d.note("a path goes on straight lines from value to value").help("write a script for each value"),
+            );
             return None;
         }
         let mut all: Vec<(f64, Vec<f64>)> = Vec::new();
@@ -199,7 +202,8 @@ impl Lowerer<'_> {
             let value = self.needed(block, "value", "value [0, 0, 1] m").and_then(|e| self.signal_value(of, &e.value));
             let ((at, e), value) = (at?, value?);
             if all.last().is_some_and(|l| l.0 >= at) {
-                let d = Diagnostic::error("HQ0804", e.value.span, "this waypoint does not come after the one before it");
+                let d =
+                    Diagnostic::error("HQ0804", e.value.span, "this waypoint does not come after the one before it");
                 self.push(d.help("write the waypoints of a path in the order of their times"));
                 return None;
             }
@@ -220,8 +224,11 @@ impl Lowerer<'_> {
 
     pub(super) fn outcome_scripts(&mut self, body: &Block, program: &Program) -> Vec<OutcomeScript> {
         let with_outcomes = program.machine.iter().flat_map(|m| &m.actions).filter(|a| !a.outcomes.is_empty());
-        let keys: BTreeSet<&str> =
-            with_outcomes.clone().flat_map(|a| a.arguments.first().into_iter().chain([&a.verb])).map(String::as_str).collect();
+        let keys: BTreeSet<&str> = with_outcomes
+            .clone()
+            .flat_map(|a| a.arguments.first().into_iter().chain([&a.verb]))
+            .map(String::as_str)
+            .collect();
         let keys: Vec<&str> = keys.into_iter().collect();
         let mut all = Vec::new();
         for e in self.named_entries(body, "outcomes") {

@@ -20,8 +20,28 @@ pub use stack::{CHANGE, LEVEL, MEMBER, STACK};
 
 /// All sections, in the order of a reader who goes from the outside in.
 pub static ALL: &[&Section] = &[
-    &SPEC, &PARAM, &ROBOT, &ARM, &POINT, &SEGMENT, &LIMIT, &STACK, &CHANGE, &LEVEL, &MEMBER, &REPEAT, &RUN, &SIMULATOR,
-    &SCENARIO, &SCENARIO_SIMULATOR, &SIGNAL_SCRIPT, &WAYPOINT, &OUTCOME, &PUSH, &LATE, &LOST,
+    &SPEC,
+    &PARAM,
+    &ROBOT,
+    &ARM,
+    &POINT,
+    &SEGMENT,
+    &LIMIT,
+    &STACK,
+    &CHANGE,
+    &LEVEL,
+    &MEMBER,
+    &REPEAT,
+    &RUN,
+    &SIMULATOR,
+    &SCENARIO,
+    &SCENARIO_SIMULATOR,
+    &SIGNAL_SCRIPT,
+    &WAYPOINT,
+    &OUTCOME,
+    &PUSH,
+    &LATE,
+    &LOST,
 ];
 
 /// A block of the language with keys of its own.

@@ -18,8 +18,17 @@ pub static SCENARIO: Section = Section {
     keys: &[
         Key::optional("stack", Holds::Name(Named::Stack), "The stack that runs; where left out, what `run` runs."),
         Key::optional("machine", Holds::Name(Named::Machine), "The machine that runs, instead of a stack."),
-        Key::optional("duration", Holds::Number(Quantity::above(TIME, 0.0)), "How long it runs; as `run` where left out."),
-        Key::or("seed", Holds::Number(Quantity::at_least(NONE, 0.0)), "0", "Of everything random in it, a whole number."),
+        Key::optional(
+            "duration",
+            Holds::Number(Quantity::above(TIME, 0.0)),
+            "How long it runs; as `run` where left out.",
+        ),
+        Key::or(
+            "seed",
+            Holds::Number(Quantity::at_least(NONE, 0.0)),
+            "0",
+            "Of everything random in it, a whole number.",
+        ),
         Key::optional("start", Holds::Positions, "Where joints stand at the beginning; others stand as `home` says."),
         Key::optional(
             "simulator",
@@ -38,7 +47,11 @@ pub static SCENARIO: Section = Section {
             "What becomes of actions, by their first argument or their verb. The k-th request comes out as the k-th entry \
              says, and the last entry repeats. An action of which nothing is said succeeds at once.",
         ),
-        Key::optional("push", Holds::Each(&Holds::Blocks(&PUSH)), "Forces on sensors, by the name of the wrench signal."),
+        Key::optional(
+            "push",
+            Holds::Each(&Holds::Blocks(&PUSH)),
+            "Forces on sensors, by the name of the wrench signal.",
+        ),
         Key::optional(
             "late",
             Holds::Blocks(&LATE),
@@ -51,7 +64,8 @@ pub static SCENARIO: Section = Section {
         ),
         Key::optional("expect", Holds::Declarations, "What must hold: `expect \"label\" always margin(TASK) >= 0 m`.")
             .at(Place::Hq),
-        Key::optional("expect", Holds::Declarations, "What must hold: `- FORMULA`, or `- LABEL: FORMULA`.").at(Place::Yaml),
+        Key::optional("expect", Holds::Declarations, "What must hold: `- FORMULA`, or `- LABEL: FORMULA`.")
+            .at(Place::Yaml),
     ],
 };
 
@@ -115,7 +129,11 @@ pub static WAYPOINT: Section = Section {
 pub static OUTCOME: Section = Section {
     name: "an outcome",
     keys: &[
-        Key::required("outcome", Holds::NewName, "The word for it: `found`, `done`; `never` for an action without an end."),
+        Key::required(
+            "outcome",
+            Holds::NewName,
+            "The word for it: `found`, `done`; `never` for an action without an end.",
+        ),
         Key::or("after", A_TIME, "0 s", "How long the action takes."),
         Key::optional("sets", Holds::Each(&Holds::Value), "Values that signals have from then on, by name."),
     ],

@@ -21,8 +21,8 @@ pub use check::ProgramError;
 pub(crate) use check::error;
 pub use machine::{ActionProgram, FaultPattern, MachineProgram, StateProgram, TransitionProgram, Trigger};
 pub use scenario::{
-    ExpectationProgram, Force, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate, PredicateTable, PushScript,
-    ScenarioProgram, SignalScript, WorldProgram,
+    ExpectationProgram, Force, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate, PredicateTable,
+    PushScript, ScenarioProgram, SignalScript, WorldProgram,
 };
 pub use signal::{Interface, MAX_SIGNAL, SignalProgram};
 pub use tape::{Op, Output, Tape, Times};

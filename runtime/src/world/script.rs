@@ -171,7 +171,8 @@ mod tests {
     #[test]
     fn a_value_that_is_no_number_makes_the_signal_absent_once() {
         let s = SignalScript { nan: vec![0.5], ..script() };
-        let absent: Vec<usize> = seen(&s, 0, 120).iter().enumerate().filter(|(_, x)| x.is_none()).map(|x| x.0).collect();
+        let absent: Vec<usize> =
+            seen(&s, 0, 120).iter().enumerate().filter(|(_, x)| x.is_none()).map(|x| x.0).collect();
         assert_eq!(absent, [50]);
     }
 
