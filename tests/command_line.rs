@@ -141,8 +141,15 @@ fn broken_programs_and_unwritable_places_are_said() {
     assert_eq!(run.status.code(), Some(2));
     assert!(text(&run.stderr).contains("cannot create"), "{}", text(&run.stderr));
 
-    let run = hierarq(&["run", "examples/hello.hq", "--duration", "-3"]);
-    assert_eq!(run.status.code(), Some(2));
+    for (time, ticks) in [("50ms", "5 ticks"), ("0.1 s", "10 ticks"), ("0.2", "20 ticks")] {
+        let out = dir.join("short");
+        let run = hierarq(&["run", "examples/hello.hq", "--duration", time, "--out", out.to_str().expect("UTF-8")]);
+        assert!(text(&run.stdout).contains(&format!("\n{ticks}")), "{time}: {}", text(&run.stdout));
+    }
+    for wrong in ["-3", "0", "2 m", "soon", "1e400", "nan"] {
+        let run = hierarq(&["run", "examples/hello.hq", "--duration", wrong]);
+        assert_eq!(run.status.code(), Some(2), "{wrong}");
+    }
 }
 
 #[test]

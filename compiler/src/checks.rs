@@ -1,12 +1,14 @@
 //! Checks that look at the finished program: gains against the period, the start against the limits, freedom left.
 
+use std::collections::BTreeSet;
+
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, Times};
 use runtime::record::summary::MARGIN_TOLERANCE;
 use runtime::{Controller, Evaluator, Fault, Member, Observation, Rest, build_tasks};
 use solver::{Active, Status};
 use stdlib_tasks::bound::Bound;
-use stdlib_tasks::dimension::{Dimension, LENGTH, NONE, RATE};
+use stdlib_tasks::dimension::{ANGLE, ANGULAR_VELOCITY, Dimension, LENGTH, RATE, VELOCITY};
 use stdlib_tasks::task::{BuildError, Nature, RowInfo};
 
 use crate::binding::Number;
@@ -14,10 +16,15 @@ use crate::bounds;
 use crate::codes;
 use crate::lowering::Places;
 use crate::pointless;
+use crate::ranges::Ground;
+use crate::units::shown;
+use crate::{jumps, reach};
 
 /// Checks a program that has no errors so far.
-pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+pub(crate) fn program(ground: &Ground, program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
     let before = diagnostics.len();
+    reach::limits(ground, program, places, diagnostics);
+    jumps::check(ground, program, places, diagnostics);
     let values = &program.values.initial;
     wider(program, places, diagnostics);
     let mut reported: Vec<(usize, String)> = Vec::new();
@@ -65,9 +72,11 @@ pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<
             start(program, i, places, diagnostics);
         }
     }
+    let mut told = BTreeSet::new();
     if diagnostics[before..].iter().all(|d| d.severity == dsl::Severity::Warning) {
-        pointless::program(program, places, diagnostics);
+        told = pointless::program(program, places, diagnostics);
     }
+    reach::targets(ground, program, places, &told, diagnostics);
 }
 
 fn place(places: &Places, task: usize, param: &str) -> Span {
@@ -120,19 +129,20 @@ fn wider(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) 
             });
             let beyond: Vec<_> = beyond.collect();
             let Some((d, slot, x, own)) = beyond.first() else { continue };
-            let unit = match (d.unit, *param) {
-                (robot::DofUnit::Metre, "max") => "m/s",
-                (robot::DofUnit::Metre, _) => "m",
-                (robot::DofUnit::Radian, "max") => "rad/s",
-                (robot::DofUnit::Radian, _) => "rad",
+            let dimension = match (d.unit, *param) {
+                (robot::DofUnit::Metre, "max") => VELOCITY,
+                (robot::DofUnit::Metre, _) => LENGTH,
+                (robot::DofUnit::Radian, "max") => ANGULAR_VELOCITY,
+                (robot::DofUnit::Radian, _) => ANGLE,
             };
+            let (x, own) = (shown(*x, dimension), shown(*own, dimension));
             let at = number(places, i, param, |n| n.slot.at == slot.at);
             let more = if beyond.len() > 1 { format!(", and {} more joints", beyond.len() - 1) } else { String::new() };
             diagnostics.push(
                 Diagnostic::warning("HQ0506", at, format!("`{}` is wider than the limit of the robot", param))
-                    .here(format!("{x} {unit}; `{}` has {own} {unit}{more}", d.name))
+                    .here(format!("{x}; `{}` has {own}{more}", d.name))
                     .note("the rows allow what the joint cannot do, and the robot then falls behind its reference")
-                    .help(format!("stay within {own} {unit}, or change the robot's `limits` if the URDF is wrong")),
+                    .help(format!("stay within {own}, or change the robot's `limits` if the URDF is wrong")),
             );
         }
     }
@@ -311,8 +321,7 @@ fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec
 
 /// A number with its unit, to three digits.
 fn measured(x: f64, dimension: Dimension) -> String {
-    let x = runtime::text::number(format!("{x:.2e}").parse().unwrap_or(x));
-    if dimension == NONE { x } else { format!("{x} {dimension}") }
+    shown(format!("{x:.2e}").parse().unwrap_or(x), dimension)
 }
 
 /// The help for a collision limit between links that one joint connects: they touch wherever the robot stands.

@@ -13,7 +13,8 @@ use crate::units;
 
 /// True for a name that the language gives a meaning of its own.
 pub fn is_word(name: &str) -> bool {
-    let words = ["pi", "t", "time", "true", "false", "auto", "initial", "frame", "joint", "com", "and", "or", "not"];
+    let words =
+        ["pi", "t", "time", "true", "false", "auto", "initial", "frame", "joint", "com", "and", "or", "not", "present"];
     words.contains(&name) || FUNCTIONS.iter().any(|f| f.name == name)
 }
 
@@ -28,6 +29,12 @@ pub struct Params {
     pub later: BTreeSet<String>,
     /// Those that something used.
     pub used: BTreeSet<String>,
+    /// Signals with the number of the table of signals that says whether they are present.
+    pub presence: BTreeMap<String, usize>,
+    /// Signals that are wrenches.
+    pub wrenches: BTreeSet<String>,
+    /// Events that the host raises, and where they were declared.
+    pub events: BTreeMap<String, Span>,
 }
 
 impl Params {
@@ -45,14 +52,27 @@ impl Params {
                 self.used.insert(name.to_string());
                 Meaning::Value(symbol.clone())
             }
+            None if self.wrenches.contains(name) => Meaning::Wrench,
+            None if self.events.contains_key(name) => Meaning::Event,
             None => Meaning::Unknown,
         }
+    }
+
+    /// The number that says whether a signal is present.
+    pub fn presence(&mut self, name: &str) -> Option<usize> {
+        let name = target(name);
+        let at = self.presence.get(name).copied()?;
+        self.used.insert(name.to_string());
+        Some(at)
     }
 
     /// True for the name of a value.
     pub fn knows(&self, name: &str) -> bool {
         let name = target(name);
-        self.symbols.contains_key(name) || self.failed.contains(name) || self.later.contains(name)
+        self.wrenches.contains(name)
+            || self.symbols.contains_key(name)
+            || self.failed.contains(name)
+            || self.later.contains(name)
     }
 
     /// All names that can be written.
@@ -79,6 +99,10 @@ impl Scope for ParamsOnly<'_> {
 
     fn names(&self) -> Vec<String> {
         self.0.names()
+    }
+
+    fn presence(&mut self, name: &str) -> Option<usize> {
+        self.0.presence(name)
     }
 
     fn initial(&mut self, _: &mut Graph, _: &Value, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
@@ -172,9 +196,9 @@ impl Constants<'_> {
                         Diagnostic::error(
                             "HQ0307",
                             typed.span,
-                            "this value depends on time, and it is needed before time begins",
+                            "this value depends on time or on a signal, and it is needed before time begins",
                         )
-                        .help("leave `t` and `time` out"),
+                        .help("leave `t`, `time` and signals out"),
                     );
                 }
                 Some(x) if !x.is_finite() => {

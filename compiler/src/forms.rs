@@ -23,6 +23,8 @@ pub fn unknown_key(block: &Block, i: usize, keys: &[&str], what: &str) -> Diagno
     let before = i.checked_sub(1).map(|k| &block.entries[k]);
     if ["and", "or", "not"].contains(&key.value.as_str()) {
         d = d.help(format!("between conditions `{}` stands inside brackets, as in `(a < b and b < c)`", key.value));
+    } else if let Some(meant) = synonym(&key.value).filter(|m| keys.contains(m)) {
+        d = d.help(format!("write `{meant}`"));
     } else if let Some(near) = suggest(&key.value, keys.iter().copied()) {
         d = d.help(format!("did you mean `{near}`?"));
     } else if let Some(Entry { value: Value { kind: ValueKind::Number(n), span }, .. }) = before
@@ -34,6 +36,28 @@ pub fn unknown_key(block: &Block, i: usize, keys: &[&str], what: &str) -> Diagno
         d = d.help(format!("it may have {}", list(keys.iter().copied(), 20)));
     }
     d
+}
+
+/// What a key is called elsewhere in the language, for one that people bring along.
+fn synonym(key: &str) -> Option<&'static str> {
+    let known = [
+        ("lower", "min"),
+        ("upper", "max"),
+        ("min", "lower"),
+        ("max", "upper"),
+        ("minimum", "min"),
+        ("maximum", "max"),
+        ("at_least", "min"),
+        ("at_most", "max"),
+        ("goal", "target"),
+        ("setpoint", "target"),
+        ("desired", "target"),
+        ("kp", "gain"),
+        ("margin", "sampled_margin"),
+        ("delay", "lag"),
+        ("time", "duration"),
+    ];
+    known.iter().find(|k| k.0 == key.to_lowercase()).map(|k| k.1)
 }
 
 /// The text of a value that must be text or a name.

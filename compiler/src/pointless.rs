@@ -1,18 +1,21 @@
 //! Warnings of what is well formed and cannot do what its writer wants: a frame that nothing moves, a target beyond a
 //! joint's limit, a task that stands twice, weights that drown each other.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::tree::{Member, MemberTask, Stack, TaskDefinition};
 use dsl::{Diagnostic, Span};
+use runtime::Evaluator;
+use runtime::Rest;
 use runtime::program::{Program, Times};
-use runtime::{Evaluator, Rest, text};
 use stdlib_tasks::bound::{Bound, Slot};
+use stdlib_tasks::dimension::{ANGLE, LENGTH};
 use stdlib_tasks::expression::{Leaf, Op};
 use stdlib_tasks::task::Nature;
 
 use crate::expand::Expanded;
 use crate::lowering::Places;
+use crate::units::{shown, shown_range};
 
 /// Weights of one level may differ by as much; beyond, the lighter task is lost in the rounding of the heavier one.
 const WEIGHT_RANGE: f64 = 1e6;
@@ -82,12 +85,10 @@ fn twice(stack: &Stack, tasks: &BTreeMap<&str, &TaskDefinition>, diagnostics: &m
     }
 }
 
-/// What only the finished program shows.
-pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+/// What only the finished program shows. Gives the tasks that nothing moves.
+pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) -> BTreeSet<usize> {
     targets(program, places, diagnostics);
-    for stack in 0..program.stacks.len() {
-        unmoved(program, stack, places, diagnostics);
-    }
+    (0..program.stacks.len()).flat_map(|stack| unmoved(program, stack, places, diagnostics)).collect()
 }
 
 /// Constant targets of joints that lie beyond the joints' limits.
@@ -116,13 +117,13 @@ fn targets(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>
                 continue;
             }
             told.push(at);
-            let unit = if d.unit == robot::DofUnit::Metre { "m" } else { "rad" };
-            let (x, lower, upper) = (text::number(x), text::number(d.lower), text::number(d.upper));
+            let dimension = if d.unit == robot::DofUnit::Metre { LENGTH } else { ANGLE };
+            let allowed = shown_range(d.lower, d.upper, dimension);
             diagnostics.push(
-                Diagnostic::warning("HQ0520", at, format!("`{}` cannot go to {x} {unit}", d.name))
-                    .here(format!("allowed are {lower} to {upper} {unit}"))
+                Diagnostic::warning("HQ0520", at, format!("`{}` cannot go to {}", d.name, shown(x, dimension)))
+                    .here(format!("allowed are {allowed}"))
                     .note("the task pulls the joint against its limit and never arrives")
-                    .help(format!("choose a target between {lower} {unit} and {upper} {unit}")),
+                    .help("choose a target within that range"),
             );
         }
     }
@@ -130,12 +131,13 @@ fn targets(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>
 
 /// Targets whose rows no degree of freedom enters: tried at home and at a few other configurations, since at one alone
 /// the robot may be singular.
-fn unmoved(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+fn unmoved(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) -> Vec<usize> {
+    let mut told = Vec::new();
     let model = &program.robot.model;
     if program.stacks[stack].locked.len() >= model.nv() {
-        return;
+        return told;
     }
-    let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return };
+    let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return told };
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut random = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -149,7 +151,7 @@ fn unmoved(program: &Program, stack: usize, places: &Places, diagnostics: &mut V
         evaluator.enter(q, rest.at(Times::default()));
         if evaluator.update(q, rest.at(Times::default()), &mut problem).is_err() {
             // Parts that overlap elsewhere say nothing of what moves; at home they have been reported.
-            return;
+            return told;
         }
         for (i, m) in evaluator.members().iter().enumerate() {
             let level = &problem.levels[m.level];
@@ -160,6 +162,7 @@ fn unmoved(program: &Program, stack: usize, places: &Places, diagnostics: &mut V
     // A limit that nothing moves is kept; a target is missed.
     let targets = evaluator.members().iter().zip(&still).filter(|(m, still)| **still && m.nature == Nature::Target);
     for (m, _) in targets {
+        told.push(m.program_index);
         let task = &places.tasks[m.program_index];
         let named = ["frame", "frames", "joints", "arm", "points"].iter().find_map(|p| task.spans.get(*p));
         let at = named.copied().unwrap_or(task.span);
@@ -177,4 +180,5 @@ fn unmoved(program: &Program, stack: usize, places: &Places, diagnostics: &mut V
                 .help("unlock the joints that move it, or take the task out of this stack")
         });
     }
+    told
 }

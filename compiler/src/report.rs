@@ -25,6 +25,9 @@ pub const MOST_SHOWN: usize = 200;
 /// Longer lines are not drawn.
 const LONGEST_LINE: usize = 2_000;
 
+/// Labels as many lines above the place of a message stand in one picture with it.
+const LINES_ABOVE: usize = 1;
+
 /// How text output looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
@@ -145,7 +148,14 @@ impl Report {
         out
     }
 
-    /// What and where, then the places in other files, then why, then what to do.
+    /// Whether a label is drawn in the picture of the primary place. A picture runs down its file, so that labels far
+    /// above would open it and push the place that the message speaks of out of sight: they come behind, each by itself.
+    fn beside(&self, primary: Span, label: &Label) -> bool {
+        let line = |byte: u32| self.sources.line_column(primary.source, byte).0;
+        label.span.source == primary.source && line(label.span.end) + LINES_ABOVE >= line(primary.start)
+    }
+
+    /// What and where, then the places in other files and far above, then why, then what to do.
     fn render_one(&self, d: &Diagnostic, style: Style, width: usize) -> String {
         let theme = match style {
             Style::Terminal => GraphicalTheme::unicode(),
@@ -157,9 +167,10 @@ impl Report {
             Severity::Error => miette::Severity::Error,
             Severity::Warning => miette::Severity::Warning,
         };
-        let here: Vec<&Label> = d.labels.iter().filter(|l| l.span.source == d.primary.span.source).collect();
+        let (here, elsewhere): (Vec<&Label>, Vec<&Label>) =
+            d.labels.iter().partition(|l| self.beside(d.primary.span, l));
         let mut out = self.snippet(&handler, Some(d.code), severity, &clipped(&d.message), &d.primary, &here);
-        for l in d.labels.iter().filter(|l| l.span.source != d.primary.span.source) {
+        for l in elsewhere {
             let place = Label { span: l.span, text: String::new() };
             out.push_str(&self.snippet(&handler, None, miette::Severity::Advice, &l.text, &place, &[]));
         }

@@ -13,6 +13,8 @@ static PAIRS: &[(&str, &str)] = &[
     ("`run { stack ", "`run: { stack: "),
     ("  duration 10 s }`", ", duration: 10 s }`"),
     ("`duration 10 s`", "`duration: 10 s`"),
+    ("`keep((VALUE).x) { min .. }`", "`\"keep((VALUE).x)\": { min: .. }`"),
+    ("`keep((VALUE).x) { max .. }`", "`\"keep((VALUE).x)\": { max: .. }`"),
     ("`rate 100 Hz`", "`rate: 100 Hz`"),
     ("`urdf \"robots/arm7.urdf\"`", "`urdf: robots/arm7.urdf`"),
     ("`package_path \"..\"`", "`package_path: \"..\"`"),

@@ -62,6 +62,14 @@ pub fn meaning(unit: &Unit) -> Result<(f64, Dimension), UnitError> {
     if factor.is_finite() && factor > 0.0 { Ok((factor, dimension)) } else { Err(UnitError::TooLarge) }
 }
 
+/// The factor to seconds of a unit of time; that of seconds for none.
+pub fn time(symbol: &str) -> Option<f64> {
+    if symbol.is_empty() {
+        return Some(1.0);
+    }
+    UNITS.iter().find(|u| u.0 == symbol && u.2 == TIME).map(|u| u.1)
+}
+
 /// The SI unit of a dimension as one writes it behind a number: `m`, `/s`, `rad/s`, `N`; empty for a bare number.
 pub fn written(dimension: Dimension) -> String {
     let named = UNITS.iter().find(|u| u.2 == dimension && u.1 == 1.0 && u.0 != "Hz");
@@ -70,6 +78,38 @@ pub fn written(dimension: Dimension) -> String {
         None if dimension == NONE => String::new(),
         None => dimension.to_string().trim_start_matches('1').to_string(),
     }
+}
+
+/// A number in SI with its unit, to six digits; angles in degrees too, since most people write them so.
+pub fn shown(x: f64, dimension: Dimension) -> String {
+    let unit = written(dimension);
+    let behind =
+        |x: f64, unit: &str| format!("{}{}{unit}", runtime::text::number(x), if unit.is_empty() { "" } else { " " });
+    if dimension.rad == 1 && x != 0.0 && unit.starts_with("rad") {
+        let degrees = behind(rounded(x.to_degrees()), &unit.replacen("rad", "deg", 1));
+        format!("{degrees} ({})", behind(x, &unit))
+    } else {
+        behind(x, &unit)
+    }
+}
+
+/// A range in SI with its unit; angles in degrees too.
+pub fn shown_range(low: f64, high: f64, dimension: Dimension) -> String {
+    let unit = written(dimension);
+    let of = |f: fn(f64) -> f64| format!("{} to {}", runtime::text::number(f(low)), runtime::text::number(f(high)));
+    match (unit.as_str(), dimension.rad) {
+        ("", _) => of(|x| x),
+        (_, 1) if unit.starts_with("rad") => {
+            let degrees = unit.replacen("rad", "deg", 1);
+            format!("{} {degrees} ({} {unit})", of(|x| rounded(x.to_degrees())), of(|x| x))
+        }
+        _ => format!("{} {unit}", of(|x| x)),
+    }
+}
+
+/// Free of what the change to degrees leaves: `179.999999` of 180.
+fn rounded(x: f64) -> f64 {
+    if x.abs() < 1e9 { (x * 1e4).round() / 1e4 } else { x }
 }
 
 /// All symbols.

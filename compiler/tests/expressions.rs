@@ -21,6 +21,10 @@ impl Scope for Initial {
         Vec::new()
     }
 
+    fn presence(&mut self, _: &str) -> Option<usize> {
+        None
+    }
+
     fn initial(&mut self, graph: &mut Graph, argument: &Value, span: Span, _: &mut Vec<Diagnostic>) -> Option<Typed> {
         let turn = matches!(&argument.kind, dsl::tree::ValueKind::Name(n) if n == "orientation");
         let (kind, inputs) = if turn { (Kind::Rotation, 3..7) } else { (Kind::Vector, 0..3) };

@@ -24,6 +24,21 @@ robot r { urdf "r.urdf"  rate 100 Hz }
 task reach = frame_orientation(tool) { orientation rpy(0, 0, 45) }
 ==== a check of the finished program
 task wall = virtual_wall(elbow) { through [[0, 0, 0], [1, 0, 0], [0, 1, 0]] m  d_min 3 m }
+==== the rate in a file that is imported
+!alone
+import "rob.hq" { arm }
+
+
+stack s { level l { hold(tool) { gain 20 /s } } }
+---- rob.hq
+hierarq 1
+robot arm { urdf "robots/arm7.urdf"  rate 10 Hz  home { joint_4 1 rad } }
+==== the first place far above
+task reach = hold(tool)
+
+
+let far = 1 m
+task reach = hold(tool)
 ==== nothing to point at
 !alone
 "#;
@@ -39,6 +54,28 @@ fn plain() {
     // The renderer ends empty lines with blanks; they are nothing to compare.
     let lines: Vec<&str> = text.lines().map(str::trim_end).collect();
     insta::assert_snapshot!("plain", lines.join("\n"));
+}
+
+/// The picture that comes first is that of the place which the message speaks of, whatever its labels point at.
+#[test]
+fn the_primary_place_is_drawn_first() {
+    for report in reports() {
+        for d in &report.diagnostics {
+            let one = Report { diagnostics: vec![d.clone()], sources: report.sources.clone() };
+            let text = one.render(Style::Plain, 100);
+            let (line, _) = report.sources.line_column(d.primary.span.source, d.primary.span.start);
+            let Some(source) = report.sources.get(d.primary.span.source).filter(|s| !s.text.trim().is_empty()) else {
+                continue;
+            };
+            let first = text.lines().find_map(|l| l.split_once("╭─[")).map(|(_, place)| place).unwrap_or_default();
+            let rest = first.strip_prefix(&format!("{}:", source.name)).unwrap_or_else(|| panic!("{text}"));
+            let number = |s: &str| s.trim().split([':', ']', ' ']).next().and_then(|n| n.parse::<usize>().ok());
+            assert_eq!(number(rest), Some(line), "{text}");
+            // One line around it, and a label on the one before.
+            let above = text.lines().skip_while(|l| !l.contains("╭─[")).nth(1).and_then(number);
+            assert!(above.is_none_or(|n| n + 2 >= line), "{text}");
+        }
+    }
 }
 
 #[test]

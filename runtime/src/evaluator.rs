@@ -41,6 +41,8 @@ pub struct Member {
     pub program_index: usize,
     /// True where the coefficients of the rows never change.
     pub constant: bool,
+    /// Places of its parameters in the table of values.
+    pub slots: Vec<usize>,
     /// For each row, whether it was proven to have no say while joints stand inside their limits; empty where none was.
     pub idle: Vec<bool>,
 }
@@ -215,8 +217,25 @@ impl Evaluator {
     /// # Errors
     /// A task cannot be built, which a compiled program excludes.
     pub fn new(program: &Program, stack: usize) -> Result<(Evaluator, Problem), ProgramError> {
+        Evaluator::of(program, &program.stacks[stack], None)
+    }
+
+    /// One task of a stack by itself, built as the stack has it. Its problem has the stack's levels, but for the rows of
+    /// other tasks.
+    ///
+    /// # Errors
+    /// The task cannot be built, which a compiled program excludes.
+    pub fn alone(program: &Program, stack: &StackProgram, task: usize) -> Result<(Evaluator, Problem), ProgramError> {
+        Evaluator::of(program, stack, Some(task))
+    }
+
+    fn of(
+        program: &Program,
+        stack_program: &StackProgram,
+        only: Option<usize>,
+    ) -> Result<(Evaluator, Problem), ProgramError> {
+        let wanted = |task: usize| only.is_none_or(|o| o == task);
         let model = program.robot.model.clone();
-        let stack_program = &program.stacks[stack];
         let built = build_tasks(&model, program.robot.period, &program.values.initial, &program.tasks, stack_program);
         let (mut tasks, mut members, mut shapes) = (Vec::new(), Vec::new(), Vec::new());
         let (mut margins, mut measures) = (0, 0);
@@ -228,6 +247,9 @@ impl Evaluator {
                 let place = format!("tasks[{}]", m.task);
                 let failed = |e: BuildError| crate::program::error(&place, e.message);
                 let Some(Built { task, .. }) = built.next() else { continue };
+                if !wanted(m.task) {
+                    continue;
+                }
                 let task = task.map_err(failed)?;
                 let Some(kind) = stdlib_tasks::find(&p.kind) else { continue };
                 let (row_info, measure_info) = (task.rows(), task.measures());
@@ -250,6 +272,7 @@ impl Evaluator {
                     row_info,
                     measure_info,
                     program_index: m.task,
+                    slots: places(std::iter::once(p)).into_iter().collect(),
                     constant: task.degrees_of_freedom().is_some(),
                     idle,
                 });
@@ -263,7 +286,7 @@ impl Evaluator {
             shapes.push(LevelShape { rows, hard: l.hard, damping: l.damping });
         }
         let mut problem = Problem::new(model.nv(), &shapes);
-        let weights = stack_program.levels.iter().flat_map(|l| &l.members).map(|m| m.weight);
+        let weights = stack_program.levels.iter().flat_map(|l| &l.members).filter(|m| wanted(m.task)).map(|m| m.weight);
         for (member, weight) in members.iter().zip(weights) {
             problem.levels[member.level].weight[member.rows.clone()].fill(weight);
         }

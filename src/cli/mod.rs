@@ -86,6 +86,15 @@ impl SpecOptions {
     }
 }
 
+/// A time in s: `2`, `2s`, `2 s`, `500ms`.
+fn duration(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let number = text.trim_end_matches(|c: char| c.is_ascii_alphabetic() && c != 'e' && c != 'E');
+    let unit = compiler::units::time(text[number.len()..].trim());
+    let seconds = number.trim().parse::<f64>().ok().zip(unit).map(|(x, unit)| x * unit);
+    seconds.filter(|s| s.is_finite()).ok_or_else(|| "write a time such as `2`, `2s`, `500ms` or `1min`".to_string())
+}
+
 fn name_value(text: &str) -> Result<(String, String), String> {
     let (name, value) = text.split_once('=').ok_or("write NAME=VALUE")?;
     let (name, value) = (name.trim(), value.trim());

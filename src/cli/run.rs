@@ -10,8 +10,9 @@ use hierarq::{project, report, trial};
 use indicatif::{ProgressBar, ProgressStyle};
 use runtime::program::ScenarioProgram;
 use runtime::record::All;
-use runtime::record::csv::CsvRecorder;
+use runtime::record::csv::{CsvRecorder, header};
 use runtime::record::expectations::{is_good, records};
+use runtime::record::roster::Roster;
 use runtime::record::series::SeriesRecorder;
 use runtime::record::summary::{Summary, SummaryRecorder};
 use runtime::record::verify::{UNPROVEN, Verifier};
@@ -41,8 +42,8 @@ pub struct Arguments {
     /// Run this scenario of the spec, and judge its expectations.
     #[arg(long, value_name = "NAME")]
     scenario: Option<String>,
-    /// Run for this long instead of what the spec says, in seconds.
-    #[arg(long, value_name = "SECONDS")]
+    /// Run for this long instead of what the spec says: `2s`, `500ms`; a bare number counts seconds.
+    #[arg(long, value_name = "TIME", value_parser = super::duration, allow_hyphen_values = true)]
     duration: Option<f64>,
 }
 
@@ -72,7 +73,7 @@ pub fn run(a: &Arguments) -> Outcome {
     }
     if let Err(e) = program.check() {
         let d = program.run.duration;
-        return Outcome::Trouble(format!("--duration {d}: {}", e.message));
+        return Outcome::Trouble(format!("--duration {d} s: {}", e.message));
     }
     let folder = a.out.clone().unwrap_or_else(|| Path::new("out").join(&program.name));
     let unproven = |s: &Summary| s.verification.as_ref().is_some_and(|v| v.max_certificate > UNPROVEN);
@@ -109,6 +110,10 @@ fn execute(
     let log = path("log.csv");
     let file = File::create(&log).map_err(failed(&log))?;
     let controller = simulation.controller();
+    let columns = header(program, &Roster::new(controller).members).len();
+    if let Some(warning) = large_log(ticks, columns) {
+        output::error_line(&warning);
+    }
     let mut csv =
         CsvRecorder::new(BufWriter::with_capacity(1 << 16, file), program, controller).map_err(failed(&log))?;
     let mut statistics = SummaryRecorder::new(controller, ticks);
@@ -156,6 +161,23 @@ fn execute(
     Ok((summary, good))
 }
 
+/// Bytes of a log from which on it is worth a word before the run.
+const LARGE_LOG: f64 = (1_u64 << 30) as f64;
+
+/// Bytes that a number takes in a log, with the comma behind it: most have all their digits.
+const NUMBER: f64 = 19.0;
+
+/// What to say before a run whose log fills the disk.
+fn large_log(ticks: usize, columns: usize) -> Option<String> {
+    let bytes = ticks as f64 * columns as f64 * NUMBER;
+    (bytes > LARGE_LOG).then(|| {
+        format!(
+            "log.csv will take about {:.1} GiB: {ticks} ticks of {columns} numbers; `--duration` shortens the run",
+            bytes / LARGE_LOG
+        )
+    })
+}
+
 fn write(path: &Path, text: &str) -> Result<(), String> {
     std::fs::write(path, text).map_err(|e| format!("cannot write {}: {e}", path.display()))
 }
@@ -180,11 +202,13 @@ fn show(program: &Program, summary: &Summary, folder: &Path, took: Duration) {
     let verified = summary.verification.as_ref().map(table::verification).unwrap_or_default();
     let mark = if summary.ok { "held" } else { "FAILED" };
     output::print(&format!(
-        "\n{}\n{}\n{}{}{}\n{mark}: {}\n{}{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\n{verified}wrote {}\n",
+        "\n{}\n{}\n{}{}{}{}{}\n{mark}: {}\n{}{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\n{verified}wrote {}\n",
         program.title,
         table::tasks(summary, &order),
         table::levels(summary),
         table::held_back(summary),
+        table::states(summary),
+        table::answered(summary),
         table::expectations(&summary.expectations),
         report::verdict(summary),
         table::hints(summary),
@@ -195,4 +219,16 @@ fn show(program: &Program, summary: &Summary, folder: &Path, took: Duration) {
         t.max,
         ["report.html", "log.csv", "summary.json"].map(|n| folder.join(n).display().to_string()).join(", "),
     ));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::large_log;
+
+    #[test]
+    fn a_log_that_fills_the_disk_is_told() {
+        assert_eq!(large_log(2_000, 60), None);
+        let text = large_log(10_000_000, 60).expect("more than a GiB");
+        assert!(text.contains("10.6 GiB") && text.contains("10000000 ticks of 60 numbers"), "{text}");
+    }
 }

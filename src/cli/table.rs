@@ -80,11 +80,32 @@ fn rows(t: &TaskSummary) -> Vec<(String, String, String, String)> {
         .collect()
 }
 
+/// States that a machine was in, in a few lines; the end of a long list where there were many.
+pub fn states(summary: &Summary) -> String {
+    const SHOWN: usize = 24;
+    let hidden = summary.states.len().saturating_sub(SHOWN);
+    let mut lines = String::new();
+    if hidden > 0 {
+        lines += &format!("{hidden} earlier states, in summary.json\n");
+    }
+    for s in &summary.states[hidden..] {
+        lines += &format!("{:>9.2} s  {}\n", s.from_s, s.state);
+    }
+    lines
+}
+
+/// Faults that the machine answered.
+pub fn answered(summary: &Summary) -> String {
+    let all = summary.faults.iter().filter(|f| f.answered);
+    all.map(|f| format!("fault at {:.2} s, answered by the machine: {}\n", f.time, f.text)).collect()
+}
+
 /// Levels, the most important first.
 pub fn levels(summary: &Summary) -> String {
     let mut table = new_table(&["level", "rows", "at a bound", "could not be met in full", "freedom left, at least"]);
-    for LevelSummary { name, hard, rows, saturated_share, relaxed_share, min_freedom, .. } in &summary.levels {
-        let name = if *hard { format!("{name} (hard)") } else { name.clone() };
+    for LevelSummary { stack, name, hard, rows, saturated_share, relaxed_share, min_freedom, .. } in &summary.levels {
+        let name = stack.as_ref().map_or_else(|| name.clone(), |s| format!("{s}: {name}"));
+        let name = if *hard { format!("{name} (hard)") } else { name };
         table.add_row([
             name,
             rows.to_string(),

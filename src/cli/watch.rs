@@ -34,8 +34,8 @@ pub struct Arguments {
     /// Folder for the results of the runs [default: out/NAME].
     #[arg(long, value_name = "DIR", requires = "run")]
     out: Option<PathBuf>,
-    /// Run for this long instead of what the spec says, in seconds.
-    #[arg(long, value_name = "SECONDS", requires = "run")]
+    /// Run for this long instead of what the spec says: `2s`, `500ms`; a bare number counts seconds.
+    #[arg(long, value_name = "TIME", value_parser = super::duration, allow_hyphen_values = true, requires = "run")]
     duration: Option<f64>,
 }
 

@@ -231,7 +231,7 @@ impl Walker<'_> {
             Holds::Each(inner) => entries(value).iter().for_each(|e| self.held(inner, &e.value)),
             Holds::PerJoint(inner) => self.joint_block(value, |w, v| w.held(inner, v)),
             // The readers take these; the tree has them in other places.
-            Holds::Name(Named::Robot | Named::Machine | Named::Level)
+            Holds::Name(Named::Robot | Named::Level | Named::Machine | Named::State)
             | Holds::Values
             | Holds::List(_)
             | Holds::Tasks

@@ -50,7 +50,7 @@ pub fn data(program: &Program, spec: &str, summary: &Summary, series: &SeriesRec
 
 /// One sentence: did everything hold, and what came closest.
 pub fn verdict(summary: &Summary) -> String {
-    if let Some(f) = summary.faults.first() {
+    if let Some(f) = summary.faults.iter().find(|f| !f.answered) {
         return format!("Fault at {:.2} s: {}. The robot was kept still from then on.", f.time, f.text);
     }
     // Distances only: a joint that rests at its limit has a margin of zero, and that is as it should be.

@@ -38,6 +38,10 @@ pub const VELOCITY: Dimension = dimension(1, 0, -1, 0);
 pub const ANGULAR_VELOCITY: Dimension = dimension(0, 0, -1, 1);
 /// Kilogram.
 pub const MASS: Dimension = dimension(0, 1, 0, 0);
+/// Newton.
+pub const FORCE: Dimension = dimension(1, 1, -2, 0);
+/// Newton metre.
+pub const MOMENT: Dimension = dimension(2, 1, -2, 0);
 
 impl Dimension {
     /// The dimension of a product; `None` where an exponent leaves the range of an `i8`.

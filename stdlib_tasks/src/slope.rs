@@ -4,7 +4,7 @@
 //! own speed. Where the point can be, as seen from a joint, is a ball: from a part outwards to the root, a joint that
 //! turns by any angle widens the ball about its axis, and one that slides widens it by half its stroke. A distance
 //! between two bodies changes as fast as their closest points do along the line between them; the joints that carry both
-//! bodies do not change it.
+//! bodies do not change it. The same balls say how far a point gets at all: [`reach`].
 
 use nalgebra::{Point3, Vector3};
 use robot::{Base, DofUnit, Drive, Joint, JointId, JointKind, LinkId, Model};
@@ -50,6 +50,19 @@ pub fn over_plane(model: &Model, on: Option<LinkId>, n: &Vector3<f64>, part: &Ge
         }
     }
     slopes
+}
+
+/// Where a point of link `to` can be as seen from link `from`, or from the root: the centre and the radius in m of a ball
+/// that holds it, whatever angles joints take. Infinite where a joint slides without end.
+pub fn reach(model: &Model, from: Option<LinkId>, to: LinkId, point: &Vector3<f64>) -> (Vector3<f64>, f64) {
+    let (up, down) = apart(model, from, to);
+    let mut ball = outwards(model, &up, Ball { centre: Point3::from(*point), radius: 0.0 }, &mut []);
+    for &j in down.iter().rev() {
+        let joint = model.joint_ref(j);
+        ball.centre = joint.origin.inverse_transform_point(&ball.centre);
+        pass(model, joint, &mut ball, &mut []);
+    }
+    (ball.centre.coords, ball.radius)
 }
 
 /// Where a point can be.

@@ -43,6 +43,9 @@ impl Binder<'_> {
             }
             Form::Number(q) => ((Kind::Scalar, q.dimension), Some(q)),
         };
+        if matches!(form, Form::Value { .. } | Form::Like(_)) {
+            self.operands.insert(info.name, typed.clone());
+        }
         if !state {
             return self.placed(owner, value, &typed, (wanted, quantity), &what).map(Bound::Value);
         }

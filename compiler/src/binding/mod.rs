@@ -1,6 +1,7 @@
 //! Task parameters: what a spec says of them, bound to numbers, indices and places in the table of values.
 
 mod capture;
+mod condition;
 mod cut;
 mod expression;
 mod parts;
@@ -21,11 +22,12 @@ use stdlib_tasks::params::{ParamInfo, ParamType, Presence};
 use stdlib_tasks::task::TaskKind;
 
 use crate::constants::Params;
-use crate::expr::{Frame, Graph, Kind, Lowering};
+use crate::expr::{Frame, Graph, Kind, Lowering, Typed};
 use crate::forms::{block_of, items_of, text_of, unknown_key};
 use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints};
 
+pub(crate) use condition::Condition;
 pub(crate) use cut::whole;
 use present::axes_of;
 pub(crate) use scope::TaskScope;
@@ -51,6 +53,8 @@ pub struct Binder<'a> {
     pub axes: BTreeMap<&'static str, Frame>,
     /// The axes of the link that carries the task's plane: its parameter `on`; else the world's.
     pub plane: Frame,
+    /// What the task's parameters that are expressions came to.
+    pub operands: BTreeMap<&'static str, Typed>,
     /// Where mistakes go.
     pub diagnostics: &'a mut Vec<Diagnostic>,
 }
@@ -65,6 +69,8 @@ pub struct BoundTask {
     pub spans: BTreeMap<String, Span>,
     /// Every number among them, also those inside groups.
     pub numbers: Vec<Number>,
+    /// Values that are expressions, and what they are held against, by parameter.
+    pub operands: BTreeMap<&'static str, Typed>,
     /// The type's name in the spec.
     pub span: Span,
 }
@@ -126,6 +132,7 @@ impl Binder<'_> {
         self.numbers.clear();
         self.forms.clear();
         self.axes.clear();
+        self.operands.clear();
         self.plane = self.carrier(kind, &definition.body);
         let mut body = definition.body.clone();
         self.positional(kind, definition, &mut body);
@@ -142,7 +149,8 @@ impl Binder<'_> {
             definition.kind.span,
         )?;
         let numbers = std::mem::take(&mut self.numbers);
-        Some(BoundTask { kind, params, spans, numbers, span: definition.kind.span })
+        let operands = std::mem::take(&mut self.operands);
+        Some(BoundTask { kind, params, spans, numbers, operands, span: definition.kind.span })
     }
 
     /// The axes in which the constant vectors of a task count: those of its parameter `on`, or the world's.

@@ -1,7 +1,7 @@
 //! Parameters that name parts of the robot: frames, arms, geometries.
 
 use dsl::Diagnostic;
-use dsl::tree::Value;
+use dsl::tree::{Value, ValueKind};
 use robot::LinkId;
 use stdlib_tasks::bound::{Arm, Geometry};
 use stdlib_tasks::params::ParamInfo;
@@ -49,6 +49,14 @@ impl Binder<'_> {
     }
 }
 
+/// The name inside `frame(NAME)`.
+fn frame_of(value: &Value) -> Option<&str> {
+    match &value.kind {
+        ValueKind::Call(function, args) if function.value == "frame" => args.first().and_then(text_of),
+        _ => None,
+    }
+}
+
 /// The points, segments and shapes that a value names; `None` where a name is wrong, and was reported.
 pub(super) fn geometries(
     robot: &BoundRobot,
@@ -59,11 +67,18 @@ pub(super) fn geometries(
     let mut good = true;
     for item in items_of(value) {
         let Some(path) = path_of(item) else {
-            diagnostics.push(Diagnostic::error(
-                "HQ0304",
-                item.span,
-                "the name of a point, segment, group or link is needed here",
-            ));
+            let d =
+                Diagnostic::error("HQ0304", item.span, "the name of a point, segment, group or link is needed here");
+            diagnostics.push(match &item.kind {
+                ValueKind::Field(inner, _) | ValueKind::In(inner, _) if frame_of(inner).is_some() => d.help(format!(
+                    "name the part itself, `{}`; how far two positions are apart is `norm(a - b)`",
+                    frame_of(inner).unwrap_or_default()
+                )),
+                ValueKind::Call(..) if frame_of(item).is_some() => {
+                    d.help(format!("name the part itself, `{}`", frame_of(item).unwrap_or_default()))
+                }
+                _ => d.help("write its name alone; how far two positions are apart is `norm(a - b)`"),
+            });
             good = false;
             continue;
         };

@@ -60,6 +60,37 @@ impl Scope for TaskScope<'_> {
         self.params.names()
     }
 
+    fn presence(&mut self, name: &str) -> Option<usize> {
+        self.params.presence(name)
+    }
+
+    fn instead(&self, name: &str) -> Option<String> {
+        let model = &self.robot.model;
+        if let Some(owner) = self.owner.filter(|o| o.kind.name == "keep" && ["min", "max"].contains(&o.param))
+            && ["_", "none", "inf", "infinity", "free", "any", "nan"].contains(&name.to_lowercase().as_str())
+        {
+            return Some(format!(
+                "no number of `{}` can be left open: keep those that have a limit by themselves, `keep((VALUE).x) {{ {} .. }}`",
+                owner.param, owner.param
+            ));
+        }
+        if self.owner.is_some_and(|o| o.param == "sampled_margin") && name == "auto" {
+            return Some(
+                "how far a written value can bend is not worked out: write a size, or leave it out; `self_collision` and \
+                 `virtual_wall` know `auto`"
+                    .to_string(),
+            );
+        }
+        if model.dof(name).is_some_and(|d| model.dofs[d].q_index.is_some()) {
+            return Some(format!("for the position of the joint write `joint({name})`"));
+        }
+        if model.link(name).is_some() || self.robot.arms.iter().any(|a| a.name == name) {
+            return Some(format!("for where it is write `frame({name}).position`, for how it stands `.orientation`"));
+        }
+        let part = self.robot.groups.contains_key(name) || self.robot.geometries.iter().any(|g| g.name == name);
+        part.then(|| format!("it is a part of the robot, and no value: write `distance({name}, OTHER)` for how far it is from another"))
+    }
+
     fn initial(
         &mut self,
         graph: &mut Graph,

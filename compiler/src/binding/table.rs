@@ -55,6 +55,11 @@ impl Table {
         at
     }
 
+    /// The node that captured value `k` is taken from, where it is an expression.
+    pub fn captured(&self, k: usize) -> Option<usize> {
+        self.expressions.iter().find_map(|(nodes, &at)| nodes.get(k.checked_sub(at)?).copied())
+    }
+
     /// Gives a leaf its numbers once, however often it is named; gives the first.
     pub(super) fn leaf(&mut self, leaf: Leaf) -> usize {
         let key = format!("{leaf:?}");
@@ -68,7 +73,7 @@ impl Table {
     }
 
     /// The leaf that number `k` of the state belongs to, with its first number.
-    pub(super) fn leaf_of(&self, k: usize) -> Option<(usize, &Leaf)> {
+    pub fn leaf_of(&self, k: usize) -> Option<(usize, &Leaf)> {
         let i = self.leaves.partition_point(|(at, _)| *at <= k).checked_sub(1)?;
         self.leaves.get(i).map(|(at, l)| (*at, l))
     }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dsl::tree::{Entry, ItemKind, Let, Param, Robot, Spec, Stack, Task, Value, ValueKind};
+use dsl::tree::{Entry, ItemKind, Let, Param, Robot, Signal, Spec, Stack, Task, Value, ValueKind};
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 
 use super::fill::{Frame, parts};
@@ -46,7 +46,7 @@ impl Expander<'_> {
         let own: Vec<(Class, (usize, usize))> = own.collect();
         let all = imported.iter().filter_map(|(class, name, _)| Some((*class, self.find(0, *class, name).ok()?)));
         let all: Vec<(Class, (usize, usize))> = all.chain(own).collect();
-        for class in [Class::Robot, Class::Value, Class::Task, Class::Stack] {
+        for class in [Class::Robot, Class::Value, Class::Task, Class::Stack, Class::Machine] {
             for (_, found) in all.iter().filter(|a| a.0 == class) {
                 self.emit(*found);
             }
@@ -80,7 +80,7 @@ impl Expander<'_> {
         }
         match kind.clone() {
             ItemKind::Robot(robot) => self.emit_robot(m, &robot),
-            ItemKind::Param(_) | ItemKind::Let(_) => {
+            ItemKind::Param(_) | ItemKind::Let(_) | ItemKind::Signal(_) => {
                 self.emit_value((m, i), span);
             }
             ItemKind::Task(_) => {
@@ -88,13 +88,12 @@ impl Expander<'_> {
             }
             ItemKind::Stack(stack) => self.emit_stack((m, i), &stack),
             ItemKind::Import(_) | ItemKind::For(_) | ItemKind::Run(_) | ItemKind::Scenario(_) => {}
-            // lowered separately
-            ItemKind::Signal(_) | ItemKind::Machine(_) => {}
+            ItemKind::Machine(_) => self.emit_machine((m, i)),
         }
     }
 
     /// The name that a declaration has in the program.
-    fn program_name(&self, m: usize, class: Class, name: &str) -> String {
+    pub(super) fn program_name(&self, m: usize, class: Class, name: &str) -> String {
         match self.visible.get(&(m, class, name.to_string())) {
             Some(visible) => visible.clone(),
             None if m == 0 => name.to_string(),
@@ -183,6 +182,7 @@ impl Expander<'_> {
                 Named::Param(Param { name, value: own, range })
             }
             ItemKind::Let(l) => Named::Let(Let { name, value: value(self, &l.value) }),
+            ItemKind::Signal(s) => Named::Signal(Signal { name, ..self.copied_signal(s, &mut frame) }),
             _ => return,
         };
         self.out.values.push(named);
@@ -208,7 +208,7 @@ impl Expander<'_> {
         Some(name.value)
     }
 
-    fn emit_stack(&mut self, (m, i): (usize, usize), stack: &Stack) {
+    pub(super) fn emit_stack(&mut self, (m, i): (usize, usize), stack: &Stack) {
         let key = (m, Class::Stack, stack.name.value.clone());
         if self.emitted.contains_key(&key) {
             return;

@@ -14,6 +14,7 @@ mod emit;
 mod files;
 mod fill;
 mod levels;
+mod machines;
 mod module;
 mod repeat;
 mod scenarios;
@@ -23,7 +24,7 @@ mod tasks;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use dsl::tree::{Let, Param, Robot, Run, Scenario, Spec, Stack, Task, Value};
+use dsl::tree::{Let, Level, Machine, Param, Robot, Run, Scenario, Signal, Spec, Stack, Task, Value};
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Spelling};
 
 use crate::lowering::Input;
@@ -49,6 +50,8 @@ pub(crate) enum Named {
     Param(Param),
     /// A named expression.
     Let(Let),
+    /// A signal.
+    Signal(Signal),
 }
 
 /// A quantity given for a parameter of a task or stack, whose type is known only when expressions are.
@@ -65,7 +68,7 @@ pub(crate) struct Given {
 /// The plain declarations of a spec.
 #[derive(Debug, Default)]
 pub(crate) struct Expanded {
-    /// Params and lets, each behind those that it uses.
+    /// Params, lets and signals, each behind those that it uses.
     pub values: Vec<Named>,
     /// Robots, without those that others are made from.
     pub robots: Vec<Robot>,
@@ -73,6 +76,8 @@ pub(crate) struct Expanded {
     pub tasks: Vec<Task>,
     /// Stacks.
     pub stacks: Vec<Stack>,
+    /// Machines, each with the stacks that its states name by their names in the program.
+    pub machines: Vec<Machine>,
     /// Runs.
     pub runs: Vec<(Run, Span)>,
     /// Scenarios, each with its expectations as they were written.
@@ -89,14 +94,16 @@ pub(crate) struct Expanded {
     pub whole: bool,
     /// False where other files are missing, or where it is too large: nothing more can be said.
     pub usable: bool,
+    /// Levels of stacks that others are made from, as far as those replace or remove them.
+    pub discarded: Vec<Level>,
     /// The spelling of each file.
     pub spellings: BTreeMap<SourceId, Spelling>,
 }
 
-/// The kinds of name; params and lets share one.
+/// The kinds of name; params, lets and signals share one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Class {
-    /// Params and lets.
+    /// Params, lets and signals.
     Value,
     /// Robots.
     Robot,
@@ -104,6 +111,8 @@ pub(crate) enum Class {
     Task,
     /// Stacks.
     Stack,
+    /// Machines.
+    Machine,
 }
 
 impl Class {
@@ -114,6 +123,7 @@ impl Class {
             Class::Robot => "robot",
             Class::Task => "task",
             Class::Stack => "stack",
+            Class::Machine => "machine",
         }
     }
 }

@@ -56,8 +56,8 @@ pub(super) fn declared(kind: &ItemKind) -> Option<(Class, &Spanned<String>)> {
         ItemKind::Task(t) => Some((Class::Task, &t.name)),
         ItemKind::Stack(s) => Some((Class::Stack, &s.name)),
         ItemKind::Import(_) | ItemKind::For(_) | ItemKind::Run(_) | ItemKind::Scenario(_) => None,
-        // lowered separately
-        ItemKind::Signal(_) | ItemKind::Machine(_) => None,
+        ItemKind::Signal(s) => Some((Class::Value, &s.name)),
+        ItemKind::Machine(m) => Some((Class::Machine, &m.name)),
     }
 }
 
@@ -70,7 +70,7 @@ pub(super) fn parameters(kind: &ItemKind) -> &[Parameter] {
     }
 }
 
-const CLASSES: [Class; 4] = [Class::Value, Class::Robot, Class::Task, Class::Stack];
+const CLASSES: [Class; 5] = [Class::Value, Class::Robot, Class::Task, Class::Stack, Class::Machine];
 
 impl Expander<'_> {
     /// Finds out what the names of a module mean. What it imports is known already: `imports` has each import with its

@@ -45,9 +45,9 @@ impl Expander<'_> {
                         self.unroll(r, &mut inner, out);
                         continue;
                     }
+                    ItemKind::Signal(s) => ItemKind::Signal(self.copied_signal(s, &mut inner)),
+                    ItemKind::Machine(m) => ItemKind::Machine(self.copied_machine(m, &mut inner)),
                     ItemKind::Scenario(s) => ItemKind::Scenario(self.copied_scenario(s, &mut inner)),
-                    // lowered separately
-                    ItemKind::Signal(_) | ItemKind::Machine(_) => continue,
                     // The reader has refused the others.
                     ItemKind::Import(_) | ItemKind::Robot(_) | ItemKind::Run(_) => continue,
                 };

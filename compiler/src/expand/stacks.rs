@@ -12,6 +12,11 @@ impl Expander<'_> {
     /// The levels of a stack, all of them written out. `None` where its base cannot be had.
     pub(super) fn stack(&mut self, (m, i): (usize, usize), frame: &mut Frame) -> Option<Stack> {
         let ItemKind::Stack(stack) = self.modules[m].items[i].kind.clone() else { return None };
+        self.expanded_stack(m, &stack, frame)
+    }
+
+    /// The same for a stack that stands nowhere in the text; `m` is the module whose names it uses.
+    pub(super) fn expanded_stack(&mut self, m: usize, stack: &Stack, frame: &mut Frame) -> Option<Stack> {
         let mut settings = self.block(&stack.settings, frame);
         let name = stack.name.clone();
         let Some(base) = &stack.base else {
@@ -70,7 +75,8 @@ impl Expander<'_> {
                         continue;
                     }
                     replaced.push(level.name.clone());
-                    levels[k] = level;
+                    let before = std::mem::replace(&mut levels[k], level);
+                    self.out.discarded.push(before);
                 }
                 Change::Add(level, beside) => {
                     let level = self.level(level, frame);
@@ -103,7 +109,8 @@ impl Expander<'_> {
                         self.fail(d);
                         continue;
                     }
-                    levels.remove(k);
+                    let before = levels.remove(k);
+                    self.out.discarded.push(before);
                 }
             }
         }
@@ -126,12 +133,7 @@ impl Expander<'_> {
 
     /// A stack of a repetition: names and values copied, everything else as it is.
     pub(super) fn stack_as_written(&mut self, s: &Stack, frame: &mut Frame) -> Stack {
-        let base = s.base.as_ref().map(|b| dsl::tree::Call {
-            name: self.name(&b.name, frame),
-            args: b.args.iter().map(|a| self.value(a, frame)).collect(),
-            named: self.entries(&b.named, frame),
-            span: self.at(b.span, frame),
-        });
+        let base = s.base.as_ref().map(|b| self.call(b, frame));
         let mut changes = Vec::new();
         for change in &s.changes {
             changes.push(match change {

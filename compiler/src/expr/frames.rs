@@ -11,7 +11,7 @@ use runtime::program::Op;
 use super::lower::Failed;
 use super::ops::{conjugate, quaternion_product, rotate};
 use super::present::Now;
-use super::{Kind, Lowering, Typed};
+use super::{Fact, Kind, Lowering, Typed};
 
 /// A set of axes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -275,10 +275,12 @@ impl Lowering<'_> {
 
     /// `nodes += factor p`.
     fn add(&mut self, nodes: &mut [usize], p: &[usize], factor: f64) {
-        let factor = self.graph.number(factor);
+        let before = nodes.to_vec();
+        let times = self.graph.number(factor);
         for (x, &p) in nodes.iter_mut().zip(p) {
-            let part = self.graph.push(Op::Mul(factor, p));
+            let part = self.graph.push(Op::Mul(times, p));
             *x = self.graph.push(Op::Add(*x, part));
         }
+        self.graph.note(nodes, Fact::Sum(before, p.to_vec(), factor));
     }
 }

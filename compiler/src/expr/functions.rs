@@ -4,6 +4,7 @@ use runtime::program::Op;
 use stdlib_tasks::dimension::{ANGLE, Dimension, NONE};
 use stdlib_tasks::expression::ROUNDING;
 
+use super::facts::Fact;
 use super::ops::{self, additive, cross, dot};
 use super::{Axes, Graph, Kind, Typed, choices, rotations};
 use dsl::Span;
@@ -206,7 +207,8 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
                 let share = g.push(Op::Div(n, length));
                 g.zero_unless_positive(length, share)
             };
-            let nodes = a.nodes.iter().map(part).collect();
+            let nodes: Vec<usize> = a.nodes.iter().map(part).collect();
+            g.note(&nodes, Fact::Direction);
             Ok(Typed { kind: Kind::Vector, dimension: NONE, nodes, bare: false, axes: a.axes.derived(), span })
         }
         "asin" | "acos" => {

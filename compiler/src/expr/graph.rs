@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use runtime::program::Op;
 
+use super::facts::{Fact, Known};
+
 /// The graph. Nodes are indices of operations; operands come before users.
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
@@ -12,7 +14,12 @@ pub struct Graph {
     state: Vec<bool>,
     known: BTreeMap<(u8, u64, usize, usize), usize>,
     rates: BTreeMap<usize, usize>,
+    /// What is known of several nodes together, by each of them.
+    facts: BTreeMap<usize, Vec<Known>>,
 }
+
+/// Most facts that are kept of one node.
+const FACTS: usize = 8;
 
 fn key(op: Op) -> (u8, u64, usize, usize) {
     match op {
@@ -114,6 +121,25 @@ impl Graph {
             Op::Select(_, x, y) if x == y => Err(x),
             _ => Ok(op),
         }
+    }
+
+    /// Notes what is known of some nodes together.
+    pub fn note(&mut self, nodes: &[usize], fact: Fact) {
+        let known = Known { nodes: nodes.to_vec(), fact };
+        for &node in nodes {
+            if self.constant(node).is_some() {
+                continue;
+            }
+            let all = self.facts.entry(node).or_default();
+            if all.len() < FACTS && !all.contains(&known) {
+                all.push(known.clone());
+            }
+        }
+    }
+
+    /// What is known of a node together with others.
+    pub fn facts(&self, node: usize) -> &[Known] {
+        self.facts.get(&node).map_or(&[], Vec::as_slice)
     }
 
     /// The time derivative of a node. Where a function has none (the edge of a `min`, `abs` at zero), the derivative

@@ -3,7 +3,8 @@
 use dsl::tree::{BinaryOp, Unit, Value, ValueKind};
 use stdlib_tasks::dimension::{ANGLE, NONE};
 
-use super::{Kind, Typed};
+use super::{FUNCTIONS, Kind, PRESENT, Typed};
+use crate::names::list;
 use crate::units;
 
 /// `one argument`, `2 to 16 arguments`.
@@ -13,6 +14,50 @@ pub(super) fn count(arity: &std::ops::RangeInclusive<usize>) -> String {
         (a, b) if a == b => format!("{a} arguments"),
         (a, b) => format!("{a} to {b} arguments"),
     }
+}
+
+/// How a function of other languages is written here.
+pub(super) fn elsewhere(name: &str) -> Option<&'static str> {
+    let known: &[(&[&str], &str)] = &[
+        (&["arcsin"], "asin(number)"),
+        (&["arccos"], "acos(number)"),
+        (&["arctan", "atan", "arctan2", "angle"], "atan2(y, x)"),
+        (&["ln", "log10", "log2"], "log(number)"),
+        (&["pow", "power", "square", "sqr"], "x^2"),
+        (&["length", "magnitude", "len", "norm2"], "norm(vector)"),
+        (&["unit", "normalise", "normalized", "direction"], "normalize(vector)"),
+        (&["saturate", "limit", "bound", "sat"], "clamp(x, low, high)"),
+        (&["mix", "interpolate", "lin"], "lerp(from, to, share)"),
+        (&["minimum"], "min(x, y, ..)"),
+        (&["maximum"], "max(x, y, ..)"),
+        (&["sign", "sgn", "step", "heaviside"], "if(x > 0, 1, -1)"),
+        (&["where", "select", "ifelse", "iff"], "if(condition, value, other value)"),
+        (&["fabs"], "abs(x)"),
+        (&["euler", "rotation", "rotate", "rot"], "rpy(roll, pitch, yaw)"),
+        (&["quat"], "quaternion(w, x, y, z)"),
+        (&["conjugate", "transpose", "inv"], "inverse(orientation)"),
+        (&["position", "pos", "pose", "link"], "frame(LINK).position"),
+        (&["orientation"], "frame(LINK).orientation"),
+        (&["vector", "vec", "vec3"], "[x, y, z]"),
+        (&["radians", "deg2rad", "degrees"], "(x) deg"),
+        (&["dist", "gap"], "distance(a, b)"),
+    ];
+    let lower = name.to_lowercase();
+    known.iter().find(|(names, _)| names.contains(&lower.as_str())).map(|(_, form)| *form)
+}
+
+/// All functions, by what they are about.
+pub(super) fn families() -> String {
+    let vectors = ["norm", "dot", "cross", "normalize"];
+    let orientations = ["rpy", "axis_angle", "quaternion", "inverse", "slerp"];
+    let numbers = FUNCTIONS.iter().map(|f| f.name).filter(|n| !vectors.contains(n) && !orientations.contains(n));
+    format!(
+        "of numbers there are {}; of vectors {}; of orientations {}; of the robot {}, and `initial`",
+        list(numbers, 32),
+        list(vectors, 8),
+        list(orientations, 8),
+        list(PRESENT.iter().copied(), 8)
+    )
 }
 
 pub(super) fn help_for_kinds(op: BinaryOp, a: Kind, b: Kind) -> &'static str {

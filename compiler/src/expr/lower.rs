@@ -6,7 +6,7 @@ use runtime::program::Op;
 use stdlib_tasks::dimension::{ANGLE, Dimension, NONE, TIME};
 
 use super::functions::{self, CallError, FUNCTIONS};
-use super::helps::{bracketed, count, help_for_kinds, help_for_sum};
+use super::helps::{bracketed, count, elsewhere, families, help_for_kinds, help_for_sum};
 use super::ops::{self, Mismatch};
 use super::present::{Now, PRESENT};
 use super::{Axes, Frame, Graph, Kind, Typed, frames};
@@ -33,6 +33,10 @@ pub enum Meaning {
     Failed,
     /// A named expression of what the robot does, which has no value before the robot is known.
     Later,
+    /// A signal with a force and a moment.
+    Wrench,
+    /// An event, which is no value.
+    Event,
     /// Nothing.
     Unknown,
 }
@@ -43,6 +47,12 @@ pub trait Scope {
     fn name(&mut self, name: &str) -> Meaning;
     /// Names that could have been meant.
     fn names(&self) -> Vec<String>;
+    /// The number of the table of signals that says whether a signal is present; none where a name is that of no signal.
+    fn presence(&mut self, name: &str) -> Option<usize>;
+    /// What to write where the name is that of a part of the robot, or no value for another reason.
+    fn instead(&self, _name: &str) -> Option<String> {
+        None
+    }
     /// The value that `initial(ARGUMENT)` captures. `None` where nothing can be captured; the diagnostics say why.
     fn initial(
         &mut self,
@@ -208,12 +218,24 @@ impl Lowering<'_> {
                 let d = Diagnostic::error("HQ0312", span, text);
                 return self.fail(d.help("write a constant here; such a `let` may stand in the parameters of tasks"));
             }
+            Meaning::Wrench => {
+                let written = crate::forms::written(name);
+                let d = Diagnostic::error("HQ0304", span, format!("`{written}` is a wrench, which is no single value"));
+                return self.fail(d.help(format!("write `{written}.force` or `{written}.moment`")));
+            }
+            Meaning::Event => {
+                let written = crate::forms::written(name);
+                let d = Diagnostic::error("HQ0304", span, format!("`{written}` is an event, which has no value"));
+                return self.fail(d.help(format!("a transition waits for it: `on {written} -> STATE`")));
+            }
             Meaning::Unknown => {}
         }
         let mut known = self.scope.names();
         known.extend(["pi", "t", "time", "com"].map(String::from));
         let mut d = Diagnostic::error("HQ0201", span, format!("there is no value called `{name}`"));
-        if let Some(near) = suggest(name, known.iter().map(String::as_str)) {
+        if let Some(help) = self.scope.instead(name) {
+            d = d.help(help);
+        } else if let Some(near) = suggest(name, known.iter().map(String::as_str)) {
             d = d.help(format!("did you mean `{near}`?"));
         } else if FUNCTIONS.iter().any(|f| f.name == name) {
             d = d.help(format!("`{name}` is a function: write `{name}(..)`"));
@@ -283,6 +305,9 @@ impl Lowering<'_> {
             };
             return self.scope.initial(self.graph, argument, span, self.diagnostics).ok_or(Failed);
         }
+        if function.value == "present" {
+            return self.presence(args, span);
+        }
         if PRESENT.contains(&function.value.as_str()) {
             return self.present(function, args, span);
         }
@@ -290,12 +315,14 @@ impl Lowering<'_> {
             return self.scope.measured(self.graph, function, args, span, self.diagnostics).ok_or(Failed);
         }
         let Some(known) = FUNCTIONS.iter().find(|f| f.name == function.value) else {
-            let names = FUNCTIONS.iter().map(|f| f.name).chain(["initial"]).chain(PRESENT.iter().copied());
+            let names = FUNCTIONS.iter().map(|f| f.name).chain(["initial", "present"]).chain(PRESENT.iter().copied());
             let mut d =
                 Diagnostic::error("HQ0201", function.span, format!("there is no function `{}`", function.value));
-            if let Some(near) = suggest(&function.value, names) {
-                d = d.help(format!("did you mean `{near}`?"));
-            }
+            d = d.help(match (elsewhere(&function.value), suggest(&function.value, names)) {
+                (Some(form), _) => format!("it is written `{form}`"),
+                (None, Some(near)) => format!("did you mean `{near}`?"),
+                (None, None) => families(),
+            });
             return self.fail(d);
         };
         let typed: Vec<Result<Typed, Failed>> = args.iter().map(|a| self.value(a)).collect();

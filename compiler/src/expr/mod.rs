@@ -1,19 +1,24 @@
 //! Expressions: typing with dimensions, lowering to operations on numbers, exact differentiation in time.
 
 mod choices;
+mod facts;
 pub mod frames;
 mod functions;
 mod graph;
 mod helps;
+mod interval;
 mod lower;
 mod ops;
 mod present;
 mod rotations;
+mod signals;
 
+pub use facts::{Fact, Known};
 pub use frames::{Axes, Frame};
 pub use functions::{FUNCTIONS, Function};
 pub use graph::Graph;
 pub use helps::bracketed;
+pub use interval::Interval;
 pub use lower::{Lowering, MEASURES, Meaning, Scope, Symbol};
 pub(crate) use present::PRESENT;
 pub use present::{Now, Plane};
@@ -35,6 +40,15 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// How many numbers it has.
+    pub fn width(self) -> usize {
+        match self {
+            Kind::Scalar | Kind::Truth => 1,
+            Kind::Vector => 3,
+            Kind::Rotation => 4,
+        }
+    }
+
     /// What a person calls it.
     pub fn describe(self) -> &'static str {
         match self {

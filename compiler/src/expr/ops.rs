@@ -3,6 +3,7 @@
 use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE};
 
+use super::facts::Fact;
 use super::{Graph, Kind, Typed};
 use dsl::Span;
 
@@ -57,6 +58,9 @@ pub(super) fn additive(
     let sign = if matches!(op(0, 0), Op::Sub(..)) { -1.0 } else { 1.0 };
     let axes = a.axes.sum(&b.axes, sign).ok_or(Mismatch::Axes)?;
     let nodes = zip(g, &a.nodes, &b.nodes, op);
+    if a.kind == Kind::Vector && matches!(op(0, 0), Op::Add(..) | Op::Sub(..)) {
+        g.note(&nodes, Fact::Sum(a.nodes.clone(), b.nodes.clone(), sign));
+    }
     Ok(Typed { kind: a.kind, dimension, nodes, bare: a.bare && b.bare, axes, span })
 }
 
@@ -80,6 +84,11 @@ pub(super) fn multiply(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Resul
         }
         _ => return Err(Mismatch::Kinds),
     };
+    match (a.kind, b.kind) {
+        (Kind::Scalar, Kind::Vector) => g.note(&nodes, Fact::Scaled(b.nodes.clone(), a.nodes[0])),
+        (Kind::Vector, Kind::Scalar) => g.note(&nodes, Fact::Scaled(a.nodes.clone(), b.nodes[0])),
+        _ => {}
+    }
     Ok(Typed { kind, dimension, nodes, bare, axes, span })
 }
 
@@ -91,7 +100,11 @@ pub(super) fn divide(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Result<
     let inverse = b.dimension.power(-1).ok_or(Mismatch::TooLarge)?;
     let dimension = a.dimension.times(inverse).ok_or(Mismatch::TooLarge)?;
     let axes = a.axes.scaled(g.constant(b.nodes[0]).map(f64::recip));
-    let nodes = a.nodes.iter().map(|&n| g.push(Op::Div(n, b.nodes[0]))).collect();
+    let nodes: Vec<usize> = a.nodes.iter().map(|&n| g.push(Op::Div(n, b.nodes[0]))).collect();
+    if let Some(x) = g.constant(b.nodes[0]).filter(|_| a.kind == Kind::Vector) {
+        let factor = g.number(1.0 / x);
+        g.note(&nodes, Fact::Scaled(a.nodes.clone(), factor));
+    }
     Ok(Typed { kind: a.kind, dimension, nodes, bare: a.bare && b.bare, axes, span })
 }
 
@@ -104,22 +117,24 @@ pub(super) fn quaternion_product(g: &mut Graph, p: &[usize], q: &[usize]) -> Vec
         [(0, 2, true), (1, 3, false), (2, 0, true), (3, 1, true)],
         [(0, 3, true), (1, 2, true), (2, 1, false), (3, 0, true)],
     ];
-    table
-        .iter()
-        .map(|row| {
-            let mut sum = g.number(0.0);
-            for &(i, j, plus) in row {
-                let product = g.push(Op::Mul(p[i], q[j]));
-                sum = g.push(if plus { Op::Add(sum, product) } else { Op::Sub(sum, product) });
-            }
-            sum
-        })
-        .collect()
+    let mut nodes = Vec::with_capacity(4);
+    for row in table {
+        let mut sum = g.number(0.0);
+        for (i, j, plus) in row {
+            let product = g.push(Op::Mul(p[i], q[j]));
+            sum = g.push(if plus { Op::Add(sum, product) } else { Op::Sub(sum, product) });
+        }
+        nodes.push(sum);
+    }
+    g.note(&nodes, Fact::Product(p.to_vec(), q.to_vec()));
+    nodes
 }
 
 /// The quaternion of the inverse rotation.
 pub(super) fn conjugate(g: &mut Graph, q: &[usize]) -> Vec<usize> {
-    q.iter().enumerate().map(|(i, &n)| if i == 0 { n } else { g.push(Op::Neg(n)) }).collect()
+    let nodes: Vec<usize> = q.iter().enumerate().map(|(i, &n)| if i == 0 { n } else { g.push(Op::Neg(n)) }).collect();
+    g.note(&nodes, Fact::Turned(q.to_vec()));
+    nodes
 }
 
 /// A vector turned by a unit quaternion.
@@ -128,7 +143,9 @@ pub(super) fn rotate(g: &mut Graph, q: &[usize], v: &[usize]) -> Vec<usize> {
     let inverse = conjugate(g, q);
     let pure = [zero, v[0], v[1], v[2]];
     let half = quaternion_product(g, q, &pure);
-    quaternion_product(g, &half, &inverse)[1..].to_vec()
+    let turned = quaternion_product(g, &half, &inverse)[1..].to_vec();
+    g.note(&turned, Fact::Turned(v.to_vec()));
+    turned
 }
 
 /// The dot product of two vectors, as a node.
@@ -138,18 +155,19 @@ pub(super) fn dot(g: &mut Graph, a: &[usize], b: &[usize]) -> usize {
         let product = g.push(Op::Mul(a, b));
         sum = g.push(Op::Add(sum, product));
     }
+    g.note(&[sum], Fact::AtMost(a.to_vec(), b.to_vec()));
     sum
 }
 
 /// The cross product of two vectors.
 pub(super) fn cross(g: &mut Graph, a: &[usize], b: &[usize]) -> Vec<usize> {
-    [(1, 2), (2, 0), (0, 1)]
-        .iter()
-        .map(|&(i, j)| {
-            let (plus, minus) = (g.push(Op::Mul(a[i], b[j])), g.push(Op::Mul(a[j], b[i])));
-            g.push(Op::Sub(plus, minus))
-        })
-        .collect()
+    let part = |&(i, j): &(usize, usize)| {
+        let (plus, minus) = (g.push(Op::Mul(a[i], b[j])), g.push(Op::Mul(a[j], b[i])));
+        g.push(Op::Sub(plus, minus))
+    };
+    let nodes: Vec<usize> = [(1, 2), (2, 0), (0, 1)].iter().map(part).collect();
+    g.note(&nodes, Fact::AtMost(a.to_vec(), b.to_vec()));
+    nodes
 }
 
 /// The quaternion of a turn by `angle` about the unit axis `axis` of the frame (0 x, 1 y, 2 z).

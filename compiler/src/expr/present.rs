@@ -73,6 +73,9 @@ impl Lowering<'_> {
             };
             return self.now(&Now::Frame(frame, field), span);
         }
+        if let Some(part) = self.part_of_wrench(inner, field, span) {
+            return part;
+        }
         if let Some(k) = ["x", "y", "z"].iter().position(|n| *n == field.value) {
             let of = self.value(inner)?;
             if of.kind == Kind::Vector {

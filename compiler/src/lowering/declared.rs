@@ -1,11 +1,12 @@
 //! The declarations of a spec by kind, values given on the command line, and what nothing uses.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use dsl::tree::{ItemKind, MemberTask, Param, Robot, Run, Stack, Task, Value};
+use dsl::tree::{ItemKind, Machine, MemberTask, Param, Robot, Run, Stack, Task, Value};
 use dsl::{Diagnostic, Span, Spanned, Spelling};
 
 use super::Lowerer;
+use super::in_place::names;
 use crate::expand::{Class, Expanded, Named};
 use crate::names::{list, suggest};
 
@@ -15,6 +16,7 @@ pub(super) struct Declared<'t> {
     pub robots: Vec<&'t Robot>,
     pub tasks: Vec<&'t Task>,
     pub stacks: Vec<&'t Stack>,
+    pub machine: Option<&'t Machine>,
     pub runs: Vec<(&'t Run, Span)>,
     /// False where something of the spec is missing.
     pub whole: bool,
@@ -26,7 +28,7 @@ impl Lowerer<'_> {
     pub(super) fn collect<'t>(&mut self, expanded: &'t Expanded) -> Declared<'t> {
         let params = expanded.values.iter().filter_map(|v| match v {
             Named::Param(p) => Some(p),
-            Named::Let(_) => None,
+            Named::Let(_) | Named::Signal(_) => None,
         });
         for other in expanded.robots.iter().skip(1) {
             self.push(
@@ -39,12 +41,18 @@ impl Lowerer<'_> {
             let d = Diagnostic::error("HQ0202", *other, "there is already a `run`");
             self.push(d.label(expanded.runs[0].1, "the first one").help("keep one of them"));
         }
+        for other in expanded.machines.iter().skip(1) {
+            let d = Diagnostic::error("HQ0202", other.name.span, "a spec has one machine for now");
+            let d = d.label(expanded.machines[0].name.span, "the first one");
+            self.push(d.help("make its states those of a state of the first one"));
+        }
         self.failed = expanded.failed.clone();
         Declared {
             params: params.collect(),
             robots: expanded.robots.iter().take(1).collect(),
             tasks: expanded.tasks.iter().collect(),
             stacks: expanded.stacks.iter().collect(),
+            machine: expanded.machines.first(),
             runs: expanded.runs.iter().take(1).map(|(run, at)| (run, *at)).collect(),
             whole: expanded.whole,
             patterns: &expanded.patterns,
@@ -91,20 +99,33 @@ impl Lowerer<'_> {
             Some(at) => Some((*at, true)),
             None => (!name.value.contains('.')).then_some((name.span, false)),
         };
+        // What a stack made from another one replaces or removes was written for the other one, and is no slip.
+        let discarded: Vec<&MemberTask> = expanded.discarded.iter().flat_map(|l| &l.members).map(|m| &m.task).collect();
+        let mentioned: BTreeSet<String> = (discarded.iter())
+            .flat_map(|task| match task {
+                MemberTask::Inline(d) => names(d),
+                MemberTask::Name(_) | MemberTask::For(_) => BTreeSet::new(),
+            })
+            .collect();
         let advice = |imported: bool, own: &'static str| if imported { "do not import it" } else { own };
         for value in &expanded.values {
             let (word, name) = match value {
                 Named::Param(p) => ("param", &p.name),
                 Named::Let(l) => ("let", &l.name),
+                Named::Signal(s) => ("signal", &s.name),
             };
-            let known = self.params.symbols.contains_key(&name.value) && !self.params.used.contains(&name.value);
+            let known = self.params.symbols.contains_key(&name.value)
+                && !self.params.used.contains(&name.value)
+                && !mentioned.contains(&name.value);
             if let Some((at, imported)) = place(Class::Value, name).filter(|_| complete && known) {
                 let d = Diagnostic::warning("HQ0203", at, format!("{word} `{}` is never used", name.value));
                 self.push(d.help(advice(imported, "use it, or remove it")));
             }
         }
         let members: Vec<&str> = (declared.stacks.iter().flat_map(|s| &s.levels).flat_map(|l| &l.members))
-            .filter_map(|m| match &m.task {
+            .map(|m| &m.task)
+            .chain(discarded.iter().copied())
+            .filter_map(|task| match task {
                 MemberTask::Name(n) => Some(n.value.as_str()),
                 MemberTask::Inline(_) | MemberTask::For(_) => None,
             })

@@ -20,6 +20,10 @@ impl Scope for Outside<'_> {
         self.0.names()
     }
 
+    fn presence(&mut self, name: &str) -> Option<usize> {
+        self.0.presence(name)
+    }
+
     fn initial(&mut self, _: &mut Graph, _: &Value, _: Span, _: &mut Vec<Diagnostic>) -> Option<Typed> {
         None
     }

@@ -1,12 +1,18 @@
 //! From a tree to a program: declarations collected, names bound, stacks laid out.
 
+mod actions;
 mod declared;
 mod expectations;
 mod given;
+mod in_place;
+mod machine;
+mod measures;
 mod predicates;
 mod run;
 mod scenario;
+mod signals;
 mod stack;
+mod triggers;
 mod values;
 mod world;
 
@@ -14,20 +20,27 @@ use std::path::{Path, PathBuf};
 
 use dsl::tree::{Stack, TaskDefinition};
 use dsl::{Diagnostic, SourceId, Span, Spelling};
-use runtime::program::{FORMAT, Interface, Program, RobotProgram, RunProgram, StackProgram, TaskProgram};
+use runtime::program::{
+    FORMAT, Interface, MachineProgram, Program, RobotProgram, RunProgram, StackProgram, TaskProgram,
+};
 
-use crate::binding::{BoundTask, Table};
+use crate::binding::{Binder, BoundTask, Table};
 use crate::checks;
 use crate::constants::{Constants, Params};
 use crate::expand::{Expanded, Named, Texts, expand};
 use crate::expr::Graph;
+use crate::ranges::Ground;
 use crate::report::Report;
 use crate::robot_binding::{self, BoundRobot, Files};
 use crate::spelling::in_yaml;
 use crate::{bounds, follow_ons, overridden, pointless};
+pub use actions::{VERBS, Verb};
 use declared::Declared;
+use in_place::definitions;
+pub(crate) use machine::MachinePlaces;
+use machine::Surroundings;
 use run::{RunSettings, run_settings};
-use stack::definitions;
+pub use signals::signal_types;
 
 /// What to compile.
 #[derive(Clone, Debug)]
@@ -61,6 +74,8 @@ pub(crate) struct Places {
     pub tasks: Vec<BoundTask>,
     /// For each stack, its name; for each level of it, its name.
     pub stacks: Vec<(Span, Vec<Span>)>,
+    /// The machine.
+    pub machine: Option<MachinePlaces>,
     /// The robot's rate and home.
     pub rate: Span,
     /// See `rate`.
@@ -155,6 +170,23 @@ impl<'a> Lowerer<'a> {
         self.diagnostics.push(d);
     }
 
+    /// What binds expressions to the robot.
+    fn binder<'b>(&'b mut self, robot: &'b BoundRobot) -> Binder<'b> {
+        Binder {
+            robot,
+            params: &mut self.params,
+            graph: &mut self.graph,
+            table: &mut self.table,
+            sources: self.sources,
+            numbers: Vec::new(),
+            axes: std::collections::BTreeMap::new(),
+            plane: crate::expr::Frame::World,
+            forms: std::collections::BTreeMap::new(),
+            operands: std::collections::BTreeMap::new(),
+            diagnostics: self.diagnostics,
+        }
+    }
+
     /// The program of a spec; `empty` says that nothing could be read of it.
     fn spec(&mut self, expanded: &Expanded, empty: bool) -> Option<Program> {
         let declared = self.collect(expanded);
@@ -163,14 +195,21 @@ impl<'a> Lowerer<'a> {
             return None;
         }
         let overrides = self.overrides(&declared);
-        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         let mut later = Vec::new();
         for value in &expanded.values {
             match value {
-                Named::Param(p) => constants.declare(p, overrides.get(&p.name.value), self.diagnostics),
-                Named::Let(l) => later.extend(constants.declare_let(l, self.diagnostics).then_some(l)),
+                Named::Param(p) => {
+                    let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+                    constants.declare(p, overrides.get(&p.name.value), self.diagnostics);
+                }
+                Named::Let(l) => {
+                    let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+                    later.extend(constants.declare_let(l, self.diagnostics).then_some(l));
+                }
+                Named::Signal(s) => self.signal(s),
             }
         }
+        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         let robot = declared.robots.first().and_then(|r| {
             let mut files = Files {
                 folder: self.input.folder,
@@ -195,6 +234,18 @@ impl<'a> Lowerer<'a> {
             None => Vec::new(),
         };
         let (stacks, run) = self.hierarchy(&declared, &definitions, robot.as_ref(), run);
+        let machine = match (&robot, expanded.machines.first()) {
+            (Some(robot), Some(machine)) => {
+                let around = Surroundings {
+                    stacks: declared.stacks.iter().map(|s| s.name.value.as_str()).collect(),
+                    tasks: definitions.iter().map(|d| d.0.as_str()).collect(),
+                    bound: &bound,
+                    robot,
+                };
+                self.machine(machine, &around)
+            }
+            _ => None,
+        };
         let complete = robot.is_some() && bound.iter().all(Option::is_some) && expanded.whole;
         if self.diagnostics.iter().any(|d| d.severity == dsl::Severity::Error) {
             // Scenarios were not looked at, and may use what nothing else does.
@@ -202,10 +253,14 @@ impl<'a> Lowerer<'a> {
             return None;
         }
         let robot = robot?;
-        let (mut program, places) = self.program(&robot, &definitions, bound, (&declared, stacks), run?)?;
+        let (mut program, places) = self.program(&robot, &definitions, bound, (&declared, stacks), (run?, machine))?;
         program.scenarios = self.scenarios(expanded, &program, &robot);
         self.unused(&declared, expanded, complete);
-        checks::program(&program, &places, self.diagnostics);
+        let ground = Ground::new(&self.graph, &self.table, &program.robot.model);
+        checks::program(&ground, &program, &places, self.diagnostics);
+        if let Some(places) = &places.machine {
+            crate::machine::checks(&program, places, self.diagnostics);
+        }
         Some(program)
     }
 
@@ -239,8 +294,9 @@ impl<'a> Lowerer<'a> {
         definitions: &[(String, TaskDefinition)],
         bound: Vec<Option<BoundTask>>,
         (declared, stacks): (&Declared, Vec<StackProgram>),
-        run: (RunProgram, String),
+        (run, machine): ((RunProgram, String), Option<(MachineProgram, MachinePlaces)>),
     ) -> Option<(Program, Places)> {
+        let (machine, machine_places) = machine.unzip();
         let level_names = |s: &&Stack| (s.name.span, s.levels.iter().map(|l| l.name.span).collect());
         let places = declared.stacks.iter().map(level_names).collect();
         let bound: Vec<BoundTask> = bound.into_iter().collect::<Option<_>>()?;
@@ -271,10 +327,19 @@ impl<'a> Lowerer<'a> {
             values: self.values(),
             tasks,
             stacks,
-            machine: None,
+            machine,
             run: run.0,
             scenarios: Vec::new(),
         };
-        Some((program, Places { tasks: bound, stacks: places, rate: robot.rate_span, home: robot.home_span }))
+        Some((
+            program,
+            Places {
+                tasks: bound,
+                stacks: places,
+                machine: machine_places,
+                rate: robot.rate_span,
+                home: robot.home_span,
+            },
+        ))
     }
 }

@@ -9,7 +9,7 @@ use runtime::FaultKind;
 use runtime::expect::formula::Unit;
 use runtime::program::{MachineProgram, Measure, Op, Predicate, PredicateTable, Program};
 use stdlib_tasks::dimension::{Dimension, NONE, RATE};
-use stdlib_tasks::task::{Context, Nature};
+use stdlib_tasks::task::{Context, Nature, Task};
 
 use crate::binding::{Table, TaskScope, whole};
 use crate::constants::joint_dimension;
@@ -30,21 +30,34 @@ pub(super) struct Shape {
 
 /// What can be measured of the tasks of a program; none for one that cannot be built, which was reported.
 pub(super) fn shapes(program: &Program) -> Vec<Option<Shape>> {
-    let model = &program.robot.model;
-    let speed = vec![f64::INFINITY; model.nv()];
-    let context = Context { model, values: &program.values.initial, period: program.robot.period, speed: &speed };
-    let one = |t: &runtime::program::TaskProgram| {
-        let kind = stdlib_tasks::find(&t.kind)?;
-        let task = (kind.build)(&t.params, &context).ok()?;
+    let (model, values, period) = (&program.robot.model, &program.values.initial, program.robot.period);
+    let shape = |kind: &str, task: &dyn Task| {
         let rows = task.rows();
         let first = rows.first().map(|r| r.dimension);
         Some(Shape {
-            nature: kind.nature,
+            nature: stdlib_tasks::find(kind)?.nature,
             margin: first.filter(|d| rows.iter().all(|r| r.dimension == *d)),
             parts: task.measures().into_iter().map(|m| (m.name, m.dimension)).collect(),
         })
     };
-    program.tasks.iter().map(one).collect()
+    let mut all: Vec<Option<Shape>> = program.tasks.iter().map(|_| None).collect();
+    // A task is built for the stack that it stands in.
+    let mut stands = vec![false; all.len()];
+    for stack in &program.stacks {
+        let built = runtime::build_tasks(model, period, values, &program.tasks, stack);
+        for (m, built) in stack.levels.iter().flat_map(|l| &l.members).zip(built) {
+            if let (Ok(task), false) = (built.task, std::mem::replace(&mut stands[m.task], true)) {
+                all[m.task] = shape(&program.tasks[m.task].kind, task.as_ref());
+            }
+        }
+    }
+    let speed = vec![f64::INFINITY; model.nv()];
+    let context = Context { model, values, period, speed: &speed };
+    for ((shape_of, t), _) in all.iter_mut().zip(&program.tasks).zip(&stands).filter(|(_, stands)| !**stands) {
+        let built = stdlib_tasks::find(&t.kind).and_then(|kind| (kind.build)(&t.params, &context).ok());
+        *shape_of = built.and_then(|task| shape(&t.kind, task.as_ref()));
+    }
+    all
 }
 
 /// The scope of an expectation.
@@ -247,6 +260,10 @@ impl Scope for Watch<'_> {
 
     fn names(&self) -> Vec<String> {
         self.inner.names()
+    }
+
+    fn presence(&mut self, name: &str) -> Option<usize> {
+        self.inner.presence(name)
     }
 
     fn initial(&mut self, _: &mut Graph, _: &Value, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {

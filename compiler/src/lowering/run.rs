@@ -13,11 +13,13 @@ use crate::forms::{block_of, check_keys, text_of};
 use crate::names::{list, suggest};
 use crate::robot_binding::BoundRobot;
 use crate::sections::{RUN, SIMULATOR};
+use crate::units;
 
 /// What a `run` block says.
 #[derive(Debug, Default)]
 pub(super) struct RunSettings {
     stack: Option<Spanned<String>>,
+    machine: Option<Spanned<String>>,
     duration: Option<f64>,
     duration_span: Option<Span>,
     title: Option<String>,
@@ -41,6 +43,13 @@ pub(super) fn run_settings(
                 None => diagnostics.push(
                     Diagnostic::error("HQ0304", e.value.span, "`stack` is the name of a stack")
                         .help("write the name that stands behind `stack` where it is declared"),
+                ),
+            },
+            "machine" => match text_of(&e.value) {
+                Some(name) => settings.machine = Some(Spanned::new(name.to_string(), e.value.span)),
+                None => diagnostics.push(
+                    Diagnostic::error("HQ0304", e.value.span, "`machine` is the name of a machine")
+                        .help("write the name that stands behind `machine` where it is declared"),
                 ),
             },
             "duration" => {
@@ -97,6 +106,20 @@ fn simulator(block: &Block, constants: &mut Constants, diagnostics: &mut Vec<Dia
                 .push(Diagnostic::error("HQ0308", e.value.span, text).help(format!("write {wanted}, or leave it out")));
             continue;
         }
+        // Beyond any robot that a controller of velocities is written for.
+        let (usual, help) = match e.key.value.as_str() {
+            "lag" => (1.0, "actuators lag by 1 ms to 200 ms; write `ms` behind the number if milliseconds are meant"),
+            "noise" => {
+                (0.1, "encoders err by 1e-6 rad to 1e-3 rad; this is the standard deviation of every measured position")
+            }
+            _ => (f64::INFINITY, ""),
+        };
+        if x > usual {
+            let text = format!("a {} of {} is unlike any robot", e.key.value, units::shown(x, wanted));
+            let d = Diagnostic::warning("HQ0522", e.value.span, text)
+                .here(format!("above {}", units::shown(usual, wanted)));
+            diagnostics.push(d.help(help));
+        }
         match e.key.value.as_str() {
             "lag" => s.lag = x,
             "noise" => s.noise = x,
@@ -115,7 +138,9 @@ impl Lowerer<'_> {
     ) -> Option<(RunProgram, String)> {
         let stacks = &declared.stacks;
         let settings = run.unwrap_or_default();
+        self.machine_of(&settings, declared)?;
         let stack = match &settings.stack {
+            None if declared.machine.is_some() => 0,
             Some(name) => match stacks.iter().position(|s| s.name.value == name.value) {
                 Some(i) => i,
                 None if declared.patterns.contains_key(&name.value) => {
@@ -167,15 +192,33 @@ impl Lowerer<'_> {
             let d = Diagnostic::error("HQ0308", at, "the run is shorter than one tick, so nothing would happen");
             self.push(d.label(robot.rate_span, format!("one tick is {} s", robot.period)).help("make the run longer"));
         }
-        let title = settings.title.unwrap_or_else(|| stacks[stack].name.value.clone());
-        Some((
-            RunProgram {
-                subject: Subject::Stack(stack),
-                duration,
-                solver: settings.solver,
-                simulator: settings.simulator,
-            },
-            title,
-        ))
+        let machine = declared.machine.filter(|_| settings.stack.is_none());
+        let own = machine.map(|m| &m.name).or(stacks.get(stack).map(|s| &s.name));
+        let title = settings.title.or(own.map(|n| n.value.clone())).unwrap_or_default();
+        let subject = if machine.is_some() { Subject::Machine } else { Subject::Stack(stack) };
+        Some((RunProgram { subject, duration, solver: settings.solver, simulator: settings.simulator }, title))
+    }
+
+    /// Whether the machine that is to run is there, and nothing else is to run too.
+    fn machine_of(&mut self, settings: &RunSettings, declared: &Declared) -> Option<()> {
+        let Some(name) = &settings.machine else { return Some(()) };
+        if let Some(stack) = &settings.stack {
+            let d = Diagnostic::error("HQ0205", stack.span, "a run runs a stack or a machine, and not both");
+            self.push(d.label(name.span, "the machine").help("keep one of the two"));
+            return None;
+        }
+        match declared.machine {
+            Some(m) if m.name.value == name.value => Some(()),
+            Some(m) => {
+                let d = Diagnostic::error("HQ0201", name.span, format!("there is no machine `{}`", name.value));
+                self.push(d.help(format!("declared is `{}`", m.name.value)));
+                None
+            }
+            None => {
+                let d = Diagnostic::error("HQ0201", name.span, format!("there is no machine `{}`", name.value));
+                self.push(d.help("declare it: `machine NAME { initial STATE  state STATE { stack NAME .. } }`"));
+                None
+            }
+        }
     }
 }

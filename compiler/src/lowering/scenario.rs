@@ -27,6 +27,9 @@ impl Lowerer<'_> {
         program: &Program,
         robot: &BoundRobot,
     ) -> Vec<ScenarioProgram> {
+        if expanded.scenarios.is_empty() {
+            return Vec::new();
+        }
         let shapes = shapes(program);
         let mut measures = Vec::new();
         let mut all: Vec<ScenarioProgram> = Vec::new();

@@ -2,14 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use dsl::tree::{Entry, Let, Level, MemberTask, Stack, Task, TaskDefinition, Value, ValueKind};
+use dsl::tree::{Entry, Let, MemberTask, Stack, Task, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::{LevelProgram, MemberProgram, StackProgram};
 use stdlib_tasks::dimension::NONE;
 
 use super::Lowerer;
-use super::declared::{Declared, twice};
-use crate::binding::{Binder, BoundTask};
+use super::declared::twice;
+use super::in_place::in_place;
+use crate::binding::BoundTask;
 use crate::constants::Constants;
 use crate::forms::{check_keys, items_of, unknown_key};
 use crate::names::{list, suggest};
@@ -26,18 +27,7 @@ impl Lowerer<'_> {
         (later, refused): (&[&Let], &[Span]),
     ) -> Vec<Option<BoundTask>> {
         let before = self.diagnostics.len();
-        let mut binder = Binder {
-            robot,
-            params: &mut self.params,
-            graph: &mut self.graph,
-            table: &mut self.table,
-            sources: self.sources,
-            numbers: Vec::new(),
-            axes: std::collections::BTreeMap::new(),
-            plane: crate::expr::Frame::World,
-            forms: BTreeMap::new(),
-            diagnostics: self.diagnostics,
-        };
+        let mut binder = self.binder(robot);
         for it in later {
             binder.named(it);
         }
@@ -195,48 +185,4 @@ impl Lowerer<'_> {
         }
         Some(x)
     }
-}
-
-/// All tasks in the order of the program: declared ones, then those written in place, each with its name.
-pub(super) fn definitions(declared: &Declared) -> Vec<(String, TaskDefinition)> {
-    let mut all: Vec<(String, TaskDefinition)> =
-        declared.tasks.iter().map(|t| (t.name.value.clone(), t.definition.clone())).collect();
-    for s in &declared.stacks {
-        for l in &s.levels {
-            for m in &l.members {
-                if let Some(d) = in_place(&m.task, &declared.tasks) {
-                    all.push((inline_name(&s.name.value, l, &d, &all), d));
-                }
-            }
-        }
-    }
-    all
-}
-
-/// The definition of a task that is written in place: with parameters, or just the name of its type.
-fn in_place(task: &MemberTask, declared: &[&Task]) -> Option<TaskDefinition> {
-    match task {
-        MemberTask::Inline(d) => Some(d.clone()),
-        MemberTask::For(_) => None,
-        MemberTask::Name(n) if declared.iter().any(|t| t.name == *n) => None,
-        MemberTask::Name(n) => {
-            let kind = stdlib_tasks::find(&n.value)?;
-            let kind = Spanned::new(kind.name.to_string(), n.span);
-            let body = dsl::tree::Block { span: n.span, ..Default::default() };
-            Some(TaskDefinition { kind, args: Vec::new(), named: Vec::new(), body, span: n.span })
-        }
-    }
-}
-
-/// The name of a task written in place: its type, with the level and the stack before it where that is not unique.
-fn inline_name(stack: &str, level: &Level, d: &TaskDefinition, known: &[(String, TaskDefinition)]) -> String {
-    let kind = d.kind.value.as_str();
-    let candidates =
-        [kind.to_string(), format!("{}.{kind}", level.name.value), format!("{stack}.{}.{kind}", level.name.value)];
-    let free = |name: &String| !known.iter().any(|k| k.0 == *name);
-    if let Some(name) = candidates.iter().find(|n| free(n)) {
-        return name.clone();
-    }
-    let taken = known.iter().filter(|k| k.0.starts_with(&candidates[2])).count();
-    (taken + 1..).map(|i| format!("{}.{i}", candidates[2])).find(free).unwrap_or_else(|| kind.to_string())
 }

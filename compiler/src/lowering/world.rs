@@ -7,7 +7,7 @@ use dsl::{Diagnostic, Span};
 use runtime::program::{
     Force, LostReading, OutcomeProgram, OutcomeScript, Program, PushScript, SignalProgram, SignalScript,
 };
-use stdlib_tasks::dimension::{Dimension, LENGTH, NONE, TIME};
+use stdlib_tasks::dimension::{Dimension, FORCE, LENGTH, MOMENT, NONE, TIME};
 
 use super::Lowerer;
 use crate::constants::Constants;
@@ -18,8 +18,6 @@ use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints, unknown_link};
 use crate::sections::{LATE, LOST, OUTCOME, PUSH, SIGNAL_SCRIPT, Section, WAYPOINT};
 
-const FORCE: Dimension = Dimension { m: 1, kg: 1, s: -2, rad: 0 };
-const MOMENT: Dimension = Dimension { m: 2, kg: 1, s: -2, rad: 0 };
 const STIFFNESS: Dimension = Dimension { m: 0, kg: 1, s: -2, rad: 0 };
 const DAMPING: Dimension = Dimension { m: 0, kg: 1, s: -1, rad: 0 };
 

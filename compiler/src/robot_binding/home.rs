@@ -120,10 +120,9 @@ impl Binder<'_, '_> {
                 let Some(i) = d.q_index else { continue };
                 given.push(i);
                 if *x < d.lower || *x > d.upper {
-                    let unit = units::written(joint_dimension(&self.model, dof));
-                    let (lower, upper) = (rounded(d.lower), rounded(d.upper));
-                    let text = format!("`{}` starts at {} {unit}, outside its limits", d.name, rounded(*x));
-                    outside.push((*at, text, format!("allowed are {lower} to {upper} {unit}")));
+                    let unit = joint_dimension(&self.model, dof);
+                    let text = format!("`{}` starts at {}, outside its limits", d.name, units::shown(*x, unit));
+                    outside.push((*at, text, format!("allowed are {}", units::shown_range(d.lower, d.upper, unit))));
                 }
                 q[i] = *x;
             }
@@ -163,9 +162,7 @@ impl Binder<'_, '_> {
         let joints = self.model.dofs.iter().enumerate().filter_map(|(i, d)| Some((i, d, d.q_index?)));
         let moved: Vec<String> = joints
             .filter(|(_, _, k)| !given.contains(k) && q[*k] != 0.0)
-            .map(|(i, d, k)| {
-                format!("`{}` at {} {}", d.name, rounded(q[k]), units::written(joint_dimension(&self.model, i)))
-            })
+            .map(|(i, d, k)| format!("`{}` at {}", d.name, units::shown(q[k], joint_dimension(&self.model, i))))
             .collect();
         if !moved.is_empty() {
             let text = format!("joints that cannot stand at zero are left out of home: {}", moved.join(", "));
@@ -180,8 +177,3 @@ impl Binder<'_, '_> {
 
 /// A joint outside its limits: where its value was written, what is wrong, what is allowed.
 type Outside = (Span, String, String);
-
-/// Six decimals at most.
-pub(super) fn rounded(x: f64) -> f64 {
-    if x.abs() < 1e9 { (x * 1e6).round() / 1e6 } else { x }
-}

@@ -92,10 +92,11 @@ impl Binder<'_, '_> {
                     );
                 }
                 if low > high {
-                    let unit = units::written(unit);
                     let text = format!(
-                        "`{}` would have a lower limit of {} {unit} above its upper limit of {} {unit}",
-                        d.name, low, high
+                        "`{}` would have a lower limit of {} above its upper limit of {}",
+                        d.name,
+                        units::shown(low, unit),
+                        units::shown(high, unit)
                     );
                     let help = match (lower, upper) {
                         (Some(_), Some(_)) => "swap the two",

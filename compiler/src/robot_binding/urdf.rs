@@ -7,7 +7,7 @@ use dsl::tree::{Block, Robot, Value, ValueKind};
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 use robot::{Base, Model};
 
-use super::home::{Home, rounded};
+use super::home::Home;
 use super::lookup::joints;
 use super::{Files, JointGroups};
 use crate::constants::{Constants, joint_dimension};
@@ -170,11 +170,10 @@ pub(super) fn positions(
             if let Some(span) = written.filter(|_| x < d.lower || x > d.upper)
                 && outside.insert(span)
             {
-                let unit = units::written(joint_dimension(whole, i));
-                let (x, lower, upper) = (rounded(x), rounded(d.lower), rounded(d.upper));
-                let text = format!("`{}` is locked at {x} {unit}, outside its limits", d.name);
-                let mut error =
-                    Diagnostic::error("HQ0404", span, text).here(format!("allowed are {lower} to {upper} {unit}"));
+                let unit = joint_dimension(whole, i);
+                let text = format!("`{}` is locked at {}, outside its limits", d.name, units::shown(x, unit));
+                let allowed = units::shown_range(d.lower, d.upper, unit);
+                let mut error = Diagnostic::error("HQ0404", span, text).here(format!("allowed are {allowed}"));
                 if !(name.span.start <= span.start && span.start <= name.span.end) && value.is_none() {
                     error = error.label(name.span, "locked here");
                 }

@@ -4,6 +4,7 @@
 //!
 //! A new block is one more [`Section`], named in [`ALL`] and by the key that holds it.
 
+mod machine;
 mod robot;
 mod scenario;
 mod spec;
@@ -13,6 +14,7 @@ use dsl::Spelling;
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::params::{Presence, Quantity};
 
+pub use machine::{MACHINE, SIGNAL, STATE, TRANSITION};
 pub use robot::{ARM, BASES, LIMIT, POINT, ROBOT, SEGMENT};
 pub use scenario::{LATE, LOST, OUTCOME, PUSH, SCENARIO, SCENARIO_SIMULATOR, SIGNAL_SCRIPT, WAYPOINT};
 pub use spec::{PARAM, REPEAT, RUN, SIMULATOR, SPEC};
@@ -31,6 +33,10 @@ pub static ALL: &[&Section] = &[
     &CHANGE,
     &LEVEL,
     &MEMBER,
+    &SIGNAL,
+    &MACHINE,
+    &STATE,
+    &TRANSITION,
     &REPEAT,
     &RUN,
     &SIMULATOR,
@@ -148,10 +154,12 @@ pub enum Named {
     Robot,
     /// A stack.
     Stack,
-    /// A machine.
-    Machine,
     /// A level of the stack that this one is made from.
     Level,
+    /// A machine.
+    Machine,
+    /// A state of the machine.
+    State,
 }
 
 impl Key {

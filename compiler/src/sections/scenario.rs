@@ -1,12 +1,10 @@
 //! The keys of a scenario, and of what the world does in it.
 
-use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, TIME};
+use stdlib_tasks::dimension::{ANGLE, Dimension, FORCE, LENGTH, MOMENT, NONE, TIME};
 use stdlib_tasks::params::Quantity;
 
 use super::{Holds, Key, Named, Place, Section};
 
-const FORCE: Dimension = Dimension { m: 1, kg: 1, s: -2, rad: 0 };
-const MOMENT: Dimension = Dimension { m: 2, kg: 1, s: -2, rad: 0 };
 const STIFFNESS: Dimension = Dimension { m: 0, kg: 1, s: -2, rad: 0 };
 const DAMPING: Dimension = Dimension { m: 0, kg: 1, s: -1, rad: 0 };
 

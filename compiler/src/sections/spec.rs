@@ -3,6 +3,7 @@
 use stdlib_tasks::dimension::{ANGLE, NONE, TIME};
 use stdlib_tasks::params::Quantity;
 
+use super::machine::{MACHINE, SIGNAL};
 use super::robot::ROBOT;
 use super::scenario::SCENARIO;
 use super::stack::STACK;
@@ -73,6 +74,25 @@ pub static SPEC: Section = Section {
              `\"NAME(side: arm)\"`.",
         )
         .at(Place::Yaml),
+        Key::optional("signal", Holds::Block(&SIGNAL), "A typed input: `signal NAME : point?  timeout 0.5 s`.").at(Place::Hq),
+        Key::optional(
+            "signals",
+            Holds::Each(&Holds::Block(&SIGNAL)),
+            "Typed inputs by name: `NAME: point?`, or `NAME: { type: point?, timeout: 0.5 s }`.",
+        )
+        .at(Place::Yaml),
+        Key::optional(
+            "machine",
+            Holds::Block(&MACHINE),
+            "A state machine: `machine NAME { initial STATE  state STATE { .. } }`.",
+        )
+        .at(Place::Hq),
+        Key::optional(
+            "machines",
+            Holds::Each(&Holds::Block(&MACHINE)),
+            "State machines by name, each with `initial` and `states`.",
+        )
+        .at(Place::Yaml),
         Key::optional(
             "for",
             Holds::Declarations,
@@ -136,9 +156,18 @@ pub static REPEAT: Section = Section {
 pub static RUN: Section = Section {
     name: "a run",
     keys: &[
-        Key::optional("stack", Holds::Name(Named::Stack), "The stack that runs; the only one where left out."),
+        Key::optional(
+            "stack",
+            Holds::Name(Named::Stack),
+            "The stack that runs from start to end; where left out, the machine, or else the only stack.",
+        ),
+        Key::optional("machine", Holds::Name(Named::Machine), "The machine that runs; the only one where left out."),
         Key::or("duration", Holds::Number(Quantity::above(TIME, 0.0)), "10 s", "How long it runs."),
-        Key::optional("title", Holds::Text, "Text for table and report; the stack's name where left out."),
+        Key::optional(
+            "title",
+            Holds::Text,
+            "Text for table and report; the name of the stack or machine where left out.",
+        ),
         Key::or(
             "solver",
             Holds::Choice(&["active_set", "clarabel"]),

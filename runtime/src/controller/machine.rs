@@ -238,9 +238,14 @@ impl Machine {
             Trigger::After(d) => time - self.entered[state] >= d - 5e-7,
             Trigger::Reached { task, tolerances } => {
                 let member = stage.evaluator.members().iter().find(|m| m.program_index == *task);
-                let running = self.stack() == Some(stage.stack()) && stage.ticks() > 0;
+                // A target that sets out slowly stands still at its first tick.
+                let running = self.stack() == Some(stage.stack()) && stage.ticks() > 1;
                 running
                     && member.is_some_and(|m| {
+                        let moving = m.slots.iter().any(|&at| stage.evaluator.rate(at).is_some_and(|r| r != 0.0));
+                        if moving {
+                            return false;
+                        }
                         let errors = &stage.evaluator.measures()[m.measures.clone()];
                         errors.len() == tolerances.len() && errors.iter().zip(tolerances).all(|(e, t)| e.abs() <= *t)
                     })

@@ -65,7 +65,8 @@ pub enum Trigger {
     },
     /// The state was entered so long ago, in s.
     After(f64),
-    /// A target is reached: each of its errors is at most its tolerance.
+    /// A target is reached: it stands still, and each of the errors is at most its tolerance. A target that signals move
+    /// counts as one that stands.
     Reached {
         /// The task.
         task: usize,

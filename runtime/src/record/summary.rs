@@ -71,6 +71,8 @@ pub struct FaultRecord {
     pub kind: String,
     /// In words.
     pub text: String,
+    /// A transition answered it; otherwise the robot was kept still from then on.
+    pub answered: bool,
 }
 
 /// A stay in a state.
@@ -413,10 +415,15 @@ impl SummaryRecorder {
         let kind = tick.fault.map(|f| f.kind());
         if let (Some(fault), true) = (&tick.fault, kind != self.fault) {
             let text = tick.controller.describe(fault);
-            self.faults.push(FaultRecord { time: tick.time, kind: fault.kind().word().to_string(), text });
+            let kind = fault.kind().word().to_string();
+            self.faults.push(FaultRecord { time: tick.time, kind, text, answered: true });
         }
         self.fault = kind;
         self.halted = tick.controller.is_halted();
+        // A fault that was found while a tick was worked out is answered, or not, at the next one.
+        if let Some(last) = self.faults.last_mut().filter(|_| self.halted) {
+            last.answered = false;
+        }
     }
 
     fn note_state(&mut self, tick: &Tick) {

@@ -19,6 +19,11 @@ pub fn is_bound_to_its_stack(program: &Program, task: usize) -> bool {
     program.values.tape.only(&places).ops.iter().any(|op| matches!(op, Op::T | Op::Input(_)))
 }
 
+/// The first stack in which a task stands.
+pub fn stack_of(program: &Program, task: usize) -> Option<&StackProgram> {
+    program.stacks.iter().find(|s| s.levels.iter().flat_map(|l| &l.members).any(|m| m.task == task))
+}
+
 /// A task that is looked at.
 struct Probe {
     /// Its index in the program.
@@ -35,11 +40,12 @@ struct Probe {
 
 impl Probe {
     fn new(program: &Program, task: usize) -> Result<Probe, ProgramError> {
-        let mut alone = program.clone();
         let member = MemberProgram { task, weight: 1.0, idle: Vec::new() };
         let level = LevelProgram { name: String::new(), hard: false, damping: 0.0, members: vec![member] };
-        alone.stacks.push(StackProgram { name: String::new(), locked: Vec::new(), levels: vec![level] });
-        let (evaluator, problem) = Evaluator::new(&alone, program.stacks.len())?;
+        let own = StackProgram { name: String::new(), locked: Vec::new(), levels: vec![level] };
+        // A task is built for the stack that it stands in.
+        let stack = stack_of(program, task).unwrap_or(&own);
+        let (evaluator, problem) = Evaluator::alone(program, stack, task)?;
         let bound = is_bound_to_its_stack(program, task);
         Ok(Probe { task, evaluator, problem, bound, visit: None, known: false })
     }

@@ -16,7 +16,7 @@ use crate::controller::{Controller, Request};
 use crate::program::{LostReading, Program, ScenarioProgram};
 
 pub use judge::Judge;
-pub use measures::is_bound_to_its_stack;
+pub use measures::{is_bound_to_its_stack, stack_of};
 use outcomes::Outcomes;
 use push::Push;
 use script::Sender;

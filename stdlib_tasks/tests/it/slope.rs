@@ -97,3 +97,28 @@ fn the_bound_is_reached_by_a_stretched_arm() {
     let written = Place::new(&model, &[0.0, 0.0]).write(task.as_mut(), &case, 0.0).unwrap();
     assert!((written.j[(0, 0)].abs() - 0.75).abs() < 1e-12 && (written.j[(0, 1)].abs() - 0.25).abs() < 1e-12);
 }
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// Wherever the joints stand, a point is in its ball, as seen from another link and from the root.
+    #[test]
+    fn no_point_leaves_its_reach(seed: u64, links in 1_usize..8, base in 0_usize..4) {
+        let base = [Base::Fixed, Base::Planar, Base::Unicycle, Base::Floating][base];
+        let Ok((model, _)) = Model::from_urdf(&tree(seed, links), &Options { base, ..Options::default() }) else {
+            return Ok(());
+        };
+        let mut rng = rng(seed);
+        let any = |rng: &mut dyn FnMut() -> f64| LinkId((rng() * model.links.len() as f64) as u32);
+        let (to, from, point) = (any(&mut rng), any(&mut rng), vector(&mut rng, 0.5));
+        for from in [None, Some(from)] {
+            let (centre, radius) = hierarq_stdlib_tasks::slope::reach(&model, from, to, &point);
+            for _ in 0..20 {
+                let place = Place::new(&model, &model.random_configuration(&mut rng));
+                let seen = place.data.pose(from.unwrap_or(model.root())).inverse() * place.data.pose(to);
+                let away = (seen * nalgebra::Point3::from(point)).coords - centre;
+                prop_assert!(away.norm() <= radius * (1.0 + 1e-9) + 1e-9, "{} of {}", away.norm(), radius);
+            }
+        }
+    }
+}

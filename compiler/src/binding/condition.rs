@@ -1,0 +1,78 @@
+//! Conditions of a machine: truth values of signals, of the time in a state and of what the robot does.
+
+use dsl::Diagnostic;
+use dsl::tree::Value;
+use runtime::program::Op;
+use stdlib_tasks::expression::Expression;
+
+use super::Binder;
+use super::cut::cut;
+use super::scope::TaskScope;
+use crate::expr::{Kind, Lowering};
+
+/// A condition, and what is known of it before anything moves.
+pub(crate) struct Condition {
+    /// The condition.
+    pub expression: Expression,
+    /// Its value, where it never changes.
+    pub constant: Option<bool>,
+    /// Signals whose presence it demands: it is false where one of them is absent.
+    pub demands: Vec<usize>,
+}
+
+impl Binder<'_> {
+    /// A condition; `None` where it is none, and the diagnostics say why.
+    pub(crate) fn condition(&mut self, value: &Value) -> Option<Condition> {
+        let (robot, forms) = (self.robot, &self.forms);
+        let mut scope = TaskScope {
+            robot,
+            params: self.params,
+            table: self.table,
+            owner: None,
+            moving: true,
+            state: true,
+            capturing: false,
+            asked: false,
+            forms,
+        };
+        let mut lowering = Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics };
+        let typed = lowering.value(value).ok()?;
+        if typed.kind != Kind::Truth {
+            let is = typed.kind.describe();
+            let d = Diagnostic::error("HQ0304", value.span, format!("a condition is true or false, and this is {is}"));
+            self.diagnostics.push(d.here(is).help("compare it with something: `norm(right_ft.force) < 3 N`"));
+            return None;
+        }
+        let (ops, _) = self.graph.extract(&typed.nodes);
+        if ops.iter().any(|op| matches!(op, Op::Input(_))) {
+            let d = Diagnostic::error("HQ0311", value.span, "`initial(..)` has no meaning in a condition");
+            self.diagnostics.push(
+                d.note("it captures a value when a stack becomes active, and a condition belongs to no stack").help(
+                    "compare with a value that is known, or let the task `track` it and wait for `reached(TASK, ..)`",
+                ),
+            );
+            return None;
+        }
+        let constant = self.graph.constant(typed.nodes[0]).map(|x| x >= 0.0);
+        let mut demands = Vec::new();
+        self.demanded(typed.nodes[0], &mut demands);
+        let mut expression = cut(self.graph, self.table, &typed);
+        for input in &mut expression.inputs {
+            *input = self.table.place(&[*input]).at;
+        }
+        Some(Condition { expression, constant, demands })
+    }
+
+    /// The numbers of presence without which a truth value cannot hold: of those that are joined by `and`, which is
+    /// `if a then b else a`.
+    fn demanded(&self, node: usize, out: &mut Vec<usize>) {
+        match self.graph.ops()[node] {
+            Op::Signal(at) => out.push(at),
+            Op::Select(a, b, c) if c == a => {
+                self.demanded(a, out);
+                self.demanded(b, out);
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! Signals in expressions: whether one is present, and the parts of a wrench.
+
+use dsl::tree::{Value, ValueKind};
+use dsl::{Diagnostic, Span, Spanned};
+use runtime::program::Op;
+use stdlib_tasks::dimension::NONE;
+
+use super::lower::{Failed, Meaning};
+use super::{Axes, Kind, Lowering, Typed};
+
+/// The parts of a wrench.
+const PARTS: [&str; 2] = ["force", "moment"];
+
+impl Lowering<'_> {
+    /// `present(SIGNAL)`
+    pub(super) fn presence(&mut self, args: &[Value], span: Span) -> Result<Typed, Failed> {
+        let [Value { kind: ValueKind::Name(name), .. }] = args else {
+            let d = Diagnostic::error("HQ0310", span, "`present` takes the name of one signal");
+            return self.fail(d.help("write for instance `present(peduncle)`"));
+        };
+        let Some(at) = self.scope.presence(name) else {
+            if matches!(self.scope.name(name), Meaning::Failed) {
+                return Err(Failed);
+            }
+            let text = format!("there is no signal `{}`", crate::forms::written(name));
+            return self.fail(
+                Diagnostic::error("HQ0201", args[0].span, text)
+                    .help("declare it: `signal NAME : point?  timeout 0.5 s`"),
+            );
+        };
+        let nodes = vec![self.graph.push(Op::Signal(at))];
+        Ok(Typed { kind: Kind::Truth, dimension: NONE, nodes, bare: false, axes: Axes::default(), span })
+    }
+
+    /// `right_ft.force`, where the name is that of a wrench.
+    pub(super) fn part_of_wrench(
+        &mut self,
+        inner: &Value,
+        field: &Spanned<String>,
+        span: Span,
+    ) -> Option<Result<Typed, Failed>> {
+        let ValueKind::Name(name) = &inner.kind else { return None };
+        if !matches!(self.scope.name(name), Meaning::Wrench) {
+            return None;
+        }
+        if !PARTS.contains(&field.value.as_str()) {
+            let d = Diagnostic::error("HQ0201", field.span, format!("a wrench has no `{}`", field.value));
+            return Some(self.fail(d.help("it has `force` and `moment`")));
+        }
+        let part = format!("{}.#{}", crate::forms::target(name), field.value);
+        match self.scope.name(&part) {
+            Meaning::Value(symbol) => Some(Ok(Typed { span, ..symbol.value })),
+            _ => Some(Err(Failed)),
+        }
+    }
+}

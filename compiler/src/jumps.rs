@@ -1,0 +1,91 @@
+//! Warns of values, targets and limits that jump where a comparison in them turns over.
+//!
+//! At the place where `a < b` turns over, `a` equals `b`. With the comparison true, and then false, both ranges of the
+//! whole are looked at there: where they have nothing in common the whole jumps. A turn of the same value on both sides,
+//! as in `if(x > 0, x, -x)`, is none.
+
+use std::collections::BTreeMap;
+
+use dsl::{Diagnostic, Span};
+use runtime::program::{Op, Program};
+
+use crate::expr::{Interval, Kind, Typed};
+use crate::lowering::Places;
+use crate::ranges::{Ground, Ranges};
+use crate::reach::in_stacks;
+use crate::units::shown;
+
+/// Most comparisons of one parameter that are looked at.
+const COMPARISONS: usize = 16;
+
+/// Smaller jumps are rounding.
+const SLIP: f64 = 1e-6;
+
+/// Warns of every parameter that jumps, once.
+pub(crate) fn check(ground: &Ground, program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+    let mut told: Vec<Span> = Vec::new();
+    for i in in_stacks(program) {
+        let Some(task) = places.tasks.get(i) else { continue };
+        for (param, typed) in &task.operands {
+            let at = task.spans.get(*param).copied().unwrap_or(task.span);
+            let Some(jump) = jump(ground, typed).filter(|_| !told.contains(&at)) else { continue };
+            told.push(at);
+            let size = if jump.is_finite() && typed.kind != Kind::Rotation {
+                format!("by {}{}", if jump.exact { "" } else { "at least " }, shown(jump.size, typed.dimension))
+            } else {
+                "when its condition turns over".to_string()
+            };
+            diagnostics.push(
+                Diagnostic::warning("HQ0521", at, format!("`{param}` jumps {size}"))
+                    .note("what jumps is followed by a jolt: the velocity changes within one tick by the jump times the gain")
+                    .help(
+                        "go over smoothly: `lerp(a, b, smoothstep(x))`, where x rises from 0 to 1, such as `(t - 1 s)/(0.5 s)`",
+                    ),
+            );
+        }
+    }
+}
+
+/// How far a value jumps at least.
+struct Jump {
+    size: f64,
+    exact: bool,
+}
+
+impl Jump {
+    fn is_finite(&self) -> bool {
+        self.size.is_finite()
+    }
+}
+
+/// The largest jump of a value that is proven.
+fn jump(ground: &Ground, typed: &Typed) -> Option<Jump> {
+    let graph = ground.graph;
+    let compares = |n: &usize| matches!(graph.ops()[*n], Op::Less(..) | Op::LessEqual(..));
+    let comparisons: Vec<usize> = ground.needed(&typed.nodes).into_iter().filter(compares).take(COMPARISONS).collect();
+    if comparisons.is_empty() {
+        return None;
+    }
+    let all = Ranges::new(ground, &typed.nodes, &BTreeMap::new());
+    let turns = |n: &usize| all.at(*n).low < all.at(*n).high;
+    let jumps = comparisons.into_iter().filter(turns).filter_map(|node| {
+        let (Op::Less(a, b) | Op::LessEqual(a, b)) = graph.ops()[node] else { return None };
+        // Where the two are equal, each lies in both ranges.
+        let equal = all.at(a).meet(all.at(b));
+        let mut pins = BTreeMap::from([(a, equal), (b, equal)]);
+        let mut side = |truth: f64| {
+            pins.insert(node, Interval::point(truth));
+            let ranges = Ranges::new(ground, &typed.nodes, &pins);
+            typed.nodes.iter().map(|&n| ranges.at(n)).collect::<Vec<_>>()
+        };
+        let (yes, no) = (side(1.0), side(-1.0));
+        let apart = |(y, n): (&Interval, &Interval)| {
+            let ends = [y.low, y.high, n.low, n.high].into_iter().filter(|x| x.is_finite());
+            let size = ends.fold(0.0, |s: f64, x| s.max(x.abs()));
+            let exact = y.high - y.low < SLIP && n.high - n.low < SLIP;
+            (y.gap(*n) > SLIP * (1.0 + size)).then_some(Jump { size: y.gap(*n), exact })
+        };
+        yes.iter().zip(&no).filter_map(apart).max_by(|a, b| a.size.total_cmp(&b.size))
+    });
+    jumps.max_by(|a, b| a.size.total_cmp(&b.size))
+}

@@ -1,0 +1,133 @@
+//! What a state can ask the outside world to do.
+
+use dsl::Diagnostic;
+use dsl::tree::Action;
+
+use crate::names::{list, suggest};
+
+/// A verb.
+#[derive(Debug)]
+pub struct Verb {
+    /// As it is written.
+    pub name: &'static str,
+    /// What it is said with, for messages.
+    pub form: &'static str,
+    /// How many arguments it takes.
+    pub takes: std::ops::RangeInclusive<usize>,
+    /// The words for how it came out, which are events.
+    pub outcomes: &'static [&'static str],
+    /// The controller itself raises the event that it names.
+    pub raises: bool,
+    /// What it does.
+    pub doc: &'static str,
+    /// What its first argument may be, where that is one of some words.
+    words: &'static [&'static str],
+}
+
+/// All verbs.
+pub static VERBS: &[Verb] = &[
+    Verb {
+        name: "say",
+        form: "say \"text\"",
+        takes: 1..=1,
+        outcomes: &[],
+        raises: false,
+        doc: "Says a text to the people around.",
+        words: &[],
+    },
+    Verb {
+        name: "capture",
+        form: "capture(SENSOR)",
+        takes: 1..=1,
+        outcomes: &["found", "not_found"],
+        raises: false,
+        doc: "Lets perception look with a sensor.",
+        words: &[],
+    },
+    Verb {
+        name: "gripper",
+        form: "gripper close",
+        takes: 1..=2,
+        outcomes: &["done", "failed"],
+        raises: false,
+        doc: "Opens or closes a gripper; behind it the name of one, where there are several.",
+        words: &["open", "close"],
+    },
+    Verb {
+        name: "tool",
+        form: "tool cut",
+        takes: 1..=2,
+        outcomes: &["done", "failed"],
+        raises: false,
+        doc: "Lets a tool do what it does.",
+        words: &[],
+    },
+    Verb {
+        name: "call",
+        form: "call(NAME, ..)",
+        takes: 1..=8,
+        outcomes: &["done", "failed"],
+        raises: false,
+        doc: "Anything else that the host knows by name.",
+        words: &[],
+    },
+    Verb {
+        name: "emit",
+        form: "emit EVENT",
+        takes: 1..=1,
+        outcomes: &[],
+        raises: true,
+        doc: "Raises an event, which transitions see at the next tick.",
+        words: &[],
+    },
+    Verb {
+        name: "log",
+        form: "log \"text\"",
+        takes: 1..=1,
+        outcomes: &[],
+        raises: false,
+        doc: "Writes a text to the log.",
+        words: &[],
+    },
+];
+
+/// The verb of an action.
+///
+/// # Errors
+/// There is none, or it is said with something else; nothing where that was reported.
+pub(super) fn verb(a: &Action) -> Result<&'static Verb, Option<Box<Diagnostic>>> {
+    if a.verb.value.is_empty() {
+        return Err(None);
+    }
+    let names = || VERBS.iter().map(|v| v.name);
+    let Some(verb) = VERBS.iter().find(|v| v.name == a.verb.value) else {
+        let text = format!("there is no action `{}`", a.verb.value);
+        let d = Diagnostic::error("HQ0201", a.verb.span, text);
+        return Err(Some(Box::new(match suggest(&a.verb.value, names()) {
+            Some(near) => d.help(format!("did you mean `{near}`?")),
+            None => d.help(format!(
+                "actions are {}; `call({}, ..)` asks the host for anything else",
+                list(names(), 12),
+                a.verb.value
+            )),
+        })));
+    };
+    if let Some(named) = a.named.first() {
+        let d = Diagnostic::error("HQ0310", named.key.span, format!("`{}` takes nothing by name", verb.name));
+        return Err(Some(Box::new(d.help(format!("write `{}`", verb.form)))));
+    }
+    if !verb.takes.contains(&a.args.len()) {
+        let text = format!("`{}` is not said like this", verb.name);
+        return Err(Some(Box::new(Diagnostic::error("HQ0310", a.span, text).help(format!("write `{}`", verb.form)))));
+    }
+    let word = crate::forms::text_of(&a.args[0]);
+    if !verb.words.is_empty() && !word.is_some_and(|w| verb.words.contains(&w)) {
+        let text = format!("`{}` is followed by {}", verb.name, list(verb.words.iter().copied(), 8));
+        let d = Diagnostic::error("HQ0304", a.args[0].span, text);
+        return Err(Some(Box::new(match word.and_then(|w| suggest(w, verb.words.iter().copied())) {
+            Some(near) => d.help(format!("did you mean `{near}`?")),
+            None => d.help(format!("write `{}`", verb.form)),
+        })));
+    }
+    Ok(verb)
+}

@@ -1,0 +1,130 @@
+//! Tasks that are written in place, on a level: their definitions and their names.
+//!
+//! A name is the type, and where several tasks of a type say different things, what the task is about:
+//! `track.left_tool`, `keep.elbow.chest`. Where that is taken, the level and the stack stand before it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use dsl::Spanned;
+use dsl::tree::{Level, MemberTask, Task, TaskDefinition, Value, ValueKind};
+
+use super::declared::Declared;
+use crate::constants::is_word;
+use crate::forms::{target, written};
+
+/// Most names of what a task is about.
+const NAMES: usize = 2;
+
+/// All tasks in the order of the program: declared ones, then those written in place, each with its name.
+pub(super) fn definitions(declared: &Declared) -> Vec<(String, TaskDefinition)> {
+    let mut all: Vec<(String, TaskDefinition)> =
+        declared.tasks.iter().map(|t| (t.name.value.clone(), t.definition.clone())).collect();
+    let levels = declared.stacks.iter().flat_map(|s| s.levels.iter().map(move |l| (s, l)));
+    let found: Vec<(&str, &Level, TaskDefinition)> = levels
+        .flat_map(|(s, l)| l.members.iter().map(move |m| (s, l, m)))
+        .filter_map(|(s, l, m)| Some((s.name.value.as_str(), l, in_place(&m.task, &declared.tasks)?)))
+        .collect();
+    // Types of which tasks written in place say different things.
+    let mut first: BTreeMap<&str, &TaskDefinition> = BTreeMap::new();
+    let mut several: Vec<&str> = Vec::new();
+    for (_, _, d) in &found {
+        let kind = d.kind.value.as_str();
+        if *first.entry(kind).or_insert(d) != d && !several.contains(&kind) {
+            several.push(kind);
+        }
+    }
+    let mut names: BTreeMap<String, usize> = all.iter().map(|(name, _)| (name.clone(), 1)).collect();
+    let named: Vec<String> = found
+        .iter()
+        .map(|(stack, level, d)| name(stack, level, d, several.contains(&d.kind.value.as_str()), &mut names))
+        .collect();
+    all.extend(named.into_iter().zip(found).map(|(name, (_, _, d))| (name, d)));
+    all
+}
+
+/// The definition of a task that is written in place: with parameters, or just the name of its type.
+pub(super) fn in_place(task: &MemberTask, declared: &[&Task]) -> Option<TaskDefinition> {
+    match task {
+        MemberTask::Inline(d) => Some(d.clone()),
+        MemberTask::For(_) => None,
+        MemberTask::Name(n) if declared.iter().any(|t| t.name == *n) => None,
+        MemberTask::Name(n) => {
+            let kind = stdlib_tasks::find(&n.value)?;
+            let kind = Spanned::new(kind.name.to_string(), n.span);
+            let body = dsl::tree::Block { span: n.span, ..Default::default() };
+            Some(TaskDefinition { kind, args: Vec::new(), named: Vec::new(), body, span: n.span })
+        }
+    }
+}
+
+/// The first free name of a task written in place; `names` counts those that are taken.
+fn name(stack: &str, level: &Level, d: &TaskDefinition, several: bool, names: &mut BTreeMap<String, usize>) -> String {
+    let kind = &d.kind.value;
+    let about = if several { subject(d) } else { String::new() };
+    let own = format!("{kind}{about}");
+    let level = format!("{}.{own}", level.name.value);
+    let candidates = [own, level.clone(), format!("{stack}.{level}")];
+    if let Some(free) = candidates.iter().find(|n| !names.contains_key(*n)) {
+        names.insert(free.clone(), 1);
+        return free.clone();
+    }
+    let last = &candidates[candidates.len() - 1];
+    let mut count = names.get(last).copied().unwrap_or(1) + 1;
+    while names.contains_key(&format!("{last}.{count}")) {
+        count += 1;
+    }
+    names.insert(last.clone(), count);
+    names.insert(format!("{last}.{count}"), 1);
+    format!("{last}.{count}")
+}
+
+/// What a task is about, each name behind a point: the parts of the robot and the values that its argument names, and
+/// which of their numbers.
+fn subject(d: &TaskDefinition) -> String {
+    let in_body = d.named.iter().chain(&d.body.entries).find(|e| e.key.value == "value").map(|e| &e.value);
+    let mut names: Vec<String> = Vec::new();
+    let mut field = None;
+    for value in d.args.iter().chain(in_body) {
+        if let ValueKind::Field(_, last) = &value.kind {
+            field = Some(last.value.as_str()).filter(|f| ["x", "y", "z", "orientation"].contains(f));
+        }
+        mentions(value, &mut |name| {
+            let name = written(name).rsplit('.').next().unwrap_or_default();
+            if names.len() < NAMES && !name.is_empty() && !is_word(name) && !names.iter().any(|n| n == name) {
+                names.push(name.to_string());
+            }
+        });
+    }
+    let names = names.iter().map(String::as_str).chain(field);
+    names.map(|n| format!(".{n}")).collect()
+}
+
+/// The names of values that a definition mentions, as they are declared.
+pub(super) fn names(d: &TaskDefinition) -> BTreeSet<String> {
+    let mut all = BTreeSet::new();
+    for value in d.args.iter().chain(d.named.iter().chain(&d.body.entries).map(|e| &e.value)) {
+        mentions(value, &mut |name| {
+            all.insert(target(name).to_string());
+        });
+    }
+    all
+}
+
+/// Visits the names that a value mentions.
+fn mentions(value: &Value, visit: &mut dyn FnMut(&str)) {
+    match &value.kind {
+        ValueKind::Name(name) => visit(name),
+        ValueKind::Call(_, items) | ValueKind::List(items) => items.iter().for_each(|v| mentions(v, visit)),
+        ValueKind::Field(inner, _)
+        | ValueKind::Unit(inner, _)
+        | ValueKind::In(inner, _)
+        | ValueKind::Negate(inner)
+        | ValueKind::Not(inner) => mentions(inner, visit),
+        ValueKind::Binary(_, a, b) => {
+            mentions(a, visit);
+            mentions(b, visit);
+        }
+        ValueKind::Block(block) => block.entries.iter().for_each(|e| mentions(&e.value, visit)),
+        ValueKind::Missing | ValueKind::Number(_) | ValueKind::Text(_) => {}
+    }
+}

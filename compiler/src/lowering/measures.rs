@@ -1,0 +1,23 @@
+//! The errors that a bound task will report.
+
+use stdlib_tasks::task::{Context, Measure};
+
+use super::Lowerer;
+use super::machine::Surroundings;
+use crate::binding::BoundTask;
+
+impl Lowerer<'_> {
+    /// The errors of a task, from building it; `None` where it cannot be built, which is said elsewhere.
+    pub(super) fn measures(&mut self, bound: &BoundTask, around: &Surroundings) -> Option<Vec<Measure>> {
+        let values = self.values_so_far();
+        let model = &around.robot.model;
+        let speed = vec![f64::INFINITY; model.nv()];
+        let context = Context { model, values: &values, period: around.robot.period, speed: &speed };
+        (bound.kind.build)(&bound.params, &context).ok().map(|task| task.measures())
+    }
+
+    /// The table of values as far as it is constant; zero elsewhere.
+    fn values_so_far(&self) -> Vec<f64> {
+        self.table.nodes.iter().map(|&n| self.graph.constant(n).unwrap_or(0.0)).collect()
+    }
+}

@@ -1,0 +1,137 @@
+//! Signals: what each carries, and the names under which expressions know them.
+
+use dsl::tree::Signal;
+use dsl::{Diagnostic, Span};
+use runtime::program::{Op, SignalProgram};
+use stdlib_tasks::dimension::{Dimension, FORCE, MOMENT, NONE, TIME};
+
+use super::Lowerer;
+use crate::constants::{Constants, is_word};
+use crate::expand::{TYPES, quantity};
+use crate::expr::{Axes, Frame, Kind, Typed};
+use crate::forms::check_keys;
+use crate::names::{list, suggest};
+use crate::sections::SIGNAL;
+
+/// Types of signals beside the quantities that parameters can have.
+const OWN_TYPES: [&str; 3] = ["event", "flag", "wrench"];
+
+/// What a signal carries.
+enum Carries {
+    Event,
+    Wrench,
+    Quantity(Kind, Dimension),
+}
+
+fn carries(ty: &str) -> Option<Carries> {
+    match ty {
+        "event" => Some(Carries::Event),
+        "wrench" => Some(Carries::Wrench),
+        "flag" => Some(Carries::Quantity(Kind::Truth, NONE)),
+        _ => match quantity(ty)? {
+            (kind, Some(dimension)) => Some(Carries::Quantity(kind, dimension)),
+            _ => None,
+        },
+    }
+}
+
+/// The types that signals may have.
+pub fn signal_types() -> impl Iterator<Item = &'static str> {
+    let of_parameters = TYPES.iter().map(|t| t.name).filter(|t| carries(t).is_some());
+    OWN_TYPES.into_iter().chain(of_parameters)
+}
+
+impl Lowerer<'_> {
+    /// Declares a signal.
+    pub(super) fn signal(&mut self, s: &Signal) {
+        let name = &s.name;
+        if is_word(&name.value) {
+            let d = Diagnostic::error("HQ0202", name.span, format!("`{}` is a word of the language", name.value));
+            self.push(d.help("choose another name"));
+        }
+        check_keys(&s.settings, &SIGNAL, self.diagnostics);
+        let Some(carries) = carries(&s.ty.value) else {
+            // A type that could not be read was reported.
+            if !s.ty.value.is_empty() {
+                let d = Diagnostic::error("HQ0201", s.ty.span, format!("no signal has the type `{}`", s.ty.value));
+                self.push(match suggest(&s.ty.value, signal_types()) {
+                    Some(near) => d.help(format!("did you mean `{near}`?")),
+                    None => d.help(format!("types are {}", list(signal_types(), 30))),
+                });
+            }
+            self.params.failed.insert(name.value.clone());
+            return;
+        };
+        let timeout = s.settings.get("timeout").and_then(|e| {
+            let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+            let x = constants.scalar(&e.value, TIME, self.diagnostics)?;
+            if x <= 0.0 {
+                let d = Diagnostic::error(
+                    "HQ0308",
+                    e.value.span,
+                    format!("a timeout is longer than nothing, and this is {x} s"),
+                );
+                self.diagnostics.push(d.help("leave it out for a value that counts for ever"));
+                return None;
+            }
+            Some((x, e.key.span))
+        });
+        match carries {
+            Carries::Event => self.event(s, timeout.map(|t| t.1)),
+            Carries::Wrench => {
+                let at = self.place(s, 6, timeout.map(|t| t.0));
+                self.params.wrenches.insert(name.value.clone());
+                self.vector(s, "force", at + 1, FORCE);
+                self.vector(s, "moment", at + 4, MOMENT);
+            }
+            Carries::Quantity(kind, dimension) => {
+                let at = self.place(s, kind.width(), timeout.map(|t| t.0));
+                let nodes = (1..=kind.width()).map(|i| self.graph.push(Op::Signal(at + i))).collect();
+                let axes = match kind {
+                    Kind::Scalar | Kind::Truth => Axes::default(),
+                    Kind::Vector if dimension == stdlib_tasks::dimension::LENGTH => Axes::point(Frame::World),
+                    _ => Axes::default(),
+                };
+                let value = Typed { kind, dimension, nodes, bare: false, axes, span: name.span };
+                self.params.put(name, Some(value));
+            }
+        }
+    }
+
+    fn event(&mut self, s: &Signal, timeout: Option<Span>) {
+        if let Some(at) = timeout {
+            let d = Diagnostic::error("HQ0205", at, "an event has no `timeout`");
+            self.push(d.note("it is seen at the tick after it came, and gone").help("leave it out"));
+        }
+        if let Some(at) = s.optional {
+            let d = Diagnostic::error("HQ0205", at, "an event is never absent: it comes or it does not");
+            self.push(d.help("leave the `?` out"));
+        }
+        self.params.events.insert(s.name.value.clone(), s.name.span);
+        self.interface.events.push(s.name.value.clone());
+    }
+
+    /// Gives a signal its numbers; gives the first, which says whether it is present.
+    fn place(&mut self, s: &Signal, len: usize, timeout: Option<f64>) -> usize {
+        let at = self.interface.width();
+        self.params.presence.insert(s.name.value.clone(), at);
+        self.interface.signals.push(SignalProgram {
+            name: s.name.value.clone(),
+            kind: s.ty.value.clone(),
+            at,
+            len,
+            optional: s.optional.is_some(),
+            timeout,
+        });
+        at
+    }
+
+    /// A part of a wrench, under a name that cannot be written.
+    fn vector(&mut self, s: &Signal, part: &str, at: usize, dimension: Dimension) {
+        let nodes = (0..3).map(|i| self.graph.push(Op::Signal(at + i))).collect();
+        let axes = Axes::direction(Frame::World);
+        let value = Typed { kind: Kind::Vector, dimension, nodes, bare: false, axes, span: s.name.span };
+        let name = dsl::Spanned::new(format!("{}.#{part}", s.name.value), s.name.span);
+        self.params.put(&name, Some(value));
+    }
+}

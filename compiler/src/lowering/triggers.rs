@@ -1,0 +1,152 @@
+//! What `fault(..)` and `reached(..)` are said with.
+
+use dsl::tree::{Value, ValueKind};
+use dsl::{Diagnostic, Span};
+use runtime::FaultKind;
+use runtime::program::FaultPattern;
+use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE};
+use stdlib_tasks::task::Measure;
+
+use crate::expr::{Kind, Typed};
+use crate::forms::text_of;
+use crate::names::{list, suggest};
+
+/// The names that a pattern may hold.
+pub(super) struct Known<'k> {
+    pub signals: Vec<&'k str>,
+    pub tasks: &'k [&'k str],
+    /// For each task whether it is a limit.
+    pub limits: Vec<bool>,
+}
+
+type Refused = Option<Box<Diagnostic>>;
+
+fn refused<T>(d: Diagnostic) -> Result<T, Refused> {
+    Err(Some(Box::new(d)))
+}
+
+/// The faults that `fault(..)` names.
+pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPattern, Refused> {
+    let [value] = args else {
+        let d = Diagnostic::error("HQ0310", at, "`fault` takes one kind of fault");
+        return refused(d.help("write `fault(any)`, `fault(stale(SIGNAL))`, `fault(infeasible)`"));
+    };
+    let words = || FaultKind::ALL.into_iter().map(FaultKind::word);
+    if let ValueKind::Call(kind, args) = &value.kind {
+        let name = args.first().filter(|_| args.len() == 1).and_then(text_of);
+        return match (kind.value.as_str(), name) {
+            ("stale", Some(name)) => match known.signals.iter().position(|s| s == &name) {
+                Some(signal) => Ok(FaultPattern::Stale(signal)),
+                None => {
+                    let d = Diagnostic::error("HQ0201", args[0].span, format!("there is no signal `{name}`"));
+                    refused(match suggest(name, known.signals.iter().copied()) {
+                        Some(near) => d.help(format!("did you mean `{near}`?")),
+                        None => d.help("declare it: `signal NAME : TYPE  timeout 0.5 s`"),
+                    })
+                }
+            },
+            ("infeasible", Some(name)) => Ok(FaultPattern::Infeasible(name.to_string())),
+            ("limit", Some(_)) => {
+                let task = task_of(args.first(), at, known.tasks).map_err(Some)?;
+                if !known.limits[task] {
+                    let text = format!("`{}` is no limit that could be passed", known.tasks[task]);
+                    let d = Diagnostic::error("HQ0703", args[0].span, text);
+                    return refused(d.help("name a task that keeps a limit"));
+                }
+                Ok(FaultPattern::Limit(task))
+            }
+            (other, _) => {
+                let d = Diagnostic::error("HQ0310", value.span, format!("`{other}(..)` is no kind of fault"));
+                refused(d.help("write `stale(SIGNAL)`, `infeasible(LEVEL)`, `limit(TASK)`, or a kind alone"))
+            }
+        };
+    }
+    let Some(word) = text_of(value) else {
+        if matches!(value.kind, ValueKind::Missing) {
+            return Err(None);
+        }
+        let d = Diagnostic::error("HQ0304", value.span, "this is no kind of fault");
+        return refused(d.help(format!("kinds are `any`, {}", list(words(), 12))));
+    };
+    if word == "any" {
+        return Ok(FaultPattern::Any);
+    }
+    match FaultKind::ALL.into_iter().find(|k| k.word() == word) {
+        Some(kind) => Ok(FaultPattern::Kind(kind)),
+        None => {
+            let d = Diagnostic::error("HQ0201", value.span, format!("there is no fault `{word}`"));
+            refused(match suggest(word, words().chain(["any"])) {
+                Some(near) => d.help(format!("did you mean `{near}`?")),
+                None => d.help(format!("kinds are `any`, {}", list(words(), 12))),
+            })
+        }
+    }
+}
+
+/// The task that a trigger names.
+pub(super) fn task_of(value: Option<&Value>, at: Span, tasks: &[&str]) -> Result<usize, Box<Diagnostic>> {
+    let Some((value, name)) = value.and_then(|v| Some((v, text_of(v)?))) else {
+        let d = Diagnostic::error("HQ0310", at, "the name of a task is needed here");
+        return Err(Box::new(d.help("write for instance `reached(reach, 5 mm, 2 deg)`")));
+    };
+    if let Some(task) = tasks.iter().position(|t| *t == name) {
+        return Ok(task);
+    }
+    let d = Diagnostic::error("HQ0201", value.span, format!("there is no task `{name}`"));
+    Err(Box::new(match suggest(name, tasks.iter().copied()) {
+        Some(near) => d.help(format!("did you mean `{near}`?")),
+        None => d.help(format!("declared are {}", list(tasks.iter().copied(), 12))),
+    }))
+}
+
+/// The tolerance of each error of a task: those given, each for the errors of its dimension.
+pub(super) fn tolerances(
+    given: &[(Typed, Option<f64>, Span)],
+    measures: &[Measure],
+    task: &str,
+    at: Span,
+) -> Result<Vec<f64>, Box<Diagnostic>> {
+    let accepts = |wanted: Dimension, typed: &Typed| {
+        typed.kind == Kind::Scalar && (wanted == typed.dimension || (wanted != ANGLE && typed.bare))
+    };
+    let form = || {
+        let mut units: Vec<&str> = Vec::new();
+        for m in measures {
+            let unit = match m.dimension {
+                LENGTH => "5 mm",
+                ANGLE => "2 deg",
+                NONE => "0.01",
+                _ => "a tolerance in its unit",
+            };
+            if !units.contains(&unit) {
+                units.push(unit);
+            }
+        }
+        format!("write `reached({task}, {})`", units.join(", "))
+    };
+    for (typed, value, span) in given {
+        if !measures.iter().any(|m| accepts(m.dimension, typed)) {
+            let text = format!("`{task}` has no error that this tolerance is for");
+            return Err(Box::new(
+                Diagnostic::error("HQ0301", *span, text).here(typed.dimension.describe()).help(form()),
+            ));
+        }
+        if value.is_some_and(|x| x <= 0.0) {
+            let d = Diagnostic::error("HQ0308", *span, "a tolerance is more than zero");
+            return Err(Box::new(d.help("an error is hardly ever exactly zero: write how much is small enough")));
+        }
+    }
+    let mut out = Vec::with_capacity(measures.len());
+    for m in measures {
+        let found = given.iter().find(|(typed, ..)| accepts(m.dimension, typed));
+        if let Some(x) = found.and_then(|(_, value, _)| *value) {
+            out.push(x);
+            continue;
+        }
+        let name = if m.name.is_empty() { "its error".to_string() } else { format!("its error `{}`", m.name) };
+        let text = format!("`reached` says nothing of how small {name} must be");
+        let d = Diagnostic::error("HQ0703", at, text);
+        return Err(Box::new(d.note(format!("it is {}", m.dimension.describe())).help(form())));
+    }
+    Ok(out)
+}

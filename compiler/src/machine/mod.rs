@@ -1,0 +1,218 @@
+//! Checks of a machine: what can be seen of it before anything moves.
+
+mod presence;
+mod stacks;
+
+use std::collections::BTreeSet;
+
+use dsl::Diagnostic;
+use runtime::program::{FaultPattern, MachineProgram, Program, Subject, Trigger};
+
+use crate::lowering::MachinePlaces;
+
+/// A machine of a program and where it was written.
+pub(crate) struct Checked<'c> {
+    program: &'c Program,
+    machine: &'c MachineProgram,
+    places: &'c MachinePlaces,
+    /// States that can be reached.
+    reached: BTreeSet<usize>,
+}
+
+/// All checks.
+pub(crate) fn checks(program: &Program, places: &MachinePlaces, diagnostics: &mut Vec<Diagnostic>) {
+    let Some(machine) = &program.machine else { return };
+    let reached = reached(machine, places);
+    let c = Checked { program, machine, places, reached };
+    c.unreachable(diagnostics);
+    c.traps(diagnostics);
+    c.never(diagnostics);
+    c.faults(diagnostics);
+    c.waiting(diagnostics);
+    c.targets(diagnostics);
+    c.stacks(diagnostics);
+    c.absent(diagnostics);
+}
+
+/// True for a transition whose condition never holds.
+fn is_dead(places: &MachinePlaces, state: usize, transition: usize) -> bool {
+    places.transitions[state][transition].constant == Some(false)
+}
+
+/// The states that can be reached: those that are entered with reached ones, and around them.
+fn reached(m: &MachineProgram, places: &MachinePlaces) -> BTreeSet<usize> {
+    let mut reached = BTreeSet::new();
+    let mut open = vec![m.leaf(0)];
+    while let Some(state) = open.pop() {
+        for s in m.path(state).collect::<Vec<_>>() {
+            if !reached.insert(s) {
+                continue;
+            }
+            let alive = m.states[s].transitions.iter().enumerate().filter(|(i, _)| !is_dead(places, s, *i));
+            open.extend(alive.map(|(_, t)| m.leaf(t.target)));
+        }
+    }
+    reached
+}
+
+impl Checked<'_> {
+    fn name(&self, state: usize) -> &str {
+        &self.machine.states[state].name
+    }
+
+    fn unreachable(&self, diagnostics: &mut Vec<Diagnostic>) {
+        for s in (1..self.machine.states.len()).filter(|s| !self.reached.contains(s)) {
+            // One message for a state and all that stands in it.
+            if self.machine.states[s].parent.is_some_and(|p| p != 0 && !self.reached.contains(&p)) {
+                continue;
+            }
+            let text = format!("state `{}` is never entered", self.name(s));
+            let named = self.machine.states.iter().flat_map(|o| &o.transitions).any(|t| t.target == s);
+            let d = Diagnostic::warning("HQ0704", self.places.states[s], text);
+            diagnostics.push(if named {
+                d.note("transitions lead to it, and none of them can be taken")
+                    .help("let a state that is entered lead to it, or remove it")
+            } else {
+                d.help(format!("let a transition lead to it, `-> {}`, or remove it", self.name(s)))
+            });
+        }
+    }
+
+    /// States that are entered and never left, though they are not final.
+    fn traps(&self, diagnostics: &mut Vec<Diagnostic>) {
+        for &s in &self.reached {
+            let own = &self.machine.states[s];
+            let ended = self.machine.path(s).any(|p| self.machine.states[p].is_final);
+            // Fault transitions are no way out of a state in which all is well.
+            let leads = |p: usize| {
+                let all = self.machine.states[p].transitions.iter().enumerate();
+                all.into_iter().any(|(i, t)| !matches!(t.trigger, Trigger::Fault(_)) && !is_dead(self.places, p, i))
+            };
+            if s == 0 || own.initial.is_some() || ended || self.machine.path(s).any(leads) {
+                continue;
+            }
+            let text = format!("nothing leads out of state `{}`", self.name(s));
+            let d = Diagnostic::warning("HQ0705", self.places.states[s], text);
+            diagnostics
+                .push(d.help("write where it goes from here, or `final state` where the machine has come to its end"));
+        }
+    }
+
+    /// Transitions that can never be taken, because an earlier one always is, or because their condition never holds.
+    fn never(&self, diagnostics: &mut Vec<Diagnostic>) {
+        for (s, state) in self.machine.states.iter().enumerate() {
+            for (i, t) in state.transitions.iter().enumerate() {
+                let place = &self.places.transitions[s][i];
+                if place.constant == Some(false) {
+                    let d = Diagnostic::warning("HQ0706", place.trigger, "this condition never holds");
+                    diagnostics.push(d.help("remove the transition, or look at what it compares"));
+                    continue;
+                }
+                let before = (0..i).find(|&k| {
+                    covers(&state.transitions[k].trigger, &t.trigger)
+                        || (self.places.transitions[s][k].constant == Some(true)
+                            && immediate(&state.transitions[k].trigger)
+                            && !is_fault(&t.trigger))
+                });
+                if let Some(k) = before {
+                    let d = Diagnostic::warning("HQ0706", place.trigger, "this transition is never taken");
+                    diagnostics.push(
+                        d.label(self.places.transitions[s][k].trigger, "this one always comes before it")
+                            .help("remove it, or write it first"),
+                    );
+                } else if place.constant == Some(true) && immediate(&t.trigger) {
+                    let d = Diagnostic::warning("HQ0706", place.trigger, "this condition always holds");
+                    diagnostics.push(
+                        d.note("the state is left at the tick after it is entered").help("look at what it compares"),
+                    );
+                }
+            }
+        }
+    }
+
+    fn faults(&self, diagnostics: &mut Vec<Diagnostic>) {
+        let answers = |s: usize| self.machine.states[s].transitions.iter().any(|t| is_fault(&t.trigger));
+        if (0..self.machine.states.len()).any(answers) {
+            return;
+        }
+        let text = format!("machine `{}` answers no fault", self.name(0));
+        diagnostics.push(
+            Diagnostic::warning("HQ0707", self.places.states[0], text)
+                .note("at a fault the robot is stopped at once, and stands until the controller is started again")
+                .help("say what is to happen: `on fault(any) -> STATE`"),
+        );
+    }
+
+    /// Completion of a task that does not run where it is waited for.
+    fn waiting(&self, diagnostics: &mut Vec<Diagnostic>) {
+        for &s in &self.reached {
+            for (i, t) in self.machine.states[s].transitions.iter().enumerate() {
+                let Trigger::Reached { task, .. } = t.trigger else { continue };
+                let leaves = self.reached.iter().copied().filter(|&l| self.machine.states[l].initial.is_none());
+                let inside: Vec<usize> = leaves.filter(|&l| self.machine.path(l).any(|p| p == s)).collect();
+                let runs = |l: &usize| self.machine.stack(*l).is_some_and(|k| self.holds(k, task));
+                if inside.iter().any(runs) || inside.is_empty() {
+                    continue;
+                }
+                let name = &self.program.tasks[task].name;
+                let text = format!("`{name}` does not run in state `{}`, and is never reached there", self.name(s));
+                let mut d = Diagnostic::error("HQ0703", self.places.transitions[s][i].trigger, text);
+                if let Some(at) = self.places.stacks[s] {
+                    d = d.label(at, format!("this stack does not hold `{name}`"));
+                }
+                diagnostics.push(d.help("name a task of the state's own stack, or add this one to it"));
+            }
+        }
+    }
+
+    fn holds(&self, stack: usize, task: usize) -> bool {
+        self.program.stacks[stack].levels.iter().flat_map(|l| &l.members).any(|m| m.task == task)
+    }
+
+    /// What runs although nothing asks for it.
+    fn targets(&self, diagnostics: &mut Vec<Diagnostic>) {
+        if self.program.run.subject != Subject::Machine {
+            return;
+        }
+        for (s, state) in self.machine.states.iter().enumerate().filter(|(_, s)| s.is_final) {
+            let all = state.transitions.iter().enumerate().filter(|(_, t)| !is_fault(&t.trigger));
+            for (i, _) in all {
+                let d = Diagnostic::warning(
+                    "HQ0706",
+                    self.places.transitions[s][i].trigger,
+                    format!("`{}` is final, and this leads out of it", self.name(s)),
+                );
+                diagnostics.push(d.help("remove it, or leave `final` out"));
+            }
+        }
+    }
+}
+
+fn is_fault(trigger: &Trigger) -> bool {
+    matches!(trigger, Trigger::Fault(_))
+}
+
+/// True for a condition that is not waited for.
+fn immediate(trigger: &Trigger) -> bool {
+    matches!(trigger, Trigger::When { hold, .. } if *hold == 0.0)
+}
+
+/// Whether a trigger holds whenever another does.
+fn covers(first: &Trigger, second: &Trigger) -> bool {
+    match (first, second) {
+        (Trigger::Event(a), Trigger::Event(b)) => a == b,
+        (Trigger::After(a), Trigger::After(b)) => a <= b,
+        (Trigger::When { condition: a, hold: x }, Trigger::When { condition: b, hold: y }) => a == b && x <= y,
+        (Trigger::Reached { task: a, tolerances: x }, Trigger::Reached { task: b, tolerances: y }) => {
+            a == b && x.iter().zip(y).all(|(x, y)| x >= y)
+        }
+        (Trigger::Fault(a), Trigger::Fault(b)) => match (a, b) {
+            (FaultPattern::Any, _) => true,
+            (FaultPattern::Kind(kind), FaultPattern::Stale(_)) => *kind == runtime::FaultKind::Stale,
+            (FaultPattern::Kind(kind), FaultPattern::Infeasible(_)) => *kind == runtime::FaultKind::Infeasible,
+            (FaultPattern::Kind(kind), FaultPattern::Limit(_)) => *kind == runtime::FaultKind::Limit,
+            _ => a == b,
+        },
+        _ => false,
+    }
+}

@@ -1,0 +1,310 @@
+//! Between which numbers expressions lie, wherever the joints stand within their limits and at every time.
+//!
+//! Intervals number by number, narrowed by what is known of vectors as a whole: each vector of three numbers has a ball
+//! that it stays in, and vectors and quaternions have an interval of lengths. What cannot be bounded is unbounded, so that
+//! whatever lies outside a range is proven to be out of reach.
+
+use std::cell::Cell;
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use robot::{Base, Data, LinkId, Model};
+use runtime::program::Op;
+use stdlib_tasks::bound::Geometry;
+use stdlib_tasks::expression::Leaf;
+use stdlib_tasks::slope;
+
+use crate::binding::Table;
+use crate::expr::{Fact, Graph, Interval};
+
+/// A ball that a vector stays in: its centre and radius.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ball {
+    /// The centre.
+    pub centre: Vector3<f64>,
+    /// The radius; infinite where nothing bounds the vector.
+    pub radius: f64,
+}
+
+/// What expressions stand on.
+pub(crate) struct Ground<'a> {
+    /// The graph.
+    pub graph: &'a Graph,
+    /// What the robot does, and what is captured.
+    pub table: &'a Table,
+    /// The robot.
+    pub model: &'a Model,
+    /// Where its root stands in the world, at rest.
+    root: Isometry3<f64>,
+    /// For each leaf, by its first number, the ball at rest of a position, and the range of a distance.
+    leaves: BTreeMap<usize, (Ball, Interval)>,
+    /// Nodes that may still be looked at.
+    left: Cell<usize>,
+}
+
+/// Nodes that are looked at in all: a spec that is written by hand has a few thousand. Beyond, nothing is proven.
+const EFFORT: usize = 300_000;
+
+/// Ranges of some nodes, and of all that they are made of.
+pub(crate) struct Ranges<'a> {
+    ground: &'a Ground<'a>,
+    known: BTreeMap<usize, Interval>,
+    balls: BTreeMap<Vec<usize>, Ball>,
+    lengths: BTreeMap<Vec<usize>, Interval>,
+}
+
+impl<'a> Ranges<'a> {
+    /// The ranges of `roots`; `pins` hold the ranges of nodes that are known otherwise.
+    pub fn new(ground: &'a Ground<'a>, roots: &[usize], pins: &BTreeMap<usize, Interval>) -> Self {
+        let mut ranges = Ranges { ground, known: BTreeMap::new(), balls: BTreeMap::new(), lengths: BTreeMap::new() };
+        for node in ground.needed(roots) {
+            let range = pins.get(&node).copied().unwrap_or_else(|| ranges.range(node));
+            ranges.known.insert(node, range);
+        }
+        ranges
+    }
+
+    /// The range of a node.
+    pub fn at(&self, node: usize) -> Interval {
+        let constant = || self.ground.graph.constant(node).map(Interval::point);
+        self.known.get(&node).copied().or_else(constant).unwrap_or(Interval::ALL)
+    }
+
+    fn range(&mut self, node: usize) -> Interval {
+        let ground = self.ground;
+        let op = ground.graph.ops()[node];
+        let own = Interval::of(op, |a| self.at(a), |leaf| self.outside(leaf));
+        // What is known together narrows a number as soon as all that it is known from is there.
+        ground.graph.facts(node).iter().fold(own, |own, known| {
+            let ready = known.fact.operands().all(|n| n < node);
+            let Some(k) = known.nodes.iter().position(|n| *n == node).filter(|_| ready) else { return own };
+            let own = own.meet(Interval::within(self.known_length(&known.fact).high));
+            match self.known_ball(&known.fact) {
+                Some(b) if b.radius.is_finite() && known.nodes.len() == 3 => {
+                    own.meet(Interval::new(b.centre[k] - b.radius, b.centre[k] + b.radius))
+                }
+                _ => own,
+            }
+        })
+    }
+
+    /// The range of what is no operation.
+    fn outside(&self, leaf: Op) -> Interval {
+        match leaf {
+            Op::T | Op::Time => Interval::new(0.0, f64::INFINITY),
+            Op::Input(k) => self.ground.table.captured(k).map_or(Interval::ALL, |node| self.at(node)),
+            Op::State(k) => self.ground.state(k),
+            _ => Interval::ALL,
+        }
+    }
+
+    /// The ball of a vector of three nodes.
+    pub fn ball(&mut self, nodes: &[usize]) -> Ball {
+        if let Some(ball) = self.balls.get(nodes) {
+            return *ball;
+        }
+        let parts: Vec<Interval> = nodes.iter().map(|&n| self.at(n)).collect();
+        let middle = |i: usize| parts.get(i).map_or(0.0, |p| 0.5 * (p.low + p.high));
+        let half = parts.iter().map(|p| (0.5 * (p.high - p.low)).powi(2)).sum::<f64>().sqrt();
+        let boxed = Ball { centre: Vector3::from_fn(|i, _| middle(i)), radius: half };
+        // A vector plus nothing is itself: what leads back to these nodes finds this.
+        self.balls.insert(nodes.to_vec(), Ball { centre: Vector3::zeros(), radius: f64::INFINITY });
+        let own = self.ground.leaf_of(nodes).map(|(at, _)| self.ground.place(at));
+        let facts = nodes.first().map_or(&[][..], |&n| self.ground.graph.facts(n));
+        let known: Vec<Fact> = facts.iter().filter(|k| k.nodes == nodes).map(|k| k.fact.clone()).collect();
+        let mut ball = boxed;
+        let mut narrow = |other: Ball| {
+            if other.radius < ball.radius || !ball.radius.is_finite() {
+                ball = other;
+            }
+        };
+        own.into_iter().for_each(&mut narrow);
+        for fact in &known {
+            self.known_ball(fact).into_iter().for_each(&mut narrow);
+            narrow(Ball { centre: Vector3::zeros(), radius: self.known_length(fact).high });
+        }
+        let ball = if ball.centre.iter().all(|x| x.is_finite()) && ball.radius.is_finite() {
+            ball
+        } else {
+            Ball { centre: Vector3::zeros(), radius: f64::INFINITY }
+        };
+        self.balls.insert(nodes.to_vec(), ball);
+        ball
+    }
+
+    /// The ball that a fact gives.
+    fn known_ball(&mut self, fact: &Fact) -> Option<Ball> {
+        match fact {
+            Fact::Sum(a, b, sign) => {
+                let (a, b) = (self.ball(a), self.ball(b));
+                let centre = a.centre + b.centre * *sign;
+                Some(Ball { centre, radius: a.radius + b.radius * sign.abs() })
+            }
+            Fact::Scaled(a, by) => {
+                let factor = self.ground.graph.constant(*by)?;
+                let a = self.ball(a);
+                Some(Ball { centre: a.centre * factor, radius: a.radius * factor.abs() })
+            }
+            _ => None,
+        }
+    }
+
+    /// The lengths that a vector or quaternion can have.
+    pub fn length(&mut self, nodes: &[usize]) -> Interval {
+        if let Some(length) = self.lengths.get(nodes) {
+            return *length;
+        }
+        let root = |f: fn(Interval) -> f64, s: &Self| nodes.iter().map(|&n| f(s.at(n)).powi(2)).sum::<f64>().sqrt();
+        let mut length = Interval::new(root(Interval::smallest, self), root(Interval::size, self));
+        self.lengths.insert(nodes.to_vec(), Interval::new(0.0, f64::INFINITY));
+        if let Some((_, Leaf::Orientation(_))) = self.ground.leaf_of(nodes) {
+            length = Interval::point(1.0);
+        }
+        if nodes.len() == 3 {
+            let Ball { centre, radius } = self.ball(nodes);
+            length = length.meet(Interval::new((centre.norm() - radius).max(0.0), centre.norm() + radius));
+        }
+        let facts = nodes.first().map_or(&[][..], |&n| self.ground.graph.facts(n));
+        for known in facts.iter().filter(|k| k.nodes == nodes) {
+            length = length.meet(self.known_length(&known.fact));
+        }
+        self.lengths.insert(nodes.to_vec(), length);
+        length
+    }
+
+    /// The lengths that a fact leaves.
+    fn known_length(&mut self, fact: &Fact) -> Interval {
+        match fact {
+            Fact::Sum(a, b, sign) if *sign == -1.0 => match (self.ground.point_of(a), self.ground.point_of(b)) {
+                // One point of the robot seen from another: the base, and the joints that carry both, have no part.
+                (Some((to, point)), Some((from, origin))) => {
+                    let (centre, radius) = slope::reach(self.ground.model, Some(from), to, &point);
+                    let far = (centre - origin).norm();
+                    Interval::new((far - radius).max(0.0), far + radius)
+                }
+                _ => Interval::new(0.0, f64::INFINITY),
+            },
+            Fact::Sum(..) => Interval::new(0.0, f64::INFINITY),
+            Fact::Scaled(a, by) => {
+                let by = self.at(*by);
+                self.length(a).by(Interval::new(by.smallest(), by.size()))
+            }
+            Fact::Turned(a) => self.length(a),
+            Fact::Product(a, b) => self.length(a).by(self.length(b)),
+            Fact::AtMost(a, b) => Interval::new(0.0, self.length(a).by(self.length(b)).high),
+            Fact::Direction => Interval::new(0.0, 1.0),
+        }
+    }
+}
+
+impl<'a> Ground<'a> {
+    /// From the parts of a program in the making.
+    pub fn new(graph: &'a Graph, table: &'a Table, model: &'a Model) -> Self {
+        let root = *Data::new(model).pose(model.root());
+        let mut ground = Ground { graph, table, model, root, leaves: BTreeMap::new(), left: Cell::new(EFFORT) };
+        let one = |(at, leaf): &(usize, Leaf)| {
+            let range = match leaf {
+                Leaf::Distance(pair) => ground.distance(&pair.0, &pair.1),
+                _ => Interval::ALL,
+            };
+            (*at, (ground.at_rest(leaf), range))
+        };
+        ground.leaves = table.leaves.iter().map(one).collect();
+        ground
+    }
+
+    /// The nodes that some nodes are made of, those that are captured among them, in order; none where so much was looked
+    /// at that nothing more will be.
+    pub fn needed(&self, roots: &[usize]) -> BTreeSet<usize> {
+        let (mut open, mut needed) = (roots.to_vec(), BTreeSet::new());
+        while let Some(node) = open.pop() {
+            let Some(left) = self.left.get().checked_sub(1) else { return BTreeSet::new() };
+            self.left.set(left);
+            if needed.insert(node) {
+                match self.graph.ops()[node] {
+                    Op::Input(k) => open.extend(self.table.captured(k)),
+                    op => open.extend(op.operands().into_iter().flatten()),
+                }
+            }
+        }
+        needed
+    }
+
+    /// What the robot does that these nodes are, all of it.
+    fn leaf_of(&self, nodes: &[usize]) -> Option<(usize, &Leaf)> {
+        let state = |n: &usize| match self.graph.ops()[*n] {
+            Op::State(k) => Some(k),
+            _ => None,
+        };
+        let first = state(nodes.first()?)?;
+        let (at, leaf) = self.table.leaf_of(first)?;
+        let whole = at == first && leaf.width() == nodes.len();
+        let in_order = nodes.iter().enumerate().all(|(i, n)| state(n) == Some(first + i));
+        (whole && in_order).then_some((at, leaf))
+    }
+
+    /// The point of a link that these nodes are.
+    fn point_of(&self, nodes: &[usize]) -> Option<(LinkId, Vector3<f64>)> {
+        match self.leaf_of(nodes)? {
+            (_, Leaf::Point { link, offset }) => Some((*link, *offset)),
+            _ => None,
+        }
+    }
+
+    /// The range of number `k` of the robot's state.
+    fn state(&self, k: usize) -> Interval {
+        let Some((at, leaf)) = self.table.leaf_of(k) else { return Interval::ALL };
+        match leaf {
+            Leaf::Joint(dof) => self.model.dofs.get(*dof).map_or(Interval::ALL, |d| Interval::new(d.lower, d.upper)),
+            Leaf::Orientation(_) => Interval::within(1.0),
+            Leaf::Point { .. } | Leaf::Com => {
+                let Some((Ball { centre, radius }, _)) = self.leaves.get(&at) else { return Interval::ALL };
+                // A base that rolls keeps the height.
+                let bounded = match self.model.base {
+                    Base::Fixed => true,
+                    Base::Planar | Base::Unicycle => k - at == 2,
+                    Base::Floating => false,
+                };
+                if bounded { Interval::new(centre[k - at] - radius, centre[k - at] + radius) } else { Interval::ALL }
+            }
+            Leaf::Distance(_) => self.leaves.get(&at).map_or(Interval::ALL, |l| l.1),
+            Leaf::Above(_) => Interval::ALL,
+        }
+    }
+
+    /// The ball of a position in the world: that of the leaf whose first number is `at`.
+    fn place(&self, at: usize) -> Ball {
+        match (self.model.base, self.leaves.get(&at)) {
+            (Base::Fixed, Some((ball, _))) => *ball,
+            _ => Ball { centre: Vector3::zeros(), radius: f64::INFINITY },
+        }
+    }
+
+    /// The ball of a position while the base stands where it rests.
+    fn at_rest(&self, leaf: &Leaf) -> Ball {
+        let one = |link: LinkId, point: &Vector3<f64>| {
+            let (centre, radius) = slope::reach(self.model, None, link, point);
+            Ball { centre: (self.root * Point3::from(centre)).coords, radius }
+        };
+        match leaf {
+            Leaf::Point { link, offset } => one(*link, offset),
+            Leaf::Com => {
+                let total: f64 = self.model.links.iter().map(|l| l.mass).sum();
+                let heavy = self.model.links.iter().enumerate().filter(|(_, l)| l.mass > 0.0);
+                heavy.fold(Ball { centre: Vector3::zeros(), radius: 0.0 }, |sum, (i, l)| {
+                    let (share, part) = (l.mass / total, one(LinkId(i as u32), &l.center_of_mass));
+                    Ball { centre: sum.centre + part.centre * share, radius: sum.radius + part.radius * share }
+                })
+            }
+            _ => Ball { centre: Vector3::zeros(), radius: f64::INFINITY },
+        }
+    }
+
+    /// The range of a distance between two parts.
+    fn distance(&self, a: &Geometry, b: &Geometry) -> Interval {
+        let (centre, radius) = slope::reach(self.model, Some(b.link), a.link, &a.center().coords);
+        let far = (centre - b.center().coords).norm();
+        let around = a.shape.bounding_radius() + b.shape.bounding_radius();
+        Interval::new(far - radius - around, far + radius + around)
+    }
+}

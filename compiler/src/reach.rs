@@ -1,0 +1,168 @@
+//! Targets and limits that lie outside of all that a value can be: a cosine of 2, a place farther away than the links are
+//! long. Only what is proven is said, see [`crate::ranges`].
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use dsl::{Diagnostic, Span};
+use runtime::program::{Op, Program};
+use stdlib_tasks::dimension::{Dimension, LENGTH};
+use stdlib_tasks::expression::Leaf;
+
+use crate::expr::{Graph, Interval, Kind, Typed};
+use crate::lowering::Places;
+use crate::ranges::{Ground, Ranges};
+use crate::units::{shown, shown_range};
+
+/// What rounding, or a decimal that was left out, can move.
+const SLIP: f64 = 1e-6;
+
+/// Numbers of a direction are often written with three decimals.
+const LENGTH_SLIP: f64 = 0.01;
+
+/// The tasks of a program that stand in some stack.
+pub(crate) fn in_stacks(program: &Program) -> BTreeSet<usize> {
+    program.stacks.iter().flat_map(|s| &s.levels).flat_map(|l| &l.members).map(|m| m.task).collect()
+}
+
+/// Reports limits of `keep` that no position of the joints meets.
+pub(crate) fn limits(ground: &Ground, program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+    for task in in_stacks(program).into_iter().filter_map(|i| places.tasks.get(i)) {
+        let Some(value) = task.operands.get("value") else { continue };
+        for (param, side) in task.operands.iter().filter(|(p, _)| ["min", "max"].contains(p)) {
+            let ranges = ranges(ground, value, side);
+            let at = task.spans.get(*param).copied().unwrap_or(task.span);
+            diagnostics.extend(limit(&ranges, value, side, *param == "min", at));
+        }
+    }
+}
+
+/// Warns of targets of `track` that no position of the joints meets, except of tasks of which more has been said.
+pub(crate) fn targets(
+    ground: &Ground,
+    program: &Program,
+    places: &Places,
+    told: &BTreeSet<usize>,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    for task in in_stacks(program).difference(told).filter_map(|&i| places.tasks.get(i)) {
+        let operands = task.operands.get("value").zip(task.operands.get("target"));
+        let Some((value, goal)) = operands.filter(|(v, _)| v.kind != Kind::Rotation) else { continue };
+        // Of a joint alone it is said by the joint's name.
+        if joint(ground, value) && constant(ground.graph, goal).is_some() {
+            continue;
+        }
+        let at = task.spans.get("target").copied().unwrap_or(task.span);
+        diagnostics.extend(target(&mut ranges(ground, value, goal), ground.graph, value, goal, at));
+    }
+}
+
+fn ranges<'a>(ground: &'a Ground<'a>, a: &Typed, b: &Typed) -> Ranges<'a> {
+    let roots: Vec<usize> = a.nodes.iter().chain(&b.nodes).copied().collect();
+    Ranges::new(ground, &roots, &BTreeMap::new())
+}
+
+/// True for a joint and nothing else.
+fn joint(ground: &Ground, value: &Typed) -> bool {
+    match value.nodes[..] {
+        [node] => match ground.graph.ops()[node] {
+            Op::State(k) => matches!(ground.table.leaf_of(k), Some((_, Leaf::Joint(_)))),
+            _ => false,
+        },
+        _ => false,
+    }
+}
+
+/// The numbers of a value that depends on nothing.
+fn constant(graph: &Graph, value: &Typed) -> Option<Vec<f64>> {
+    value.nodes.iter().map(|&n| graph.constant(n)).collect()
+}
+
+/// True where two ranges have nothing in common, by more than rounding.
+fn apart(a: Interval, b: Interval) -> bool {
+    let ends = [a.low, a.high, b.low, b.high].into_iter().filter(|x| x.is_finite());
+    a.gap(b) > SLIP * (1.0 + ends.fold(0.0, |s: f64, x| s.max(x.abs())))
+}
+
+/// `x of the value`, or `the value`.
+fn part(value: &Typed, i: usize) -> String {
+    match (value.kind, ["x", "y", "z"].get(i)) {
+        (Kind::Vector, Some(name)) => format!("{name} of this value"),
+        _ => "this value".to_string(),
+    }
+}
+
+/// A range in words.
+fn between(range: Interval, dimension: Dimension) -> String {
+    match (range.low.is_finite(), range.high.is_finite()) {
+        (true, true) if range.high - range.low <= SLIP * (1.0 + range.size()) => shown(range.low, dimension),
+        (true, true) => format!("from {}", shown_range(range.low, range.high, dimension)),
+        (true, false) => format!("{} or more", shown(range.low, dimension)),
+        _ => format!("{} or less", shown(range.high, dimension)),
+    }
+}
+
+fn warning(at: Span, text: String, value: &Typed, is: String) -> Diagnostic {
+    Diagnostic::warning("HQ0520", at, text)
+        .label(value.span, is)
+        .note("so it is wherever the joints stand within their limits: the task pulls the robot and never arrives")
+}
+
+fn target(ranges: &mut Ranges, graph: &Graph, value: &Typed, target: &Typed, at: Span) -> Option<Diagnostic> {
+    let dimension = value.dimension;
+    let pairs = value.nodes.iter().zip(&target.nodes).enumerate();
+    let far = |(i, (&v, &t)): (usize, (&usize, &usize))| {
+        let (v, t) = (ranges.at(v), ranges.at(t));
+        apart(v, t).then_some((i, v, t))
+    };
+    if let Some((i, can, wanted)) = pairs.into_iter().find_map(far) {
+        let goal = match constant(graph, target).and_then(|c| c.get(i).copied()) {
+            Some(x) => shown(x, dimension),
+            None => format!("the target, {}", between(wanted, dimension)),
+        };
+        let text = format!("{} cannot get to {goal}", part(value, i));
+        let d = warning(at, text, value, format!("it is {}", between(can, dimension)));
+        return Some(d.help("choose a target that can be reached"));
+    }
+    if value.kind != Kind::Vector {
+        return None;
+    }
+    let (own, goal) = (ranges.ball(&value.nodes), ranges.ball(&target.nodes));
+    let away = (own.centre - goal.centre).norm() - goal.radius;
+    if away > own.radius + SLIP * (1.0 + own.radius) {
+        let c = own.centre.map(|x| runtime::text::number((x * 1e3).round() / 1e3));
+        let behind = if dimension == LENGTH { " m" } else { "" };
+        let is = format!("within {} of [{}, {}, {}]{behind}", shown(own.radius, dimension), c.x, c.y, c.z);
+        let text = format!("this value cannot get to the target, {} away from there", shown(away, dimension));
+        return Some(warning(at, text, value, is).help("choose a target that can be reached"));
+    }
+    let (own, goal) = (ranges.length(&value.nodes), ranges.length(&target.nodes));
+    if own.gap(goal) > LENGTH_SLIP * (own.smallest() + goal.smallest()) {
+        let text = format!("this value cannot get to the target, whose length is {}", between(goal, dimension));
+        let d = warning(at, text, value, format!("its length is {}", between(own, dimension)));
+        let direction = own.gap(Interval::point(1.0)).abs() < SLIP && own.high - own.low < SLIP;
+        return Some(d.help(match direction {
+            true => "for a direction write `normalize([x, y, z])`",
+            false => "choose a target that can be reached",
+        }));
+    }
+    None
+}
+
+fn limit(ranges: &Ranges, value: &Typed, side: &Typed, least: bool, at: Span) -> Option<Diagnostic> {
+    let pairs = value.nodes.iter().zip(&side.nodes).enumerate();
+    let beyond = |(i, (&v, &s)): (usize, (&usize, &usize))| {
+        let (v, s) = (ranges.at(v), ranges.at(s));
+        let crossed = if least { v.high < s.low } else { v.low > s.high };
+        (crossed && apart(v, s)).then_some((i, v, s))
+    };
+    let (i, can, wanted) = pairs.into_iter().find_map(beyond)?;
+    let (word, end) = if least { ("large", wanted.low) } else { ("small", wanted.high) };
+    let text = format!("{} is never as {word} as {}", part(value, i), shown(end, value.dimension));
+    let is = format!("it is {}", between(can, value.dimension));
+    Some(
+        Diagnostic::error("HQ0520", at, text)
+            .label(value.span, is)
+            .note("so it is wherever the joints stand within their limits: nothing can keep this limit")
+            .help(if least { "choose a smaller limit" } else { "choose a larger limit" }),
+    )
+}

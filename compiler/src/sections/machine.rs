@@ -1,0 +1,83 @@
+//! Keys of signals, machines and states. What begins a part of a state is a word that the readers take.
+
+use stdlib_tasks::dimension::TIME;
+use stdlib_tasks::params::Quantity;
+
+use super::{Holds, Key, Named, Section};
+
+/// A signal.
+pub static SIGNAL: Section = Section {
+    name: "a signal",
+    keys: &[
+        Key::required("type", Holds::Choice(&["event", "flag", "wrench", "point", "length"]), "What it carries: `event`, `flag`, `wrench`, or the type of a quantity such as `point`. A `?` behind it says that the signal may be absent.").at(super::Place::Yaml),
+        Key::optional(
+            "timeout",
+            Holds::Number(Quantity::above(TIME, 0.0)),
+            "How long a value counts after it was received. Then the signal is absent; one without `?` that the state needs is the fault `stale`.",
+        ),
+    ],
+};
+
+/// A machine.
+pub static MACHINE: Section = Section {
+    name: "a machine",
+    keys: &[
+        Key::required("initial", Holds::Name(Named::State), "The state in which it begins."),
+        Key::or("blend", Holds::Number(Quantity::at_least(TIME, 0.0)), "0 s", BLEND),
+        Key::optional("transitions", Holds::Declarations, TRANSITIONS).at(super::Place::Yaml),
+        Key::required("states", Holds::Each(&Holds::Block(&STATE)), "States by name.").at(super::Place::Yaml),
+        Key::required("state", Holds::Block(&STATE), "A state: `state NAME { stack NAME  on EVENT -> NEXT }`.")
+            .at(super::Place::Hq),
+        Key::optional("on", Holds::Declarations, "A transition that holds in all states: `on fault(any) -> stopped`.")
+            .at(super::Place::Hq),
+    ],
+};
+
+const BLEND: &str =
+    "How long the command takes to go over to that of another stack, for the transitions that stand in here.";
+const TRANSITIONS: &str = "Ways out, in order: `- { on: found, to: grasp }`, `- { when: CONDITION, for: 3 s, to: grasp, blend: 1 s }`, `- { after: 10 s, to: ask }`.";
+
+/// A state.
+pub static STATE: Section = Section {
+    name: "a state",
+    keys: &[
+        Key::optional("stack", Holds::Name(Named::Stack), "The stack that runs in it: `stack NAME`, or `stack NAME(..)` for one with parameters. Without one, that of the state around it goes on, or the robot stands.").at(super::Place::Word),
+        Key::optional("initial", Holds::Name(Named::State), "The state inside it that is entered with it."),
+        Key::or("blend", Holds::Number(Quantity::at_least(TIME, 0.0)), "that of the state around it", BLEND),
+        Key::optional("final", Holds::Flag, "The machine has come to its end in it.").at(super::Place::Yaml),
+        Key::optional("enter", Holds::Declarations, "What is done on entering: `enter say \"text\"`.").at(super::Place::Word),
+        Key::optional("do", Holds::Declarations, "What is begun on entering and called off on leaving: `do capture(head_camera)`.").at(super::Place::Word),
+        Key::optional("exit", Holds::Declarations, "What is done on leaving.").at(super::Place::Word),
+        Key::optional("on", Holds::Declarations, "A way out when something happens: `on EVENT -> STATE`, `on reached(TASK, 5 mm, 2 deg) -> STATE`, `on fault(KIND) -> STATE`.").at(super::Place::Hq),
+        Key::optional("when", Holds::Declarations, "A way out while something holds: `when CONDITION for 3 s -> STATE`.").at(super::Place::Hq),
+        Key::optional("after", Holds::Declarations, "A way out after a time in the state: `after 10 s -> STATE`.").at(super::Place::Hq),
+        Key::optional("transitions", Holds::Declarations, TRANSITIONS).at(super::Place::Yaml),
+        Key::optional("state", Holds::Block(&STATE), "A state inside it.").at(super::Place::Hq),
+        Key::optional("states", Holds::Each(&Holds::Block(&STATE)), "States inside it, by name.").at(super::Place::Yaml),
+    ],
+};
+
+/// A transition.
+pub static TRANSITION: Section = Section {
+    name: "a transition",
+    keys: &[
+        Key::optional("on", Holds::Text, "What happens: an event, `reached(TASK, ..)`, `fault(KIND)`.")
+            .at(super::Place::Yaml),
+        Key::optional("when", Holds::Value, "What must hold.").at(super::Place::Yaml),
+        Key::optional(
+            "for",
+            Holds::Number(Quantity::at_least(TIME, 0.0)),
+            "How long it must have held without a break.",
+        )
+        .at(super::Place::Yaml),
+        Key::optional("after", Holds::Number(Quantity::at_least(TIME, 0.0)), "Time in the state.")
+            .at(super::Place::Yaml),
+        Key::required("to", Holds::Name(Named::State), "The state that it leads to.").at(super::Place::Yaml),
+        Key::or(
+            "blend",
+            Holds::Number(Quantity::at_least(TIME, 0.0)),
+            "that of the state",
+            "How long the command takes to go over to that of another stack.",
+        ),
+    ],
+};
