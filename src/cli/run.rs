@@ -156,7 +156,7 @@ fn execute(
     if a.json {
         output::print(&text);
     } else {
-        show(program, &summary, folder, took);
+        show(program, (&summary, good), folder, took);
     }
     Ok((summary, good))
 }
@@ -195,7 +195,7 @@ fn progress(ticks: usize) -> ProgressBar {
     bar
 }
 
-fn show(program: &Program, summary: &Summary, folder: &Path, took: Duration) {
+fn show(program: &Program, (summary, good): (&Summary, bool), folder: &Path, took: Duration) {
     let order = report::task_order(program);
     let speed = summary.duration_s / took.as_secs_f64().max(1e-9);
     let t = &summary.tick_us;
@@ -209,7 +209,7 @@ fn show(program: &Program, summary: &Summary, folder: &Path, took: Duration) {
         table::held_back(summary),
         table::states(summary),
         table::answered(summary),
-        table::expectations(&summary.expectations),
+        table::expectations(&summary.expectations, good),
         report::verdict(summary),
         table::hints(summary),
         summary.ticks,

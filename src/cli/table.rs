@@ -1,6 +1,6 @@
 //! The table at the end of a run.
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use runtime::expect::Verdict;
 use runtime::quantity::quantity;
 use runtime::record::expectations::ExpectationRecord;
@@ -29,9 +29,17 @@ fn share(x: f64) -> String {
     }
 }
 
-pub(super) fn new_table(header: &[&str]) -> Table {
+fn new_table(header: &[&str]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::UTF8_BORDERS_ONLY).set_header(header.to_vec());
+    table
+}
+
+/// A table no wider than the terminal.
+pub(super) fn wide_table(header: &[&str]) -> Table {
+    let mut table = new_table(header);
+    let width = u16::try_from(super::output::width()).unwrap_or(100);
+    table.set_content_arrangement(ContentArrangement::Dynamic).set_width(width);
     table
 }
 
@@ -176,15 +184,23 @@ pub fn expectation(e: &ExpectationRecord) -> [String; 3] {
     [verdict.to_string(), size, at]
 }
 
-/// What became of the expectations of a run; nothing where there were none.
-pub fn expectations(all: &[ExpectationRecord]) -> String {
+/// What an expectation is called; of one that did not hold, since when something had no value.
+pub fn expected(e: &ExpectationRecord) -> String {
+    match e.undefined_s.filter(|_| e.verdict != Verdict::Holds) {
+        Some(s) => format!("{} (something in it has no value at {s:.2} s, and is false there)", e.title()),
+        None => e.title().to_string(),
+    }
+}
+
+/// What became of the expectations of a run; nothing where there were none. `good` says whether all is as expected.
+pub fn expectations(all: &[ExpectationRecord], good: bool) -> String {
     if all.is_empty() {
         return String::new();
     }
-    let mut table = new_table(&["expectation", "verdict", "margin", "at"]);
+    let mut table = wide_table(&["expectation", "verdict", "margin", "at"]);
     for e in all {
         let [verdict, margin, at] = expectation(e);
-        table.add_row([e.title().to_string(), verdict, margin, at]);
+        table.add_row([expected(e), verdict, margin, at]);
     }
-    format!("{table}\n")
+    format!("{table}\n{}\n", if good { "as expected" } else { "NOT as expected" })
 }

@@ -83,7 +83,7 @@ fn trouble(t: &Trial) -> String {
 
 /// The table of all scenarios.
 fn text(trials: &[Trial], broken: &[&str]) -> String {
-    let mut rows = table::new_table(&["spec", "scenario", "expectation", "verdict", "margin", "at"]);
+    let mut rows = table::wide_table(&["spec", "scenario", "expectation", "verdict", "margin", "at"]);
     let mut last = "";
     for t in trials {
         let mut head = [if t.spec == last { String::new() } else { t.spec.clone() }, t.scenario.clone()];
@@ -95,7 +95,7 @@ fn text(trials: &[Trial], broken: &[&str]) -> String {
         };
         for e in &t.expectations {
             let [verdict, margin, at] = table::expectation(e);
-            add([e.title().to_string(), verdict, margin, at]);
+            add([table::expected(e), verdict, margin, at]);
         }
         let trouble = trouble(t);
         let verdict = if t.ok { "holds" } else { "FAILS" };
