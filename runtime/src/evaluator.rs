@@ -353,6 +353,11 @@ impl Evaluator {
         &self.undefined
     }
 
+    /// Whether a task took something from the robot when the stack was entered, beside its parameters.
+    pub fn remembers_entry(&self, member: usize) -> bool {
+        self.tasks.get(member).is_some_and(|t| t.remembers_entry())
+    }
+
     /// What each row of a task keeps in reserve against sampling in time; empty where its limit cannot bend.
     pub fn reserve(&self, member: usize) -> Vec<f64> {
         self.tasks.get(member).map(|t| t.reserve()).unwrap_or_default()

@@ -61,7 +61,10 @@ impl Lowerer<'_> {
                 continue;
             }
             let (tasks, of_states) = (std::mem::take(&mut b.tasks), b.of_states);
-            let unknown = tasks.iter().find_map(|&(task, at)| no_value(&runs, task, at, of_states));
+            let remembers = |task: usize| shapes[task].as_ref().is_some_and(|s| s.remembers_entry);
+            let bound = |task: usize| remembers(task) || is_bound_to_its_stack(program, task);
+            let unknown =
+                tasks.iter().filter(|t| bound(t.0)).find_map(|&(task, at)| no_value(&runs, task, at, of_states));
             if let Some(d) = unknown {
                 self.push(d);
                 continue;
@@ -77,11 +80,8 @@ impl Lowerer<'_> {
     }
 }
 
-/// A task that has no value at some ticks of a run.
+/// A task that has a value only while its stack runs, and that not at all ticks of a run.
 fn no_value(program: &Program, task: usize, at: Span, of_states: bool) -> Option<Diagnostic> {
-    if !is_bound_to_its_stack(program, task) {
-        return None;
-    }
     let holds = |s: &usize| program.stacks[*s].levels.iter().flat_map(|l| &l.members).any(|m| m.task == task);
     let stacks = program.run_stacks();
     let without: Vec<&str> = stacks.iter().filter(|s| !holds(s)).map(|s| program.stacks[*s].name.as_str()).collect();

@@ -24,6 +24,8 @@ pub(super) struct Shape {
     nature: Nature,
     /// The dimension that all rows share, if they do.
     margin: Option<Dimension>,
+    /// It asks for something that it took from the robot when its stack was entered.
+    pub remembers_entry: bool,
     /// Parts of the error.
     parts: Vec<(String, Dimension)>,
 }
@@ -36,6 +38,7 @@ pub(super) fn shapes(program: &Program) -> Vec<Option<Shape>> {
         let first = rows.first().map(|r| r.dimension);
         Some(Shape {
             nature: stdlib_tasks::find(kind)?.nature,
+            remembers_entry: task.remembers_entry(),
             margin: first.filter(|d| rows.iter().all(|r| r.dimension == *d)),
             parts: task.measures().into_iter().map(|m| (m.name, m.dimension)).collect(),
         })
@@ -119,7 +122,10 @@ impl Watch<'_> {
         let found = tasks.iter().enumerate().filter_map(|(i, t)| Some((t.name.len(), i, rest(&t.name)?))).max();
         match found {
             Some((_, i, rest)) => Ok((i, rest)),
-            None => refuse(unknown("task", path, at, tasks.iter().map(|t| t.name.as_str()))),
+            None => {
+                let name = path.split('.').next().unwrap_or(path);
+                refuse(unknown("task", name, at, tasks.iter().map(|t| t.name.as_str())))
+            }
         }
     }
 
@@ -162,11 +168,14 @@ impl Watch<'_> {
             let part = (shape.parts.len() == 1).then_some(0);
             return Ok((Measure::Error { task, part }, *first));
         }
-        match shape.parts.iter().position(|p| p.0 == rest) {
+        // The frame may be left out where there is only one: `position` for `tool.position`.
+        let end = |p: &str| p.rsplit('.').next() == Some(rest);
+        let alone = if parts().filter(|p| end(p)).count() == 1 { parts().position(end) } else { None };
+        match parts().position(|p| p == rest).or(alone) {
             Some(part) => Ok((Measure::Error { task, part: Some(part) }, shape.parts[part].1)),
             None => {
                 let d = Diagnostic::error("HQ0201", at, format!("the error of `{name}` has no part `{rest}`"));
-                refuse(match suggest(rest, parts()) {
+                refuse(match suggest(rest, parts().flat_map(|p| [p, p.rsplit('.').next().unwrap_or(p)])) {
                     Some(near) => d.help(format!("did you mean `{near}`?")),
                     None if shape.parts.len() > 1 => d.help(several()),
                     None => d.help(format!("write `error({name})`")),

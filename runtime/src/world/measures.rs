@@ -11,8 +11,8 @@ use crate::record::summary::MARGIN_TOLERANCE;
 use crate::simulate::Tick;
 use solver::Problem;
 
-/// Whether what a task asks for depends on when its stack was entered, or on where: then it means nothing while no such
-/// stack runs.
+/// Whether a parameter of a task depends on when its stack was entered, or on where: then the task means nothing while no
+/// such stack runs.
 pub fn is_bound_to_its_stack(program: &Program, task: usize) -> bool {
     let of = |t: &TaskProgram| t.params.values().flat_map(|b| b.slots()).flat_map(|s| s.at..s.at + s.len).collect();
     let places = program.tasks.get(task).map(of).unwrap_or_default();
@@ -46,7 +46,7 @@ impl Probe {
         // A task is built for the stack that it stands in.
         let stack = stack_of(program, task).unwrap_or(&own);
         let (evaluator, problem) = Evaluator::alone(program, stack, task)?;
-        let bound = is_bound_to_its_stack(program, task);
+        let bound = evaluator.remembers_entry(0) || is_bound_to_its_stack(program, task);
         Ok(Probe { task, evaluator, problem, bound, visit: None, known: false })
     }
 
