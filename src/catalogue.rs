@@ -44,7 +44,7 @@ fn expression(form: &Form) -> String {
     match form {
         Form::Value { orientation: false } => "number or vector of the robot's state, in any unit".to_string(),
         Form::Value { orientation: true } => {
-            "number, vector or orientation of the robot's state, in any unit".to_string()
+            "number, vector, orientation or pose of the robot's state, in any unit".to_string()
         }
         Form::Like(other) => format!("of the kind and unit of `{other}`; the robot's state may stand in it"),
         Form::Size(other) => format!("number in the unit of `{other}`, at least 0, constant"),

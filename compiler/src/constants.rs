@@ -343,7 +343,10 @@ pub(crate) fn replaces(graph: &Graph, new: &Typed, own: &Typed, name: &Spanned<S
 /// See [`Constants::fits`].
 pub fn fits(graph: &Graph, typed: &Typed, wanted: Dimension, what: &str) -> Option<Diagnostic> {
     let zero = typed.nodes.iter().all(|&n| graph.constant(n) == Some(0.0));
-    if typed.kind == Kind::Rotation || wanted == typed.dimension || (zero && typed.dimension == NONE) {
+    if matches!(typed.kind, Kind::Rotation | Kind::Pose)
+        || wanted == typed.dimension
+        || (zero && typed.dimension == NONE)
+    {
         return None;
     }
     if typed.bare {

@@ -1,7 +1,7 @@
 //! The forms that a written value can have: text, name, list, block; and the keys of blocks.
 
-use dsl::Diagnostic;
 use dsl::tree::{Block, Entry, Value, ValueKind};
+use dsl::{Diagnostic, Spanned};
 
 use crate::names::{list, suggest};
 use crate::sections::Section;
@@ -58,6 +58,15 @@ fn synonym(key: &str) -> Option<&'static str> {
         ("time", "duration"),
     ];
     known.iter().find(|k| k.0 == key.to_lowercase()).map(|k| k.1)
+}
+
+/// What stands between names where a parameter that is several joints was written for a key. No key has it in a text.
+pub const KEY_SEPARATOR: &str = ", ";
+
+/// The names that a key stands for: itself, or those of a parameter.
+pub fn names_of_key(key: &Spanned<String>) -> Vec<Value> {
+    let one = |name: &str| Value { kind: ValueKind::Text(name.to_string()), span: key.span };
+    key.value.split(KEY_SEPARATOR).map(one).collect()
 }
 
 /// The text of a value that must be text or a name.

@@ -1,6 +1,6 @@
 //! What unit symbols mean: a factor to SI and a dimension.
 
-use dsl::tree::Unit;
+use dsl::tree::{Unit, Value, ValueKind};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, MASS, NONE, TIME};
 
 const fn dim(m: i8, kg: i8, s: i8) -> Dimension {
@@ -45,13 +45,38 @@ pub enum UnitError {
     TooLarge,
 }
 
+/// Marks a unit that nobody wrote: it is that of a bare number, and of nothing else. No text can hold it.
+const ASSUMED: &str = "@";
+
+/// A value that is in the SI unit of a dimension where it is a bare number.
+pub fn assume(value: Value, dimension: Dimension) -> Value {
+    let Dimension { m, kg, s, rad } = dimension;
+    let powers = [(ASSUMED, 1), ("m", m), ("kg", kg), ("s", s), ("rad", rad)];
+    let factors = powers.iter().filter(|p| p.1 != 0).map(|p| (p.0.to_string(), i32::from(p.1))).collect();
+    let span = value.span;
+    Value { kind: ValueKind::Unit(Box::new(value), Unit { factors, span }), span }
+}
+
+/// True for the unit of a bare number that [`assume`] gives.
+pub fn is_assumed(unit: &Unit) -> bool {
+    unit.factors.iter().any(|f| f.0 == ASSUMED)
+}
+
+/// A value as it was written, without a unit that [`assume`] gave.
+pub fn as_written(value: &Value) -> &Value {
+    match &value.kind {
+        ValueKind::Unit(of, unit) if is_assumed(unit) => of,
+        _ => value,
+    }
+}
+
 /// Factor to SI and dimension of a product of powers.
 ///
 /// # Errors
 /// A symbol is unknown, or an exponent is absurd.
 pub fn meaning(unit: &Unit) -> Result<(f64, Dimension), UnitError> {
     let (mut factor, mut dimension) = (1.0, NONE);
-    for (symbol, exponent) in &unit.factors {
+    for (symbol, exponent) in unit.factors.iter().filter(|f| f.0 != ASSUMED) {
         let Some((_, f, d)) = UNITS.iter().find(|u| u.0 == symbol) else {
             return Err(UnitError::Unknown(symbol.clone()));
         };

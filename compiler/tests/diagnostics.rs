@@ -15,6 +15,7 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("robot", include_str!("cases/robot.txt"), Spelling::Hq),
     ("state", include_str!("cases/state.txt"), Spelling::Hq),
     ("frames", include_str!("cases/frames.txt"), Spelling::Hq),
+    ("poses", include_str!("cases/poses.txt"), Spelling::Hq),
     ("checks", include_str!("cases/checks.txt"), Spelling::Hq),
     ("urdf", include_str!("cases/urdf.txt"), Spelling::Hq),
     ("yaml", include_str!("cases/yaml.txt"), Spelling::Yaml),
@@ -106,6 +107,11 @@ fn scenarios_yaml() {
 #[test]
 fn frames() {
     check("frames");
+}
+
+#[test]
+fn poses() {
+    check("poses");
 }
 
 #[test]

@@ -20,6 +20,15 @@ fn vector(v: Vector3<f64>) -> Vec<f64> {
     v.iter().copied().collect()
 }
 
+fn pose(x: Isometry3<f64>) -> Vec<f64> {
+    [vector(x.translation.vector), turn(x.rotation)].concat()
+}
+
+/// What `pose([0.1, 0.2, 0.3] m, rpy(0.1 rad, 0.2 rad, 0.3 rad))` is.
+fn written() -> Isometry3<f64> {
+    Isometry3::from_parts(Vector3::new(0.1, 0.2, 0.3).into(), UnitQuaternion::from_euler_angles(0.1, 0.2, 0.3))
+}
+
 fn turn(q: UnitQuaternion<f64>) -> Vec<f64> {
     vec![q.w, q.i, q.j, q.k]
 }
@@ -52,6 +61,19 @@ const CASES: &[(&str, Expected)] = &[
     ("(rpy(0.1 rad, 0.2 rad, 0.3 rad) in @A) in @B", |a, b| {
         turn(b.rotation.inverse() * a.rotation * UnitQuaternion::from_euler_angles(0.1, 0.2, 0.3))
     }),
+    ("frame(@A).pose", |a, _| pose(*a)),
+    ("frame(@A).pose in @B", |a, b| pose(b.inverse() * a)),
+    ("inverse(frame(@B).pose)*frame(@A).pose", |a, b| pose(b.inverse() * a)),
+    ("inverse(frame(@A).pose in @B)", |a, b| pose(a.inverse() * b)),
+    ("(pose([0.1, 0.2, 0.3] m, rpy(0.1 rad, 0.2 rad, 0.3 rad)) in @A) in @B", |a, b| pose(b.inverse() * a * written())),
+    ("frame(@A).pose*pose([0.1, 0.2, 0.3] m, rpy(0.1 rad, 0.2 rad, 0.3 rad))", |a, _| pose(a * written())),
+    ("pose([0.1, 0.2, 0.3] m, rpy(0.1 rad, 0.2 rad, 0.3 rad))*frame(@A).pose", |a, _| pose(written() * a)),
+    ("pose(frame(@A).position, frame(@B).orientation)", |a, b| pose(Isometry3::from_parts(a.translation, b.rotation))),
+    ("frame(@A).pose*[0.1, 0.2, 0.3] m", |a, _| point(a * Point3::new(0.1, 0.2, 0.3))),
+    ("(frame(@A).pose*[0.1, 0.2, 0.3] m) in @B", |a, b| point(b.inverse() * a * Point3::new(0.1, 0.2, 0.3))),
+    ("(frame(@A).pose in @B).position in @A", |_, _| vec![0.0; 3]),
+    ("lerp(frame(@A).pose, frame(@B).pose, 0.25).position", |a, b| vector(at(a).coords.lerp(&at(b).coords, 0.25))),
+    ("lerp(frame(@A).pose, frame(@B).pose, 0.25).orientation", |a, b| turn(a.rotation.slerp(&b.rotation, 0.25))),
 ];
 
 #[test]
@@ -74,13 +96,12 @@ fn values_are_those_of_transforms() {
                 let wanted = expected(&a, &b);
                 let found = bench.value(bench.task(i).as_ref(), &q, 0.0, wanted.len());
                 // Of a rotation, q and -q are the same.
-                let sign = if wanted.len() == 4 && wanted.iter().zip(&found).map(|(a, b)| a * b).sum::<f64>() < 0.0 {
-                    -1.0
-                } else {
-                    1.0
-                };
-                for (x, y) in wanted.iter().zip(&found) {
-                    assert!((x - sign * y).abs() < 1e-12, "{text}: {wanted:?} and {found:?}");
+                let turned = if wanted.len() == 3 { 3 } else { wanted.len() - 4 };
+                let product: f64 = wanted[turned..].iter().zip(&found[turned..]).map(|(a, b)| a * b).sum();
+                let sign = if product < 0.0 { -1.0 } else { 1.0 };
+                for (i, (x, y)) in wanted.iter().zip(&found).enumerate() {
+                    let y = if i < turned { *y } else { sign * y };
+                    assert!((x - y).abs() < 1e-12, "{text}: {wanted:?} and {found:?}");
                 }
             }
         }

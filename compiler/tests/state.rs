@@ -35,6 +35,14 @@ const VALUES: &[(usize, &str)] = &[
     (4, "quaternion(1, joint(@J)/(1 rad), 0.5, sin(joint(@K)))"),
     (4, "slerp(frame(@A).orientation, frame(@B).orientation, 0.3)"),
     (4, "slerp(rpy(0, 0, 0.4 rad/s * t), frame(@B).orientation, 0.5 + 0.2*sin(joint(@J)))"),
+    (7, "frame(@A).pose"),
+    (7, "frame(@A).pose in @B"),
+    (7, "inverse(frame(@B).pose)*frame(@A).pose"),
+    (7, "frame(@A).pose*pose([0.1, 0.2, 0.5 m * sin(joint(@J))/(1 m)] m, rpy(0.3 rad, joint(@K), 0.5 rad/s * t))"),
+    (7, "lerp(frame(@A).pose, frame(@B).pose, 0.3 + 0.1*sin(joint(@J)))"),
+    (7, "if(joint(@J) < 0.2 rad, frame(@A).pose, frame(@B).pose)"),
+    (3, "frame(@B).pose*(([0.1, 0.2, 0.3] m * sin(joint(@J))) in @B)"),
+    (4, "(inverse(frame(@B).pose)*frame(@A).pose).orientation"),
     (1, "norm(frame(@A).position - [0.1, 0.2, 0.3] m)"),
     (1, "dot(frame(@A).position, frame(@B).orientation*[0, 1, 0])"),
     (3, "cross(frame(@A).position, [0, 1, 0] m) + cross(frame(@B).position, frame(@A).position)"),
@@ -60,6 +68,7 @@ fn pulled(len: usize, value: &str) -> String {
     let target = match len {
         1 => "0",
         3 => "[0, 0, 0]",
+        7 => "pose([0, 0, 0] m, rpy(0, 0, 0))",
         _ => "rpy(0, 0, 0)",
     };
     format!("track({value}) {{ target {target}  gain 0 /s }}")
@@ -128,6 +137,10 @@ const SAME: &[(&str, &str)] = &[
         "track(frame(@A).orientation) { target rpy(0, 0.3 rad/s * t, 0.2 rad)  gain 2 /s }",
     ),
     (
+        "frame_pose(@A) { position [0.3 + 0.1*sin(1 rad/s * t), 0.1, 0.9] m  orientation rpy(0, 0.3 rad/s * t, 0.2 rad) }",
+        "track(frame(@A).pose, target: pose([0.3 + 0.1*sin(1 rad/s * t), 0.1, 0.9] m, rpy(0, 0.3 rad/s * t, 0.2 rad)))",
+    ),
+    (
         "virtual_wall(finger) { through [[0, 0, -3], [1, 0, -3], [0, 1, -3]] m  d_min 0.1 m + 0.01 m/s * t  gain 5 /s }",
         "keep(dot(point(@A, [0.02, 0, 0.05] m), [0, 0, 1]) + 3 m) { min 0.1 m + 0.01 m/s * t  gain 5 /s }",
     ),
@@ -179,6 +192,51 @@ fn rows_are_those_of_the_library() {
                 for (x, y) in pairs.into_iter().flat_map(|(a, b)| a.iter().zip(b)) {
                     assert!(x == y || (x - y).abs() < 1e-12, "{library} and {own}: {x} and {y}");
                 }
+            }
+        }
+    }
+}
+
+/// Parts of poses, and the same without poses.
+const PARTS: &[(&str, &str, &str)] = &[
+    ("frame(@A).pose", "frame(@A).position", "frame(@A).orientation"),
+    ("frame(@A).pose in @B", "frame(@A).position in @B", "frame(@A).orientation in @B"),
+    (
+        "lerp(frame(@A).pose, pose([0.1, 0, 0.5] m, rpy(0, 1 rad, 0)), 0.3)",
+        "lerp(frame(@A).position, [0.1, 0, 0.5] m, 0.3)",
+        "slerp(frame(@A).orientation, rpy(0, 1 rad, 0), 0.3)",
+    ),
+];
+
+#[test]
+fn poses_have_the_rows_of_their_parts() {
+    let targets = ["[0.3 + 0.1*sin(1 rad/s * t), 0.1, 0.9] m", "rpy(0, 0.3 rad/s * t, 0.2 rad)"];
+    let track = |value: &str, target: &str| format!("track({value}) {{ target {target}  gain 3 /s }}");
+    let tasks: Vec<String> = (PARTS.iter())
+        .flat_map(|(pose, p, q)| {
+            let both = format!("pose({}, {})", targets[0], targets[1]);
+            [track(pose, &both), track(p, targets[0]), track(q, targets[1])]
+        })
+        .collect();
+    for robot in [ARM7, CANOPIES] {
+        let program = program(robot, &tasks);
+        let bench = Bench { program: &program, inputs: vec![] };
+        let mut rng = rng(8);
+        for _ in 0..20 {
+            let (q, t) = (bench.model().random_configuration(&mut rng), 2.0 * rng());
+            for (i, (text, ..)) in PARTS.iter().enumerate() {
+                let pose = bench.rows(&mut *bench.task(3 * i), &q, t).expect("rows");
+                assert_eq!(pose.lower, pose.upper);
+                for (part, first) in [(1, 0), (2, 3)] {
+                    let own = bench.rows(&mut *bench.task(3 * i + part), &q, t).expect("rows");
+                    assert!((pose.j.rows(first, 3) - &own.j).amax() < 1e-12, "{text}: {} and {}", pose.j, own.j);
+                    for (x, y) in pose.lower[first..].iter().zip(&own.lower) {
+                        assert!((x - y).abs() < 1e-12, "{text}: {x} and {y}");
+                    }
+                }
+                let dimensions: Vec<String> =
+                    bench.task(3 * i).rows().iter().map(|r| format!("{} {}", r.name, r.dimension)).collect();
+                assert_eq!(dimensions, ["x m", "y m", "z m", "rx rad", "ry rad", "rz rad"]);
             }
         }
     }

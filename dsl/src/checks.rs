@@ -2,7 +2,7 @@
 
 use crate::explain::clip;
 use crate::tree::{Block, Entry, Stack, Value, ValueKind};
-use crate::words::{is_pattern, is_text_key};
+use crate::words::{is_quoted_key, is_text_key};
 use crate::{Diagnostic, Span};
 use std::collections::BTreeMap;
 
@@ -137,12 +137,13 @@ pub(crate) fn reserved(settings: &mut Block, words: &[&str], what: &str, diags: 
                     }),
             );
         }
-        let pattern = what != "robot" && is_pattern(&entry.key.value);
-        if pattern {
-            let text = format!("a pattern cannot be a setting of a {what}");
+        let quoted = what != "robot" && is_quoted_key(&entry.key.value);
+        if quoted {
+            let kind = if entry.key.value.contains(['*', '?']) { "a pattern" } else { "a name in quotes" };
+            let text = format!("{kind} cannot be a setting of a {what}");
             diags.push(Diagnostic::error("HQ0121", entry.key.span, text).help("write the name of a setting"));
         }
-        !clash && !pattern
+        !clash && !quoted
     });
 }
 

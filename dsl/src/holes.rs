@@ -1,11 +1,12 @@
-//! Holes in names and texts: the `${side}` of `arm_${side}_1`, which a `for` or a parameter fills.
+//! Holes in names and texts: the `${side}` of `arm_${side}_1`, which a `for` or a parameter fills; `${i + 1}` with sums and
+//! products of whole numbers.
 
 /// A part of a word, in the order of writing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part<'t> {
-    /// Letters as they stand; a `${` that no name and `}` follow is among them.
+    /// Letters as they stand; a `${` that no name or sum and `}` follow is among them.
     Text(&'t str),
-    /// The name between `${` and `}`.
+    /// What stands between `${` and `}`: a name, or a sum with a name in it.
     Hole(&'t str),
 }
 
@@ -29,7 +30,67 @@ pub fn parts(text: &str) -> impl Iterator<Item = Part<'_>> {
 
 /// The hole with which `text` begins, and what follows it.
 fn leading(text: &str) -> Option<(&str, &str)> {
-    text.strip_prefix("${")?.split_once('}').filter(|(hole, _)| is_plain_name(hole))
+    text.strip_prefix("${")?.split_once('}').filter(|(hole, _)| is_hole(hole))
+}
+
+/// True for what may stand between `${` and `}`.
+pub(crate) fn is_hole(text: &str) -> bool {
+    is_plain_name(text) || sum(text).is_some_and(|s| s.iter().flat_map(|t| &t.1).any(|f| matches!(f, Factor::Name(_))))
+}
+
+/// A factor of a product in a hole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Factor<'t> {
+    /// A name.
+    Name(&'t str),
+    /// A whole number.
+    Number(i64),
+}
+
+/// A product: whether it is subtracted, and its factors.
+pub type Product<'t> = (bool, Vec<Factor<'t>>);
+
+/// The products that a hole is the sum of; `None` for what is no sum.
+pub fn sum(text: &str) -> Option<Vec<Product<'_>>> {
+    let mut products: Vec<Product> = Vec::new();
+    let (mut rest, mut sign) = (text.trim_matches(' '), '+');
+    loop {
+        let (negative, operand) = rest.strip_prefix('-').map_or((false, rest), |r| (true, r));
+        let end = operand.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(operand.len());
+        let (word, behind) = operand.split_at(end);
+        let factor = match word {
+            number if (1..=9).contains(&number.len()) && number.bytes().all(|b| b.is_ascii_digit()) => {
+                Factor::Number(number.parse().ok()?)
+            }
+            name => is_plain_name(name).then_some(Factor::Name(name))?,
+        };
+        match products.last_mut().filter(|_| sign == '*') {
+            Some((minus, factors)) => {
+                *minus ^= negative;
+                factors.push(factor);
+            }
+            None => products.push(((sign == '-') ^ negative, vec![factor])),
+        }
+        rest = behind.trim_start_matches(' ');
+        let Some(next) = rest.chars().next() else { return Some(products) };
+        if !matches!(next, '+' | '-' | '*') {
+            return None;
+        }
+        (sign, rest) = (next, rest[1..].trim_start_matches(' '));
+    }
+}
+
+/// The number that a sum is where its names stand for numbers; `None` where one does not, or where it is too large.
+pub fn number(sum: &[Product], mut of: impl FnMut(&str) -> Option<i64>) -> Option<i64> {
+    sum.iter().try_fold(0_i64, |total, (minus, factors)| {
+        let product = factors.iter().try_fold(1_i64, |product, factor| {
+            product.checked_mul(match factor {
+                Factor::Name(name) => of(name)?,
+                Factor::Number(n) => *n,
+            })
+        })?;
+        if *minus { total.checked_sub(product) } else { total.checked_add(product) }
+    })
 }
 
 /// True for `[A-Za-z_][A-Za-z0-9_]*`.
@@ -50,14 +111,35 @@ mod tests {
         let all = |text| parts(text).collect::<Vec<_>>();
         assert_eq!(all("arm_${side}_1"), [Text("arm_"), Hole("side"), Text("_1")]);
         assert_eq!(all("${a}${b}"), [Hole("a"), Hole("b")]);
-        assert_eq!(all("5 ${ and ${i+1} ${c"), [Text("5 ${ and ${i+1} ${c")]);
+        assert_eq!(all("5 ${ and ${1+1} ${c"), [Text("5 ${ and ${1+1} ${c")]);
+        assert_eq!(all("a${i+1}${ 2*i - k }${i++}"), [Text("a"), Hole("i+1"), Hole(" 2*i - k "), Text("${i++}")]);
         assert_eq!(all("${${a}"), [Text("${"), Hole("a")]);
         assert_eq!(all(""), []);
     }
 
+    #[test]
+    fn sums_are_numbers() {
+        let of = |name: &str| Some(if name == "i" { 3 } else { -5 });
+        for (text, is) in [
+            ("i", Some(3)),
+            ("i+1", Some(4)),
+            ("2*i - k", Some(11)),
+            ("-i*-2*k+10", Some(-20)),
+            ("i - 1 - 1", Some(1)),
+            ("i*999999999*999999999*999999999", None),
+            ("", None),
+            ("2i", None),
+            ("i+", None),
+            ("i/2", None),
+            ("1234567890", None),
+        ] {
+            assert_eq!(sum(text).and_then(|s| number(&s, of)), is, "{text}");
+        }
+    }
+
     proptest! {
         #[test]
-        fn parts_join_to_the_text(text in "([a${}_ ]|é){0,24}") {
+        fn parts_join_to_the_text(text in "([a1${}_ +*-]|é){0,24}") {
             let joined: String = parts(&text)
                 .map(|part| match part {
                     Text(t) => t.to_owned(),

@@ -94,7 +94,7 @@ fn item_head(text: &str) -> bool {
         loop {
             let next = rest.trim_start_matches(|c: char| c.is_ascii_alphanumeric() || c == '_');
             match next.strip_prefix("${").and_then(|hole| hole.split_once('}')) {
-                Some((hole, after)) if crate::words::is_name(hole) => rest = after,
+                Some((hole, after)) if crate::holes::is_hole(hole) => rest = after,
                 _ => {
                     rest = next;
                     break;

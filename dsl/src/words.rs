@@ -79,10 +79,11 @@ pub(crate) fn is_glob(word: &str) -> bool {
         && (word.starts_with('*') || word.ends_with('*') || word.contains('?'))
 }
 
-/// True for a pattern that may be a key: letters, digits, `_`, and at least one `*` or `?`.
-pub(crate) fn is_pattern(word: &str) -> bool {
+/// True for what may be a key in quotes only: a pattern such as `finger_*`, a name such as `joint-1`.
+pub(crate) fn is_quoted_key(word: &str) -> bool {
     let word = filled(word);
-    word.contains(['*', '?']) && word.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'*' | b'?'))
+    let fits = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'*' | b'?' | b'-' | b'.' | b'/' | b':');
+    !word.is_empty() && word.bytes().all(fits) && !is_plain_name(&word)
 }
 
 /// True for a key whose value is text.

@@ -191,3 +191,32 @@ fn spans_in_yaml_are_exact() {
     assert_eq!(right("c"), "right");
     assert_eq!(right("d"), "\"\\u0032*right\"");
 }
+
+/// A limit `min` behind any value, on one line: it is printed with a comma only where it would be taken for minutes, and
+/// read as it was.
+#[test]
+fn limits_behind_values() {
+    let values =
+        ["5", "-5", "0.3 m", "(5) min", "(1 + 2)", "(a or b)", "f(a)", "f(a).x", "[1, 2]", "[1, 2] m", "5 /s", "a"];
+    let more = ["a*5", "a - b", "not a", "2*f(a)", "(5) min*m", "3 in a", "\"a\""];
+    let limits = ["5", "0.3 m", "-5", "-x", "x", "f(x)", "x.y", "[1, 2] m", "(1 + 2) m", "\"t\"", "{ a 1 }", "x and y"];
+    let mut commas = 0;
+    for value in values.iter().chain(&more) {
+        for limit in limits {
+            let text = format!("hierarq 1\ntask t = keep {{ max {value}, min {limit}, gain 3 /s }}\n");
+            let Some(spec) = Some(parse(SourceId(0), &text, Spelling::Hq)).filter(|p| p.1.is_empty()).map(|p| p.0)
+            else {
+                continue;
+            };
+            let printed = print(&spec, Spelling::Hq);
+            assert_eq!(good(&printed, Spelling::Hq), spec, "{printed}");
+            if printed.contains(", min") {
+                commas += 1;
+                let without = printed.replace(", min", "  min");
+                let (read, mistakes) = parse(SourceId(0), &without, Spelling::Hq);
+                assert!(read != spec || !mistakes.is_empty(), "a comma for nothing: {printed}");
+            }
+        }
+    }
+    assert!((1..60).contains(&commas), "{commas} commas");
+}

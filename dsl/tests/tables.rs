@@ -48,6 +48,7 @@ fn codes_rise_and_every_reported_one_is_explained() {
         include_str!("../src/yaml/levels.rs"),
         include_str!("../src/yaml/machines.rs"),
         include_str!("../src/yaml/scenarios.rs"),
+        include_str!("../src/yaml/quotes.rs"),
         include_str!("../src/yaml/scalars.rs"),
         include_str!("../src/yaml/syntax.rs"),
     ]

@@ -17,11 +17,11 @@ syntax keyword hierarqConstant pi t time auto true false
 syntax match hierarqFunction "\<\h\w*\ze("
 syntax match hierarqType "\%(=\s*\)\@<=\h\w*\ze\s*\%({\|$\)"
 syntax match hierarqType "\%(^\s*task\s.*=\s*\)\@<=\h\w*\ze("
-syntax match hierarqType "\%(\h\w*:\s*\)\@<=\%(arm\|frame\|joints\|geometry\|task\|name\|number\|length\|angle\|duration\|rate\|speed\|angular_speed\|mass\|vector\|point\|orientation\)\>"
+syntax match hierarqType "\%(\h\w*:\s*\)\@<=\%(arm\|frame\|joints\|geometry\|task\|name\|number\|length\|angle\|duration\|rate\|speed\|angular_speed\|mass\|vector\|point\|orientation\|pose\)\>"
 syntax match hierarqNumber "\<\d\+\%(\.\d\+\)\=\%([eE][-+]\=\d\+\)\=\>"
 syntax match hierarqUnit "\%([0-9)\]/*]\s*\)\@<=\%(mrad\|turn\|rad\|deg\|kHz\|rpm\|cm\|mm\|km\|um\|ms\|us\|Hz\|kg\|kN\|mN\|Nm\|m\|s\|h\|g\|N\|J\|W\)\>"
 syntax match hierarqUnit "\%([0-9)\]/*]\s*\)\@<=min\>\%(\s\+[-0-9[(A-Za-z_]\)\@!"
-syntax match hierarqHole "\${\h\w*}"
+syntax match hierarqHole "\${[-+* 0-9]*\h[-+* 0-9A-Za-z_]*}"
 syntax region hierarqString start=+"+ skip=+\\.+ end=+"+ oneline contains=hierarqHole
 syntax match hierarqComment "//.*$" contains=@Spell
 

@@ -3,10 +3,24 @@
 
 use crate::program::Interface;
 
+/// A quaternion whose length differs from 1 by more is no orientation.
+pub const NOT_UNIT: f64 = 1e-3;
+
+/// Brings a quaternion to length 1; false where it is none.
+fn normalised(q: &mut [f64]) -> bool {
+    let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let good = (length - 1.0).abs() <= NOT_UNIT;
+    if good {
+        q.iter_mut().for_each(|x| *x /= length);
+    }
+    good
+}
+
 /// The signals of a controller.
 ///
 /// A value counts until its signal's timeout has passed; then it is absent, as it is before the first one was received. A
-/// value that is not finite makes its signal absent at once.
+/// value that is not finite makes its signal absent at once, and so does an orientation whose quaternion is further than
+/// [`NOT_UNIT`] from length 1; closer ones are normalised.
 pub struct Signals {
     interface: Interface,
     /// For each signal when its value was received, in s; never is minus infinity.
@@ -42,8 +56,15 @@ impl Signals {
     /// False where there is no such signal, or it has another number of numbers.
     pub fn set(&mut self, signal: usize, value: &[f64], time: f64) -> bool {
         let Some(s) = self.interface.signals.get(signal).filter(|s| s.len == value.len()) else { return false };
-        self.last[s.at + 1..s.at + 1 + s.len].copy_from_slice(value);
-        self.received[signal] = if value.iter().all(|x| x.is_finite()) { time } else { f64::NEG_INFINITY };
+        let last = &mut self.last[s.at + 1..s.at + 1 + s.len];
+        last.copy_from_slice(value);
+        let turned = match s.kind.as_str() {
+            "orientation" => normalised(last),
+            "pose" => last.get_mut(3..).is_some_and(normalised),
+            _ => true,
+        };
+        let good = turned && value.iter().all(|x| x.is_finite());
+        self.received[signal] = if good { time } else { f64::NEG_INFINITY };
         true
     }
 

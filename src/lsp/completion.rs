@@ -17,7 +17,7 @@ use super::document::Document;
 use super::hover;
 use super::mentions::{Class, MARKER, Mentions, Slot, Taken};
 use super::urdf::Part;
-use super::vocabulary::{BUILT_IN, FRAME_FIELDS, MEASURED, PRESENT};
+use super::vocabulary::{BUILT_IN, FRAME_FIELDS, MEASURED, PRESENT, VALUE_FIELDS};
 use crate::catalogue::describe;
 use crate::keys;
 
@@ -192,6 +192,11 @@ impl List<'_> {
             }
             Slot::FrameField => {
                 for field in FRAME_FIELDS {
+                    self.add(field, CompletionItemKind::FIELD, 0, "", String::new());
+                }
+            }
+            Slot::ValueField => {
+                for field in VALUE_FIELDS {
                     self.add(field, CompletionItemKind::FIELD, 0, "", String::new());
                 }
             }

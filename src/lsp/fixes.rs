@@ -56,6 +56,7 @@ pub(super) fn of(d: &Diagnostic, text: &str, spec: &Spec, spelling: Spelling) ->
         "HQ0119" if spelling == Spelling::Hq => {
             Some(Fix::new("Put it in quotes", range, format!("\"{}\"", shown.trim_matches('\''))))
         }
+        "HQ0137" => first.map(|new| Fix::new("Put it in quotes", range, new)),
         "HQ0136" => Some(Fix::new("Delete the tag", range, "")),
         "HQ0301" if help.starts_with("give it a unit") => {
             return first.map(|unit| behind(unit, range)).into_iter().collect();

@@ -146,6 +146,8 @@ pub(super) enum Slot {
     Captured(&'static [Actual], String),
     /// What a frame has.
     FrameField,
+    /// What a pose or a vector has.
+    ValueField,
     /// A unit.
     Unit,
     /// A link.

@@ -360,6 +360,8 @@ impl Walker<'_> {
             ValueKind::Field(inner, field) => {
                 if matches!(&inner.kind, ValueKind::Call(f, _) if f.value == "frame") {
                     self.marked(&field.value, || Slot::FrameField);
+                } else {
+                    self.marked(&field.value, || Slot::ValueField);
                 }
                 self.typed(inner, actuals);
             }

@@ -30,7 +30,7 @@ pub(super) static BUILT_IN: &[Word] = &[
     ),
     word(
         "frame",
-        "`frame(LINK).position`, `frame(LINK).orientation`: of a link in the world; its present value in the expressions \
+        "`frame(LINK).position`, `frame(LINK).orientation`, `frame(LINK).pose`: of a link in the world; its present value in the expressions \
          of `keep` and `track`, the value at entry inside `initial(..)`.",
     ),
     word(
@@ -90,5 +90,8 @@ pub(super) static FAULTS: &[&str] = &[
     "tracking",
 ];
 
+/// What a pose and a vector have.
+pub(super) static VALUE_FIELDS: &[&str] = &["position", "orientation", "x", "y", "z"];
+
 /// What a frame has.
-pub(super) static FRAME_FIELDS: &[&str] = &["position", "orientation"];
+pub(super) static FRAME_FIELDS: &[&str] = &["position", "orientation", "pose"];

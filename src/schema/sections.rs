@@ -97,7 +97,7 @@ pub(super) fn params() -> Value {
     let mut value = block(&sections::PARAM);
     value["type"] = json!(["number", "string", "array", "object"]);
     section(
-        "Values with a name: numbers, vectors, orientations.",
+        "Values with a name: numbers, vectors, orientations, poses.",
         &described(value, "A value, or `{ value, min, max }`."),
     )
 }

@@ -109,7 +109,7 @@ fn text() -> String {
 }
 
 /// A name, as a part of a pattern.
-static NAME: &str = r"(?:[A-Za-z0-9_]|\$\{[A-Za-z_][A-Za-z0-9_]*\})+";
+static NAME: &str = r"(?:[A-Za-z0-9_]|\$\{[-+* A-Za-z0-9_]+\})+";
 
 /// One type with its parameters: `{ virtual_wall: .. }` or `{ "hold(left, right)": .. }`.
 fn with_parameters() -> Value {

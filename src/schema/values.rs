@@ -8,16 +8,15 @@ use stdlib_tasks::dimension::{Dimension, NONE};
 use stdlib_tasks::params::Quantity;
 
 /// A name that the user chooses; `${side}` may stand in it.
-pub(super) static NAME: &str =
-    r"^(?:[A-Za-z_]|\$\{[A-Za-z_][A-Za-z0-9_]*\})(?:[A-Za-z0-9_]|\$\{[A-Za-z_][A-Za-z0-9_]*\})*$";
+pub(super) static NAME: &str = r"^(?:[A-Za-z_]|\$\{[-+* A-Za-z0-9_]+\})(?:[A-Za-z0-9_]|\$\{[-+* A-Za-z0-9_]+\})*$";
 
 /// A name of a task or stack, with its parameters where it has some: `reach(side: arm)`.
 pub(super) static HEAD: &str =
-    r"^(?:[A-Za-z_]|\$\{[A-Za-z_][A-Za-z0-9_]*\})(?:[A-Za-z0-9_]|\$\{[A-Za-z_][A-Za-z0-9_]*\})*(?:\s*\(.*\)\s*)?$";
+    r"^(?:[A-Za-z_]|\$\{[-+* A-Za-z0-9_]+\})(?:[A-Za-z0-9_]|\$\{[-+* A-Za-z0-9_]+\})*(?:\s*\(.*\)\s*)?$";
 
-/// A key that names joints: a name, a group, or a pattern.
+/// A key that names joints: a name, also one of other characters than those of the language, a group, or a pattern.
 pub(super) static JOINT_KEY: &str =
-    r"^(?:[A-Za-z_*?]|\$\{[A-Za-z_][A-Za-z0-9_]*\})(?:[A-Za-z0-9_*?]|\$\{[A-Za-z_][A-Za-z0-9_]*\})*$";
+    r"^(?:[A-Za-z0-9_*?./:-]|\$\{[-+* A-Za-z0-9_]+\})(?:[A-Za-z0-9_*?./:-]|\$\{[-+* A-Za-z0-9_]+\})*$";
 
 /// A plain number, as it stands before a unit.
 static NUMBER: &str = r"[-+]?[0-9]+(?:\.[0-9]+)?(?:[eE][-+]?[0-9]+)?";

@@ -50,9 +50,9 @@ pub enum ParamType {
 /// What an expression of the robot's present state may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Form {
-    /// A number or a vector of any dimension, and an orientation where `orientation` says so. The state must stand in it.
+    /// A number or a vector of any dimension, and an orientation or a pose where `orientation` says so. The state must stand in it.
     Value {
-        /// Whether it may be an orientation.
+        /// Whether it may be an orientation or a pose.
         orientation: bool,
     },
     /// Of the kind and dimension that another parameter, bound before, has.
@@ -221,7 +221,7 @@ impl FromBound for Auto {
     }
 }
 
-/// A number, vector or orientation, in which the robot's present state may stand.
+/// A number, vector, orientation or pose, in which the robot's present state may stand.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Operand {
     /// It depends on time alone.
@@ -248,7 +248,7 @@ impl Operand {
 impl FromBound for Operand {
     fn from_bound(bound: Option<&Bound>) -> Option<Self> {
         match bound {
-            Some(Bound::Value(slot)) if matches!(slot.len, 1 | 3 | 4) => Some(Operand::Slot(*slot)),
+            Some(Bound::Value(slot)) if matches!(slot.len, 1 | 3 | 4 | 7) => Some(Operand::Slot(*slot)),
             Some(Bound::Expression(e)) => Some(Operand::Expression(e.clone())),
             _ => None,
         }

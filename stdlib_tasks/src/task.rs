@@ -33,6 +33,8 @@ pub enum ActualType {
     Vector(Dimension),
     /// A unit quaternion `w x y z`.
     Rotation,
+    /// A position in m and a unit quaternion: `x y z w x y z`.
+    Pose,
     /// That of the parameter of this name, which is an expression.
     Of(&'static str),
 }
@@ -43,7 +45,8 @@ impl ActualType {
         match self {
             ActualType::Scalar(_) => 1,
             ActualType::Vector(_) => 3,
-            ActualType::Rotation | ActualType::Of(_) => 4,
+            ActualType::Rotation => 4,
+            ActualType::Pose | ActualType::Of(_) => 7,
         }
     }
 

@@ -74,10 +74,10 @@ pub fn row_names(len: usize) -> &'static [&'static str] {
     }
 }
 
-/// The dimension of a value that is an expression of the state; none for an orientation.
+/// The dimension of a value that is an expression of the state; none for an orientation or a pose.
 pub fn dimension(value: &Operand) -> Option<Dimension> {
     match value {
-        Operand::Expression(e) if e.outputs.len() != 4 => Some(e.dimension),
+        Operand::Expression(e) if !matches!(e.outputs.len(), 4 | 7) => Some(e.dimension),
         _ => None,
     }
 }

@@ -93,6 +93,12 @@ fn fixes_in_yaml() {
         ("rate: 100 Hz", "rtae: 100 Hz", "Write `rate`", "rate: 100 Hz"),
         ("rate: 100 Hz", "rate: 100 hz", "Write `Hz`", "rate: 100 Hz"),
         ("robots:", "robot:", "Write `robots`", "robots:"),
+        (
+            "\"initial(position) + [0, 0.2, 0.1] m * sin(pi*t/(4 s))\"",
+            "initial(position) + [0, 0.2, 0.1] m * sin(pi*t/(4 s))",
+            "Put it in quotes",
+            "\"initial(position) + [0, 0.2, 0.1] m * sin(pi*t/(4 s))\"",
+        ),
         (" rate: 100 Hz,", "", "Add `rate 100 Hz`", "arm: { rate: 100 Hz, urdf"),
     ] {
         let bad = good.replace(right, wrong);

@@ -60,7 +60,7 @@ fn completion_offers_what_can_stand_there() {
         ("initial(frame(only).position)", "initial(|)", &["position", "frame", "distance", "com", "norm"], &["reach"]),
         ("initial(frame(only).position)", "initial(norm(|))", &["com", "point", "reach"], &["gain"]),
         ("initial(frame(only).position)", "initial(distance(|, link_2))", &["elbow", "link_4"], &["com"]),
-        ("initial(frame(only).position)", "initial(frame(only).|)", &["position", "orientation"], &["frame"]),
+        ("initial(frame(only).position)", "initial(frame(only).|)", &["position", "orientation", "pose"], &["frame"]),
         ("frame_position(only)", "frame_position(|)", &["only", "link_7"], &["joint_1"]),
         ("(only) { position", "(only) { |  position", &["gain"], &["frame", "position"]),
         ("level keep hard", "level keep |hard", &["damping"], &["gain"]),

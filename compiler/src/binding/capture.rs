@@ -12,7 +12,7 @@ use stdlib_tasks::task::ActualType;
 use super::cut::cut;
 use super::scope::TaskScope;
 use crate::constants::is_word;
-use crate::expr::{Axes, Graph, Kind, Lowering, Typed};
+use crate::expr::{Axes, Graph, Kind, Lowering, Typed, root};
 use crate::forms::path_of;
 use crate::names::{list, suggest};
 
@@ -75,6 +75,7 @@ impl TaskScope<'_> {
             ActualType::Scalar(d) => (Kind::Scalar, d),
             ActualType::Vector(d) => (Kind::Vector, d),
             ActualType::Rotation | ActualType::Of(_) => (Kind::Rotation, NONE),
+            ActualType::Pose => (Kind::Pose, NONE),
         };
         Ok(Typed { kind, dimension, nodes, bare: false, axes: Axes::default(), span })
     }
@@ -85,6 +86,7 @@ impl TaskScope<'_> {
             Some((Kind::Scalar | Kind::Truth, d)) => Ok(ActualType::Scalar(*d)),
             Some((Kind::Vector, d)) => Ok(ActualType::Vector(*d)),
             Some((Kind::Rotation, _)) => Ok(ActualType::Rotation),
+            Some((Kind::Pose, _)) => Ok(ActualType::Pose),
             None if self.owner.is_none_or(|o| o.param != name) => Err(None),
             None => {
                 let d = Diagnostic::error("HQ0311", span, format!("`{name}` cannot be captured inside itself"));
@@ -160,7 +162,7 @@ impl TaskScope<'_> {
     /// The diagnostic for a name that neither the task nor the spec knows.
     fn no_value(&self, argument: &Value) -> Option<Diagnostic> {
         let path = path_of(argument)?;
-        if matches!(&argument.kind, ValueKind::Name(n) if self.params.knows(n) || is_word(&path)) {
+        if root(argument).is_some_and(|name| self.params.knows(name)) || is_word(&path) {
             return None;
         }
         let own: Vec<&str> = self.owner.iter().flat_map(|o| o.kind.actuals).map(|a| a.name).collect();

@@ -62,12 +62,15 @@ impl Binder<'_> {
         state: bool,
         info: &ParamInfo,
     ) -> Option<()> {
-        let good = matches!(typed.kind, Kind::Scalar | Kind::Vector) || (orientation && typed.kind == Kind::Rotation);
+        let good = matches!(typed.kind, Kind::Scalar | Kind::Vector)
+            || (orientation && matches!(typed.kind, Kind::Rotation | Kind::Pose));
         if !good {
             let is = typed.kind.describe();
-            let wanted = if orientation { "a number, a vector or an orientation" } else { "a number or a vector" };
+            let wanted =
+                if orientation { "a number, a vector, an orientation or a pose" } else { "a number or a vector" };
             let d = Diagnostic::error("HQ0304", value.span, format!("`{}` is {wanted}, and this is {is}", info.name));
             self.diagnostics.push(d.here(is).help(match typed.kind {
+                Kind::Pose => "keep its position, or a number of it: `.position.z`",
                 Kind::Rotation => {
                     "keep a number that is made of it, such as `dot(frame(F).orientation*[0, 0, 1], [0, 0, 1])`"
                 }
@@ -80,7 +83,7 @@ impl Binder<'_> {
             self.diagnostics.push(
                 Diagnostic::error("HQ0313", value.span, text)
                     .note("`initial(..)` and params are constants, `t` is the time, and a link that does not move is a constant too")
-                    .help("use `frame(F).position`, `frame(F).orientation`, `point(F, [..] m)`, `joint(J)`, `distance(a, b)` or `com` in it"),
+                    .help("use `frame(F).position`, `frame(F).orientation`, `frame(F).pose`, `point(F, [..] m)`, `joint(J)`, `distance(a, b)` or `com` in it"),
             );
             return None;
         }

@@ -45,6 +45,8 @@ pub struct Binder<'a> {
     pub table: &'a mut Table,
     /// Texts, for defaults.
     pub sources: &'a mut dsl::Sources,
+    /// The values that the texts of defaults mean.
+    pub defaults: BTreeMap<&'static str, Value>,
     /// The numbers of the task that is bound now.
     pub numbers: Vec<Number>,
     /// Kind and dimension of those of its parameters that others are like.
@@ -337,7 +339,10 @@ impl Binder<'_> {
     }
 
     /// The value that a default's text means. Texts are those of the task library; a test reads them all.
-    fn default(&mut self, text: &str) -> Value {
+    fn default(&mut self, text: &'static str) -> Value {
+        if let Some(known) = self.defaults.get(text) {
+            return known.clone();
+        }
         let whole = format!("hierarq 1\nparam x = {text}\n");
         let source = self.sources.add(DEFAULTS, whole.clone());
         let (spec, _) = dsl::parse(source, &whole, Spelling::Hq);
@@ -345,7 +350,9 @@ impl Binder<'_> {
             dsl::tree::ItemKind::Param(p) => Some(p.value),
             _ => None,
         });
-        value.unwrap_or(Value { kind: ValueKind::Missing, span: Span::default() })
+        let value = value.unwrap_or(Value { kind: ValueKind::Missing, span: Span::default() });
+        self.defaults.insert(text, value.clone());
+        value
     }
 
     fn wrong<T>(&mut self, value: &Value, info: &ParamInfo, wanted: &str) -> Option<T> {

@@ -12,7 +12,7 @@ use stdlib_tasks::task::Nature;
 use super::{Binder, Owner};
 use crate::constants::{fits, joint_dimension, joint_items, merge_bare};
 use crate::expr::Kind;
-use crate::forms::block_of;
+use crate::forms::{block_of, names_of_key};
 use crate::robot_binding::joints;
 use crate::units;
 
@@ -34,8 +34,7 @@ impl Binder<'_> {
             let mut seen: BTreeMap<usize, Span> = BTreeMap::new();
             let mut good = true;
             for e in &block.entries {
-                let name = Value { kind: ValueKind::Text(e.key.value.clone()), span: e.key.span };
-                let found = joints(std::slice::from_ref(&name), model, &self.robot.joint_groups, self.diagnostics);
+                let found = joints(&names_of_key(&e.key), model, &self.robot.joint_groups, self.diagnostics);
                 let Some(mut dofs) = found else {
                     good = false;
                     continue;

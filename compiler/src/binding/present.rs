@@ -13,7 +13,7 @@ use stdlib_tasks::task::TaskKind;
 use super::parts;
 use super::scope::TaskScope;
 use crate::constants::joint_dimension;
-use crate::expr::{self, Axes, Frame, Graph, Kind, Now, Typed};
+use crate::expr::{self, Axes, Frame, Graph, Kind, Meaning, Now, Typed};
 use crate::forms::text_of;
 use crate::robot_binding::{unknown_joint, unknown_link};
 
@@ -37,6 +37,12 @@ pub(super) fn misplaced(kind: Option<&TaskKind>, span: Span) -> Diagnostic {
         .help("write the task as an expression, with `track` or `keep`; or `initial(..)` around it for its value at the moment the stack becomes active")
 }
 
+/// The diagnostic for the distance of a pose.
+fn of_poses(span: Span) -> Diagnostic {
+    Diagnostic::error("HQ0304", span, "`distance` is between parts of the robot, and this is a pose")
+        .help("the distance between two positions is `norm(a.position - b.position)`")
+}
+
 impl TaskScope<'_> {
     /// A leaf as a typed expression.
     pub(super) fn present(
@@ -52,7 +58,7 @@ impl TaskScope<'_> {
                 "orientation" => Ok(self.of_link(graph, Leaf::Orientation(link), link, span)),
                 other => Err(Some(Box::new(
                     Diagnostic::error("HQ0201", field.span, format!("a frame has no `{other}`"))
-                        .help("it has `position` and `orientation`"),
+                        .help("it has `position`, `orientation` and `pose`"),
                 ))),
             }),
             Now::Point(frame, offset) => self
@@ -64,6 +70,10 @@ impl TaskScope<'_> {
                 Some(Typed { kind: Kind::Scalar, dimension, nodes: node, bare: false, axes: Axes::default(), span })
             }),
             Now::Distance(a, b) => {
+                if let Some(pose) = [*a, *b].into_iter().find(|v| self.is_pose(v)) {
+                    diagnostics.push(of_poses(pose.span));
+                    return None;
+                }
                 let (a, b) =
                     (parts::geometries(self.robot, a, diagnostics), parts::geometries(self.robot, b, diagnostics));
                 let (a, b) = (a?, b?);
@@ -119,6 +129,20 @@ impl TaskScope<'_> {
                 diagnostics.extend(d.map(|d| *d));
                 None
             }
+        }
+    }
+
+    /// True for what is a pose, and no part of the robot.
+    fn is_pose(&mut self, value: &Value) -> bool {
+        match &value.kind {
+            ValueKind::Call(function, _) => function.value == "pose",
+            ValueKind::Field(inner, field) => field.value == "pose" && matches!(inner.kind, ValueKind::Call(..)),
+            ValueKind::Name(name) => {
+                let part =
+                    self.robot.geometries.iter().any(|g| g.name == *name) || self.robot.groups.contains_key(name);
+                !part && matches!(self.params.meaning(name), Meaning::Value(v) if v.value.kind == Kind::Pose)
+            }
+            _ => false,
         }
     }
 

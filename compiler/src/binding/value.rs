@@ -87,11 +87,14 @@ impl Binder<'_> {
             let (is, needed) = (typed.kind.describe(), wanted.0.describe());
             let d = Diagnostic::error("HQ0304", value.span, format!("{what} is {needed}, and this is {is}")).here(is);
             self.diagnostics.push(d.help(match wanted.0 {
+                Kind::Vector if typed.kind == Kind::Pose => "write `.position` behind it".to_string(),
+                Kind::Rotation if typed.kind == Kind::Pose => "write `.orientation` behind it".to_string(),
                 Kind::Scalar => format!("write one number{}", unit_behind(wanted.1)),
                 Kind::Vector => format!("write `[x, y, z]{}`", suffix(wanted.1)),
                 Kind::Rotation => {
                     "write `rpy(roll, pitch, yaw)`, `axis_angle(vector, angle)` or `quaternion(w, x, y, z)`".to_string()
                 }
+                Kind::Pose => "write `pose([x, y, z] m, rpy(roll, pitch, yaw))`".to_string(),
                 Kind::Truth => "write a comparison, or `true` or `false`".to_string(),
             }));
             return None;

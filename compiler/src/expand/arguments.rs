@@ -7,9 +7,11 @@ use stdlib_tasks::dimension::{ANGLE, ANGULAR_VELOCITY, Dimension, LENGTH, MASS, 
 use super::fill::{Bindings, Bound, Frame};
 use super::module::missing;
 use super::{Expander, Given};
+use crate::constants::is_word;
 use crate::expr::Kind;
 use crate::forms::{items_of, path_of, text_of};
 use crate::names::{list, suggest};
+use crate::units::assume;
 
 /// A type of parameter.
 pub(crate) struct Type {
@@ -28,6 +30,8 @@ enum Form {
     Arm,
     /// Names, alone or in a list.
     Names,
+    /// Names of joints, which may be keys.
+    Joints,
     /// A task.
     Task,
     /// An expression; without a dimension, any.
@@ -46,7 +50,7 @@ const fn scalar(name: &'static str, is: &'static str, dimension: Dimension) -> T
 pub(crate) static TYPES: &[Type] = &[
     named("arm", "the name of an arm", Form::Arm),
     named("frame", "the name of a link or arm", Form::Name),
-    named("joints", "names of joints or groups of joints, or patterns", Form::Names),
+    named("joints", "names of joints or groups of joints, or patterns", Form::Joints),
     named("geometry", "names of points, segments, groups or links", Form::Names),
     named("task", "a task", Form::Task),
     named("name", "a name", Form::Name),
@@ -60,6 +64,7 @@ pub(crate) static TYPES: &[Type] = &[
     scalar("mass", "a mass", MASS),
     named("vector", "a vector", Form::Quantity(Kind::Vector, None)),
     named("point", "a vector of lengths", Form::Quantity(Kind::Vector, Some(LENGTH))),
+    named("pose", "a pose", Form::Quantity(Kind::Pose, Some(NONE))),
     named("orientation", "an orientation", Form::Quantity(Kind::Rotation, Some(NONE))),
 ];
 
@@ -178,13 +183,16 @@ impl Expander<'_> {
         }
         let good = match ty.form {
             Form::Name => text_of(&value).is_some(),
-            Form::Names => items_of(&value).iter().all(|v| path_of(v).is_some()),
+            Form::Names | Form::Joints => items_of(&value).iter().all(|v| path_of(v).is_some()),
             Form::Arm => text_of(&value).is_some_and(|name| self.is_arm(name)),
             Form::Task => true,
-            Form::Quantity(..) => {
+            Form::Quantity(_, dimension) => {
                 let given = Given { value: value.clone(), what, ty: p.ty.clone() };
                 self.out.given.push(given);
-                return Some(Bound::Value(value));
+                return Some(Bound::Value(match dimension {
+                    Some(dimension) if dimension != NONE && may_be_bare(&value) => assume(value, dimension),
+                    _ => value,
+                }));
             }
         };
         if !good {
@@ -202,7 +210,10 @@ impl Expander<'_> {
             });
             return None;
         }
-        Some(Bound::Value(value))
+        Some(match ty.form {
+            Form::Joints => Bound::Joints(value),
+            _ => Bound::Value(value),
+        })
     }
 
     /// A task that is given: the name of one, or a type with arguments.
@@ -241,6 +252,19 @@ impl Expander<'_> {
 
     fn is_arm(&self, name: &str) -> bool {
         self.arms().is_none_or(|arms| arms.iter().any(|a| a == name))
+    }
+}
+
+/// True for a value that may be a bare number, or a vector of such: whether a name is that of one is known only when
+/// values are typed.
+fn may_be_bare(value: &Value) -> bool {
+    match &value.kind {
+        ValueKind::Number(_) => true,
+        ValueKind::Name(name) => !is_word(name),
+        ValueKind::List(items) => !items.is_empty() && items.iter().all(may_be_bare),
+        ValueKind::Negate(of) => may_be_bare(of),
+        ValueKind::Binary(_, left, right) => may_be_bare(left) && may_be_bare(right),
+        _ => false,
     }
 }
 

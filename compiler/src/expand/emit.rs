@@ -200,7 +200,7 @@ impl Expander<'_> {
         let name = Spanned::new(self.program_name(m, Class::Task, &own.value), own.span);
         self.emitted.insert(key, Some(name.value.clone()));
         match self.definition(&task.definition, &mut frame) {
-            Some(definition) => self.out.tasks.push(Task { name: name.clone(), parameters: Vec::new(), definition }),
+            Some(definition) => self.add_task(Task { name: name.clone(), parameters: Vec::new(), definition }),
             None => {
                 self.out.failed.insert(name.value.clone());
             }

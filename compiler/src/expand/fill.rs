@@ -3,19 +3,22 @@
 
 use std::collections::BTreeMap;
 
-use dsl::holes::{self, Part};
+use dsl::holes::{self, Factor, Part};
 use dsl::tree::{Block, Comments, Entry, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 
 use super::{Class, Expander};
-use crate::forms::{text_of, written};
+use crate::forms::{KEY_SEPARATOR, items_of, text_of, written};
 use crate::names::suggest;
+use crate::units::as_written;
 
 /// What a parameter, or the name of a repetition, stands for.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Bound {
     /// A value, copied already.
     Value(Value),
+    /// Names of joints, copied already: as keys they stand for themselves.
+    Joints(Value),
     /// A task, copied already.
     Task(dsl::tree::MemberTask),
 }
@@ -96,15 +99,23 @@ impl Expander<'_> {
                 }
                 Part::Hole(hole) => hole,
             };
-            match self.hole(hole, name, span, frame) {
+            let plain = frame.bound.contains_key(hole);
+            let found = if plain { self.hole(hole, name, span, frame) } else { self.sum(hole, name, span, frame) };
+            match found {
                 Ok(text) => out.push_str(&text),
                 // Until names have a meaning, parameters of the declaration around it are left.
-                Err(None) if !frame.resolve => out.push_str(&format!("${{{hole}}}")),
+                Err(None) if !frame.resolve => out.push_str(&format!("${{{}}}", partly(hole, frame))),
                 Err(None) => {
-                    let d = Diagnostic::error("HQ0219", span, format!("nothing is called `{hole}` in `${{{hole}}}`"));
-                    let near = suggest(hole, frame.bound.keys().map(String::as_str)).map(str::to_string);
+                    let unknown = |f: &Factor| matches!(f, Factor::Name(n) if !frame.bound.contains_key(*n));
+                    let sum = holes::sum(hole).unwrap_or_default();
+                    let name = match sum.iter().flat_map(|p| &p.1).find(|f| unknown(f)) {
+                        Some(Factor::Name(name)) => name,
+                        _ => hole,
+                    };
+                    let d = Diagnostic::error("HQ0219", span, format!("nothing is called `{name}` in `${{{hole}}}`"));
+                    let near = suggest(name, frame.bound.keys().map(String::as_str)).map(str::to_string);
                     self.fail(match near {
-                        Some(near) => d.help(format!("did you mean `${{{near}}}`?")),
+                        Some(near) => d.help(format!("did you mean `${{{}}}`?", hole.replace(name, &near))),
                         None => d.help("name what a `for` around it runs over, or a parameter of the declaration"),
                     });
                     out.push_str("missing");
@@ -118,14 +129,41 @@ impl Expander<'_> {
         out
     }
 
+    /// The text for a hole that is a sum; `Err(None)` where a name in it means nothing.
+    fn sum(&self, hole: &str, name: bool, span: Span, frame: &Frame) -> Result<String, Option<Box<Diagnostic>>> {
+        let Some(sum) = holes::sum(hole) else { return Err(None) };
+        let names =
+            || sum.iter().flat_map(|p| &p.1).filter_map(|f| if let Factor::Name(n) = f { Some(*n) } else { None });
+        if names().any(|n| !frame.bound.contains_key(n)) {
+            return Err(None);
+        }
+        let whole = |n: &str| frame.bound.get(n).and_then(whole_number);
+        if let Some(bad) = names().find(|n| whole(n).is_none()) {
+            let text = format!("`{bad}` in `${{{hole}}}` is no whole number");
+            let mut d = Diagnostic::error("HQ0219", span, text);
+            if let Some(Bound::Value(value) | Bound::Joints(value)) = frame.bound.get(bad) {
+                d = d.label(value.span, "this");
+            }
+            return Err(Some(Box::new(d.help("reckon with what runs over whole numbers, `for i in 1..4`"))));
+        }
+        match holes::number(&sum, whole).filter(|n| !name || *n >= 0) {
+            Some(n) => Ok(n.to_string()),
+            None => {
+                let text = format!("`${{{hole}}}` is negative or too large, and no part of a name");
+                let d = Diagnostic::error("HQ0219", span, text);
+                Err(Some(Box::new(d.help("change the numbers that it runs over, or what is added to them"))))
+            }
+        }
+    }
+
     /// The text for a hole; `Err(None)` where nothing has its name.
     fn hole(&self, hole: &str, name: bool, span: Span, frame: &Frame) -> Result<String, Option<Box<Diagnostic>>> {
         let text = match frame.bound.get(hole) {
             None => return Err(None),
-            Some(Bound::Value(value)) => match &value.kind {
+            Some(Bound::Value(value) | Bound::Joints(value)) => match &as_written(value).kind {
                 ValueKind::Number(n) => Some(n.text.clone()),
                 ValueKind::Missing => return Ok("missing".to_string()),
-                _ => text_of(value).map(str::to_string),
+                _ => text_of(as_written(value)).map(str::to_string),
             },
             Some(Bound::Task(dsl::tree::MemberTask::Name(task))) => Some(written(&task.value).to_string()),
             Some(Bound::Task(_)) => None,
@@ -138,7 +176,7 @@ impl Expander<'_> {
                 format!("`${{{hole}}}` is filled by something that is no part of a name"),
             );
             let d = match frame.bound.get(hole) {
-                Some(Bound::Value(value)) => d.label(value.span, "this"),
+                Some(Bound::Value(value) | Bound::Joints(value)) => d.label(value.span, "this"),
                 _ => d,
             };
             Some(Box::new(d.help("give a name or a whole number there")))
@@ -170,7 +208,15 @@ impl Expander<'_> {
                 ValueKind::Field(of, self.name(field, frame))
             }
             ValueKind::List(items) => ValueKind::List(items.iter().map(|i| self.value(i, frame)).collect()),
-            ValueKind::Block(block) => ValueKind::Block(self.block(block, frame)),
+            ValueKind::Block(block) => {
+                let mut block = self.block(block, frame);
+                for key in block.entries.iter_mut().map(|e| &mut e.key) {
+                    if let Some(Bound::Joints(joints)) = frame.bound.get(&key.value) {
+                        *key = Spanned::new(joint_key(joints), joints.span);
+                    }
+                }
+                ValueKind::Block(block)
+            }
             ValueKind::In(of, axes) => {
                 let of = one(self, of, frame);
                 let at = self.at(axes.span, frame);
@@ -191,7 +237,7 @@ impl Expander<'_> {
     /// What a name stands for: an argument, or the name that a value has in the program.
     fn named(&mut self, name: &str, span: Span, frame: &mut Frame) -> Value {
         match frame.bound.get(name) {
-            Some(Bound::Value(value)) => {
+            Some(Bound::Value(value) | Bound::Joints(value)) => {
                 // Counted first: copies of copies grow fast.
                 let kind = if self.count_copy(value) { value.kind.clone() } else { ValueKind::Missing };
                 return Value { kind, span: value.span };
@@ -281,6 +327,49 @@ impl Expander<'_> {
             Err(_) => None,
         }
     }
+}
+
+/// The whole number that a name stands for.
+fn whole_number(bound: &Bound) -> Option<i64> {
+    let Bound::Value(value) = bound else { return None };
+    let (minus, of) = match &as_written(value).kind {
+        ValueKind::Negate(of) => (true, &of.kind),
+        kind => (false, kind),
+    };
+    match of {
+        ValueKind::Number(n) if n.value.fract() == 0.0 && n.value.abs() < 1e9 => {
+            Some(if minus { -(n.value as i64) } else { n.value as i64 })
+        }
+        _ => None,
+    }
+}
+
+/// A hole in which the names that are known stand as numbers; the others are known later.
+fn partly(hole: &str, frame: &Frame) -> String {
+    let Some(sum) = holes::sum(hole).filter(|s| s.len() > 1 || s.iter().any(|p| p.0 || p.1.len() > 1)) else {
+        return hole.to_string();
+    };
+    let known = |f: &Factor| match f {
+        Factor::Number(n) => Some(*n),
+        Factor::Name(name) => frame.bound.get(*name).and_then(whole_number),
+    };
+    let product = |(minus, factors): &holes::Product| {
+        let minus = factors.iter().filter_map(known).fold(*minus, |minus, n| minus ^ (n < 0));
+        let word = |f: &Factor| match (f, known(f)) {
+            (_, Some(n)) => n.unsigned_abs().to_string(),
+            (Factor::Name(name), None) => (*name).to_string(),
+            (Factor::Number(n), None) => n.to_string(),
+        };
+        let sign = if minus { "-" } else { "+" };
+        format!("{sign}{}", factors.iter().map(word).collect::<Vec<_>>().join("*"))
+    };
+    let text: String = sum.iter().map(product).collect();
+    text.strip_prefix('+').map_or(text.clone(), str::to_string)
+}
+
+/// Names of joints as one key; see [`crate::forms::names_of_key`].
+fn joint_key(joints: &Value) -> String {
+    items_of(joints).iter().filter_map(text_of).collect::<Vec<_>>().join(KEY_SEPARATOR)
 }
 
 /// The values that a value is made of.

@@ -68,7 +68,7 @@ impl Expander<'_> {
         let word = match frame.bound.get(&written.value) {
             Some(Bound::Task(task)) => return task.clone(),
             // `for task in [deck, arms_apart] { task }`
-            Some(Bound::Value(value)) => text_of(value).map(str::to_string),
+            Some(Bound::Value(value) | Bound::Joints(value)) => text_of(value).map(str::to_string),
             None => None,
         };
         let task = word.filter(|word| {

@@ -147,6 +147,12 @@ pub(crate) struct Expander<'a> {
     used: BTreeSet<(usize, Class, String)>,
     /// Uses of tasks with parameters, and the task that came of each.
     instances: Vec<tasks::Instance>,
+    /// The uses of each task, by a text that equal arguments have in common.
+    alike: BTreeMap<(usize, usize, String), Vec<usize>>,
+    /// The names of all tasks of the program.
+    task_names: BTreeSet<String>,
+    /// The last number that was put behind a name which was taken.
+    numbered: BTreeMap<String, usize>,
     /// What is being expanded: recursion would not end.
     active: Vec<(usize, Class, String)>,
     /// What was found to use itself.
@@ -201,6 +207,9 @@ impl<'a> Expander<'a> {
             visible: BTreeMap::new(),
             used: BTreeSet::new(),
             instances: Vec::new(),
+            alike: BTreeMap::new(),
+            task_names: BTreeSet::new(),
+            numbered: BTreeMap::new(),
             active: Vec::new(),
             circles: BTreeSet::new(),
             nodes: 0,

@@ -198,7 +198,7 @@ impl Expander<'_> {
     /// A member that is a name: that of a repetition stands for the name that it runs over.
     fn member_word(&mut self, name: &Spanned<String>, frame: &mut Frame) -> Spanned<String> {
         match frame.bound.get(&name.value) {
-            Some(super::fill::Bound::Value(value)) => {
+            Some(super::fill::Bound::Value(value) | super::fill::Bound::Joints(value)) => {
                 let word = crate::forms::text_of(value).map(str::to_string);
                 let span: Span = self.at(name.span, frame);
                 Spanned::new(word.unwrap_or_else(|| name.value.clone()), span)

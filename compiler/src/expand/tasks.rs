@@ -1,18 +1,17 @@
 //! Tasks: types of the library as they are, tasks with parameters copied for each use.
 
-use dsl::tree::{ItemKind, Task, TaskDefinition, ValueKind};
+use dsl::tree::{ItemKind, MemberTask, Task, TaskDefinition, ValueKind};
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 
 use super::arguments::{Arguments, Taker};
-use super::fill::{Bindings, Bound, Frame};
+use super::fill::{Bindings, Bound, Frame, parts};
 use super::{Class, Expander, MAX_DEPTH};
 use crate::forms::text_of;
 use crate::names::suggest;
+use crate::units::as_written;
 
 /// A use of a task with parameters.
 pub(super) struct Instance {
-    module: usize,
-    item: usize,
     bound: Bindings,
     /// The task that came of it; `None` where it failed.
     task: Option<String>,
@@ -157,7 +156,9 @@ impl Expander<'_> {
     ) -> Option<String> {
         let bound = self.bindings((m, i), d, kind, frame)?;
         let at = self.at(d.span, frame);
-        if let Some(known) = self.instances.iter().find(|k| (k.module, k.item) == (m, i) && k.bound == bound) {
+        let alike = (m, i, digest(&bound));
+        let known = self.alike.get(&alike).into_iter().flatten().map(|k| &self.instances[*k]);
+        if let Some(known) = known.into_iter().find(|k| k.bound == bound) {
             let (source, task) = (known.source, known.task.clone());
             self.sources.used_again(source, at);
             return task;
@@ -170,10 +171,11 @@ impl Expander<'_> {
         let name = definition.map(|definition| {
             let name = self.instance_name(&written, &task_words(&bound, &self.order((m, i))));
             let name = Spanned::new(name, span);
-            self.out.tasks.push(Task { name: name.clone(), parameters: Vec::new(), definition });
+            self.add_task(Task { name: name.clone(), parameters: Vec::new(), definition });
             name.value
         });
-        self.instances.push(Instance { module: m, item: i, bound, task: name.clone(), source: span.source });
+        self.alike.entry(alike).or_default().push(self.instances.len());
+        self.instances.push(Instance { bound, task: name.clone(), source: span.source });
         name
     }
 
@@ -183,21 +185,58 @@ impl Expander<'_> {
     }
 
     /// `reach.left`: what is used and the names among its arguments; with a number where that is not unique.
-    fn instance_name(&self, task: &str, words: &[String]) -> String {
+    fn instance_name(&mut self, task: &str, words: &[String]) -> String {
         let name = std::iter::once(task).chain(words.iter().map(String::as_str)).collect::<Vec<_>>().join(".");
-        let taken = |n: &str| self.out.tasks.iter().any(|t| t.name.value == n) || n == task;
-        if !taken(&name) {
+        if name != task && !self.task_names.contains(&name) {
             return name;
         }
-        (2..=super::MAX_NODES).map(|k| format!("{name}.{k}")).find(|n| !taken(n)).unwrap_or(name)
+        let last = self.numbered.entry(name.clone()).or_insert(1);
+        loop {
+            *last += 1;
+            let numbered = format!("{name}.{last}");
+            if !self.task_names.contains(&numbered) {
+                return numbered;
+            }
+        }
     }
+
+    /// Brings a task into the program.
+    pub(super) fn add_task(&mut self, task: Task) {
+        self.task_names.insert(task.name.value.clone());
+        self.out.tasks.push(task);
+    }
+}
+
+/// A text that equal arguments have in common: names, texts and numbers as they come.
+fn digest(bound: &Bindings) -> String {
+    let mut text = String::new();
+    for bound in bound.values() {
+        let mut open = match bound {
+            Bound::Value(value) | Bound::Joints(value) => vec![value],
+            Bound::Task(MemberTask::Name(name)) => {
+                text.push_str(&name.value);
+                Vec::new()
+            }
+            Bound::Task(_) => Vec::new(),
+        };
+        while let Some(value) = open.pop() {
+            match &value.kind {
+                ValueKind::Number(n) => text.push_str(&n.value.to_string()),
+                ValueKind::Name(word) | ValueKind::Text(word) => text.push_str(word),
+                _ => {}
+            }
+            open.extend(parts(value));
+            text.push(' ');
+        }
+    }
+    text
 }
 
 /// The names and whole numbers among arguments.
 fn task_words(bound: &Bindings, order: &[String]) -> Vec<String> {
     let word = |name: &String| match bound.get(name)? {
-        Bound::Value(value) => match &value.kind {
-            ValueKind::Name(_) => text_of(value).map(str::to_string),
+        Bound::Value(value) | Bound::Joints(value) => match &as_written(value).kind {
+            ValueKind::Name(_) => text_of(as_written(value)).map(str::to_string),
             ValueKind::Number(n) if n.text.bytes().all(|b| b.is_ascii_digit()) => Some(n.text.clone()),
             _ => None,
         },

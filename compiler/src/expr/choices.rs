@@ -93,7 +93,7 @@ pub(super) fn choose(g: &mut Graph, args: &[Typed], span: Span) -> Result<Typed,
         return Err(CallError::Argument { index: 2, wanted: format!("{} on both sides", a.kind.describe()) });
     }
     let dimension = match a.kind {
-        Kind::Rotation | Kind::Truth => NONE,
+        Kind::Rotation | Kind::Pose | Kind::Truth => NONE,
         _ => ops::joined(g, a, b).ok_or(CallError::Different { first: 1, second: 2 })?,
     };
     let axes = a.axes.joined(&b.axes).ok_or(CallError::Axes { first: 1, second: 2 })?;

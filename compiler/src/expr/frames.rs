@@ -10,6 +10,7 @@ use runtime::program::Op;
 
 use super::lower::Failed;
 use super::ops::{conjugate, quaternion_product, rotate};
+use super::poses::{composed, inverted};
 use super::present::Now;
 use super::{Fact, Kind, Lowering, Typed};
 
@@ -131,6 +132,9 @@ impl Axes {
 /// What a person says of the axes of a value.
 fn said(typed: &Typed) -> String {
     match typed.kind {
+        Kind::Pose if typed.axes.from != Frame::Any => {
+            format!("of {} in {}", typed.axes.from.describe(), typed.axes.to.describe())
+        }
         Kind::Rotation => format!("turns {} into {}", typed.axes.from.describe(), typed.axes.to.describe()),
         _ => format!("in {}", typed.axes.to.describe()),
     }
@@ -139,8 +143,8 @@ fn said(typed: &Typed) -> String {
 /// Two values that should be expressed in the same axes, and are not.
 pub fn different(a: &Typed, b: &Typed, span: Span) -> Diagnostic {
     let help = match (&a.axes.to, &b.axes.to) {
-        _ if a.kind == Kind::Rotation => {
-            "write `inverse(..)` for the turn back, or bring one with `in` to the axes of the other".to_string()
+        _ if matches!(a.kind, Kind::Rotation | Kind::Pose) => {
+            "write `inverse(..)` for the way back, or bring one with `in` to the axes of the other".to_string()
         }
         (first, Frame::World) => format!(
             "bring the first to the axes of the second with `(..) in world`, or the second with `(..) in {}`",
@@ -154,8 +158,12 @@ pub fn different(a: &Typed, b: &Typed, span: Span) -> Diagnostic {
 /// An orientation that turns the vectors of other axes than those that its factor is expressed in.
 pub fn turned(a: &Typed, b: &Typed, span: Span) -> Diagnostic {
     let wanted = a.axes.from.written();
-    mismatch("this orientation turns what is expressed in other axes", a, b, span)
-        .help(format!("bring the second to the axes that are turned: `(..) in {wanted}`; or leave the orientation out"))
+    let (text, other) = match a.kind {
+        Kind::Pose => ("this pose moves what is expressed in other axes", "leave the pose out"),
+        _ => ("this orientation turns what is expressed in other axes", "leave the orientation out"),
+    };
+    mismatch(text, a, b, span)
+        .help(format!("bring the second to the axes of its frame: `(..) in {wanted}`; or {other}"))
 }
 
 fn mismatch(text: &str, a: &Typed, b: &Typed, span: Span) -> Diagnostic {
@@ -194,7 +202,7 @@ impl Lowering<'_> {
         if matches!(typed.kind, Kind::Scalar | Kind::Truth) {
             let text = format!("{} has no axes", typed.kind.describe());
             return self
-                .fail(Diagnostic::error("HQ0304", span, text).help("`in` stands behind vectors and orientations, and belongs to the value just before it: bracket what it is meant for"));
+                .fail(Diagnostic::error("HQ0304", span, text).help("`in` stands behind vectors, orientations and poses, and belongs to the value just before it: bracket what it is meant for"));
         }
         if typed.axes.to == Frame::Any {
             let axes = Axes { to: frame, ..typed.axes };
@@ -237,6 +245,11 @@ impl Lowering<'_> {
             let nodes = quaternion_product(self.graph, &q, &typed.nodes);
             return Ok(Typed { nodes, axes, span, ..typed });
         }
+        if typed.kind == Kind::Pose {
+            let p = self.pose_of(&typed.axes.to, "position", name.span)?;
+            let nodes = composed(self.graph, &[p, q].concat(), &typed.nodes);
+            return Ok(Typed { nodes, axes, span, ..typed });
+        }
         let origins = self.origins(&typed)?;
         let mut nodes = rotate(self.graph, &q, &typed.nodes);
         if origins != 0.0 {
@@ -257,8 +270,14 @@ impl Lowering<'_> {
             return Ok(Typed { span, ..typed });
         }
         let q = self.pose_of(&frame, "orientation", name.span)?;
-        let back = conjugate(self.graph, &q);
         let axes = Axes { to: frame.clone(), ..typed.axes.clone() };
+        if typed.kind == Kind::Pose {
+            let p = self.pose_of(&frame, "position", name.span)?;
+            let back = inverted(self.graph, &[p, q].concat());
+            let nodes = composed(self.graph, &back, &typed.nodes);
+            return Ok(Typed { nodes, axes, span, ..typed });
+        }
+        let back = conjugate(self.graph, &q);
         if typed.kind == Kind::Rotation {
             let nodes = quaternion_product(self.graph, &back, &typed.nodes);
             return Ok(Typed { nodes, axes, span, ..typed });

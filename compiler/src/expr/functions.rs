@@ -6,7 +6,7 @@ use stdlib_tasks::expression::ROUNDING;
 
 use super::facts::Fact;
 use super::ops::{self, additive, cross, dot};
-use super::{Axes, Graph, Kind, Typed, choices, rotations};
+use super::{Axes, Graph, Kind, Typed, choices, poses, rotations};
 use dsl::Span;
 
 /// A function of the language, for messages.
@@ -45,7 +45,8 @@ pub static FUNCTIONS: &[Function] = &[
     Function { name: "rpy", form: "rpy(roll, pitch, yaw)", arity: 3..=3 },
     Function { name: "axis_angle", form: "axis_angle(vector, angle)", arity: 2..=2 },
     Function { name: "quaternion", form: "quaternion(w, x, y, z)", arity: 4..=4 },
-    Function { name: "inverse", form: "inverse(orientation)", arity: 1..=1 },
+    Function { name: "inverse", form: "inverse(orientation or pose)", arity: 1..=1 },
+    Function { name: "pose", form: "pose([x, y, z] m, orientation)", arity: 2..=2 },
     Function { name: "slerp", form: "slerp(from, to, share)", arity: 3..=3 },
 ];
 
@@ -151,6 +152,9 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
                 .map_err(|_| CallError::Different { first: 0, second: 2 })?;
             Ok(Typed { bare: false, ..within })
         }
+        "lerp" if args[..2].iter().any(|a| a.kind == Kind::Pose) => poses::between(g, args, span),
+        "inverse" if args[0].kind == Kind::Pose => Ok(poses::inverse(g, &args[0], span)),
+        "pose" => poses::make(g, args, span),
         "lerp" => {
             let s = number(args, 2)?;
             let axes = args[0].axes.joined(&args[1].axes).ok_or(CallError::Axes { first: 0, second: 1 })?;

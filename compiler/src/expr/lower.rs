@@ -126,6 +126,10 @@ impl Lowering<'_> {
             ValueKind::Number(n) => Ok(scalar(self.graph.number(n.value), NONE, true)),
             ValueKind::Unit(inner, unit) => {
                 let inner = self.value(inner)?;
+                // A bare angle was warned of where it was given.
+                if units::is_assumed(unit) && !inner.bare {
+                    return Ok(Typed { span, ..inner });
+                }
                 let (factor, dimension) = match units::meaning(unit) {
                     Ok(x) => x,
                     Err(e) => return self.fail(codes::unit_error(&e, unit.span)),
@@ -146,11 +150,10 @@ impl Lowering<'_> {
             ),
             ValueKind::Negate(inner) => {
                 let a = self.value(inner)?;
-                if a.kind == Kind::Rotation {
-                    return self.fail(
-                        Diagnostic::error("HQ0304", span, "an orientation has no negative")
-                            .help("for the turn back write `inverse(..)`"),
-                    );
+                if matches!(a.kind, Kind::Rotation | Kind::Pose) {
+                    let text = format!("{} has no negative", a.kind.describe());
+                    return self
+                        .fail(Diagnostic::error("HQ0304", span, text).help("for the way back write `inverse(..)`"));
                 }
                 if a.kind == Kind::Truth {
                     let d = Diagnostic::error("HQ0304", span, "a truth value has no negative");
@@ -177,7 +180,7 @@ impl Lowering<'_> {
     }
 
     fn scaled(&mut self, inner: Typed, factor: f64, dimension: Dimension, span: Span) -> Result<Typed, Failed> {
-        if matches!(inner.kind, Kind::Rotation | Kind::Truth) {
+        if matches!(inner.kind, Kind::Rotation | Kind::Pose | Kind::Truth) {
             let text = format!("{} has no unit", inner.kind.describe());
             return self.fail(Diagnostic::error("HQ0304", span, text).help("leave the unit out"));
         }
@@ -362,6 +365,8 @@ impl Lowering<'_> {
                     d = d.note("a time alone is no angle: something must say how fast the angle grows").help(
                         "divide by a time, such as `2*pi*t/(25 s)`, or multiply with a rate, such as `0.5 rad/s * t`",
                     );
+                } else if known.name == "slerp" && a.kind == Kind::Pose {
+                    d = d.help("between poses stands `lerp(from, to, share)`");
                 } else {
                     d = d.help(format!("the form is `{}`", known.form));
                 }

@@ -9,6 +9,7 @@ mod helps;
 mod interval;
 mod lower;
 mod ops;
+mod poses;
 mod present;
 mod rotations;
 mod signals;
@@ -20,6 +21,7 @@ pub use graph::Graph;
 pub use helps::bracketed;
 pub use interval::Interval;
 pub use lower::{Lowering, MEASURES, Meaning, Scope, Symbol};
+pub(crate) use poses::root;
 pub(crate) use present::PRESENT;
 pub use present::{Now, Plane};
 
@@ -35,6 +37,8 @@ pub enum Kind {
     Vector,
     /// A unit quaternion `w x y z`.
     Rotation,
+    /// A position `x y z` in m and a unit quaternion `w x y z`.
+    Pose,
     /// One number: 1 for true, -1 for false.
     Truth,
 }
@@ -46,6 +50,7 @@ impl Kind {
             Kind::Scalar | Kind::Truth => 1,
             Kind::Vector => 3,
             Kind::Rotation => 4,
+            Kind::Pose => 7,
         }
     }
 
@@ -55,6 +60,7 @@ impl Kind {
             Kind::Scalar => "a number",
             Kind::Vector => "a vector",
             Kind::Rotation => "an orientation",
+            Kind::Pose => "a pose",
             Kind::Truth => "a truth value",
         }
     }
@@ -65,13 +71,13 @@ impl Kind {
 pub struct Typed {
     /// Its kind.
     pub kind: Kind,
-    /// Its dimension; none for rotations.
+    /// Its dimension; none for rotations and poses.
     pub dimension: Dimension,
-    /// 1, 3 or 4 nodes.
+    /// 1, 3, 4 or 7 nodes.
     pub nodes: Vec<usize>,
     /// A bare number was written where nothing says what it counts: no unit, no `pi`, no name.
     pub bare: bool,
-    /// Of a vector or orientation: the axes that its numbers count along.
+    /// Of a vector, orientation or pose: the axes that its numbers count along.
     pub axes: Axes,
     /// Where.
     pub span: Span,

@@ -4,7 +4,7 @@ use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE};
 
 use super::facts::Fact;
-use super::{Graph, Kind, Typed};
+use super::{Graph, Kind, Typed, poses};
 use dsl::Span;
 
 /// Why two operands do not go together.
@@ -25,7 +25,7 @@ fn zip(g: &mut Graph, a: &[usize], b: &[usize], op: fn(usize, usize) -> Op) -> V
 
 /// True for an expression that is exactly zero, which has any dimension.
 pub(super) fn is_zero(g: &Graph, x: &Typed) -> bool {
-    !matches!(x.kind, Kind::Rotation | Kind::Truth)
+    !matches!(x.kind, Kind::Rotation | Kind::Pose | Kind::Truth)
         && x.dimension == NONE
         && x.nodes.iter().all(|&n| g.constant(n) == Some(0.0))
 }
@@ -51,7 +51,7 @@ pub(super) fn additive(
     op: fn(usize, usize) -> Op,
     span: Span,
 ) -> Result<Typed, Mismatch> {
-    if a.kind != b.kind || matches!(a.kind, Kind::Rotation | Kind::Truth) {
+    if a.kind != b.kind || matches!(a.kind, Kind::Rotation | Kind::Pose | Kind::Truth) {
         return Err(Mismatch::Kinds);
     }
     let dimension = joined(g, a, b).ok_or(Mismatch::Dimensions)?;
@@ -64,7 +64,8 @@ pub(super) fn additive(
     Ok(Typed { kind: a.kind, dimension, nodes, bare: a.bare && b.bare, axes, span })
 }
 
-/// `a * b`: numbers, a number and a vector, two orientations, an orientation and a vector that it turns.
+/// `a * b`: numbers, a number and a vector, two orientations, an orientation and a vector that it turns, a pose and a
+/// pose or a point in its frame.
 pub(super) fn multiply(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Result<Typed, Mismatch> {
     let dimension = a.dimension.times(b.dimension).ok_or(Mismatch::TooLarge)?;
     let bare = a.bare && b.bare;
@@ -82,6 +83,7 @@ pub(super) fn multiply(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Resul
             let turned = if b.kind == Kind::Vector { rotate } else { quaternion_product };
             (b.kind, axes, turned(g, &a.nodes, &b.nodes))
         }
+        (Kind::Pose, Kind::Pose | Kind::Vector) => return poses::product(g, a, b, span),
         _ => return Err(Mismatch::Kinds),
     };
     match (a.kind, b.kind) {
@@ -94,7 +96,7 @@ pub(super) fn multiply(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Resul
 
 /// `a / b` with a number below.
 pub(super) fn divide(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Result<Typed, Mismatch> {
-    if b.kind != Kind::Scalar || matches!(a.kind, Kind::Rotation | Kind::Truth) {
+    if b.kind != Kind::Scalar || matches!(a.kind, Kind::Rotation | Kind::Pose | Kind::Truth) {
         return Err(Mismatch::Kinds);
     }
     let inverse = b.dimension.power(-1).ok_or(Mismatch::TooLarge)?;

@@ -71,6 +71,9 @@ impl Lowering<'_> {
                 let d = Diagnostic::error("HQ0310", inner.span, "`frame` takes the name of one link or arm");
                 return self.fail(d.help("write for instance `frame(left_tool).position`"));
             };
+            if field.value == "pose" {
+                return self.frame_pose(frame, field.span, span);
+            }
             return self.now(&Now::Frame(frame, field), span);
         }
         if let Some(part) = self.part_of_wrench(inner, field, span) {
@@ -83,11 +86,18 @@ impl Lowering<'_> {
                 return Ok(Typed { kind: Kind::Scalar, nodes, axes: Axes::default(), span, ..of });
             }
             let text = format!("only a vector has an `{}`, and this is {}", field.value, of.kind.describe());
-            return self.fail(Diagnostic::error("HQ0304", inner.span, text).help("leave it out"));
+            let help = match of.kind {
+                Kind::Pose => format!("write `.position.{}`", field.value),
+                _ => "leave it out".to_string(),
+            };
+            return self.fail(Diagnostic::error("HQ0304", inner.span, text).help(help));
+        }
+        if let Some(part) = self.pose_field(inner, field, span) {
+            return part;
         }
         self.fail(
             Diagnostic::error("HQ0201", span, "the value of a task stands only inside `initial(..)`")
-                .note("of what the robot does now there is `frame(F).position`, `frame(F).orientation`, `point(F, ..)`, `joint(J)`, `distance(a, b)`, `com`")
+                .note("of what the robot does now there is `frame(F).position`, `.orientation`, `.pose`, `point(F, ..)`, `joint(J)`, `distance(a, b)`, `com`")
                 .help("write `initial(..)` around it for its value at the moment the stack becomes active"),
         )
     }
@@ -98,7 +108,7 @@ impl Lowering<'_> {
             ("frame", _) => {
                 return self.fail(
                     Diagnostic::error("HQ0304", span, "a frame by itself is no value")
-                        .help("write `frame(F).position` or `frame(F).orientation`"),
+                        .help("write `frame(F).position`, `frame(F).orientation` or `frame(F).pose`"),
                 );
             }
             ("joint", [joint]) => return self.now(&Now::Joint(joint), span),

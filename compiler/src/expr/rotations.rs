@@ -62,7 +62,7 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
 
 /// `from exp(share log(from⁻¹ to))`, the shorter way. With `from⁻¹ to = ±(c, v)`, `c >= 0`, half the angle is
 /// `atan2(|v|, c)`: well conditioned for all turns.
-fn slerp(g: &mut Graph, from: &[usize], to: &[usize], share: usize) -> Vec<usize> {
+pub(super) fn slerp(g: &mut Graph, from: &[usize], to: &[usize], share: usize) -> Vec<usize> {
     let back = conjugate(g, from);
     let between = quaternion_product(g, &back, to);
     let (one, minus_one) = (g.number(1.0), g.number(-1.0));
@@ -83,7 +83,7 @@ fn slerp(g: &mut Graph, from: &[usize], to: &[usize], share: usize) -> Vec<usize
     quaternion_product(g, from, &turn)
 }
 
-fn rotation(args: &[Typed], index: usize) -> Result<&[usize], CallError> {
+pub(super) fn rotation(args: &[Typed], index: usize) -> Result<&[usize], CallError> {
     match args.get(index) {
         Some(a) if a.kind == Kind::Rotation => Ok(&a.nodes),
         _ => Err(CallError::Argument { index, wanted: "an orientation".into() }),

@@ -55,8 +55,11 @@ impl Lowerer<'_> {
             } else {
                 dimension.and_then(|d| fits(&self.graph, &typed, d, &g.what))
             };
-            if let Some(d) = wrong.filter(|d| d.severity == dsl::Severity::Error) {
-                refused.push(g.value.span);
+            if let Some(d) = wrong {
+                // A bare number is in SI from here on: what is to say of a bare angle is said here.
+                if d.severity == dsl::Severity::Error {
+                    refused.push(g.value.span);
+                }
                 self.push(d.label(g.ty.span, "declared here"));
             }
         }

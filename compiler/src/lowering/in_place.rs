@@ -47,9 +47,9 @@ pub(super) fn in_place(task: &MemberTask, declared: &[&Task]) -> Option<TaskDefi
     match task {
         MemberTask::Inline(d) => Some(d.clone()),
         MemberTask::For(_) => None,
-        MemberTask::Name(n) if declared.iter().any(|t| t.name == *n) => None,
         MemberTask::Name(n) => {
-            let kind = stdlib_tasks::find(&n.value)?;
+            // Few names are those of types: only these are looked for among all that is declared.
+            let kind = stdlib_tasks::find(&n.value).filter(|_| !declared.iter().any(|t| t.name == *n))?;
             let kind = Spanned::new(kind.name.to_string(), n.span);
             let body = dsl::tree::Block { span: n.span, ..Default::default() };
             Some(TaskDefinition { kind, args: Vec::new(), named: Vec::new(), body, span: n.span })

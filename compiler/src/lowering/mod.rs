@@ -178,6 +178,7 @@ impl<'a> Lowerer<'a> {
             graph: &mut self.graph,
             table: &mut self.table,
             sources: self.sources,
+            defaults: std::collections::BTreeMap::new(),
             numbers: Vec::new(),
             axes: std::collections::BTreeMap::new(),
             plane: crate::expr::Frame::World,

@@ -90,7 +90,9 @@ impl Lowerer<'_> {
                 let axes = match kind {
                     Kind::Scalar | Kind::Truth => Axes::default(),
                     Kind::Vector if dimension == stdlib_tasks::dimension::LENGTH => Axes::point(Frame::World),
-                    _ => Axes::default(),
+                    Kind::Rotation => Axes::orientation(Frame::Any, Frame::World),
+                    Kind::Pose => Axes { origins: Some(1.0), ..Axes::orientation(Frame::Any, Frame::World) },
+                    Kind::Vector => Axes::default(),
                 };
                 let value = Typed { kind, dimension, nodes, bare: false, axes, span: name.span };
                 self.params.put(name, Some(value));

@@ -150,8 +150,11 @@ impl Bench<'_> {
     }
 }
 
-/// The rate between two values `2 h` apart: of four numbers, the angular velocity.
+/// The rate between two values `2 h` apart: of four numbers, the angular velocity; of a pose, both.
 pub fn difference(plus: &[f64], minus: &[f64], h: f64) -> Vec<f64> {
+    if plus.len() == 7 {
+        return [difference(&plus[..3], &minus[..3], h), difference(&plus[3..], &minus[3..], h)].concat();
+    }
     if plus.len() == 4 {
         let q = |a: &[f64]| UnitQuaternion::new_normalize(Quaternion::new(a[0], a[1], a[2], a[3]));
         let turn: Vector3<f64> = stdlib_tasks::so3::log(&(q(plus) * q(minus).inverse())) / (2.0 * h);

@@ -77,10 +77,32 @@ pub(super) fn unprintable(c: char) -> bool {
 }
 
 /// True where a unit written behind `value` would be taken for `key`, `a 5  m 3`, or its last unit for a key,
-/// `a (5) min  b 3`; or `in`, for the word behind a value.
-pub(super) fn swallows(value: &Value, key: &str) -> bool {
+/// `a (5) min  b 3`; or `in`, for the word behind a value. `next` is the value behind the key.
+pub(super) fn swallows(value: &Value, key: &str, next: Option<&Value>) -> bool {
     let word = key == "in" && !matches!(value.kind, ValueKind::Block(_));
-    (takes_unit(value) || worded(value)) && UNITS.contains(&key) || (ends_with_minutes(value) && !worded(value)) || word
+    let unit = (takes_unit(value) || worded(value)) && UNITS.contains(&key);
+    (unit && !next.is_some_and(|next| key == "min" && limits(value, next)))
+        || (ends_with_minutes(value) && !worded(value))
+        || word
+}
+
+/// True where a `min` between two values is the key of a limit for the reader too.
+fn limits(value: &Value, next: &Value) -> bool {
+    if matches!(next.kind, ValueKind::Block(_) | ValueKind::Missing) {
+        return false;
+    }
+    let text = text(next);
+    let number = text.starts_with(|c: char| c.is_ascii_digit() || "[(-".contains(c));
+    number || (text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && !ends_with_number(value))
+}
+
+/// True where the last thing written is a number without a unit.
+fn ends_with_number(value: &Value) -> bool {
+    match &value.kind {
+        ValueKind::Number(_) => true,
+        ValueKind::Negate(of) | ValueKind::Not(of) | ValueKind::Binary(_, _, of) => ends_with_number(of),
+        _ => false,
+    }
 }
 
 /// True where the last thing written is the unit `min` behind a bracket.

@@ -5,7 +5,7 @@ use super::hq_machines as machines;
 use super::hq_reuse as reuse;
 use super::{Lines, OneLine, WIDTH, expr, has_block, no_comments};
 use crate::tree::{Block, Entry, Item, ItemKind, Spec, TaskDefinition, Value, ValueKind};
-use crate::words::is_pattern;
+use crate::words::is_quoted_key;
 
 /// Writes a tree.
 pub(crate) fn print(spec: &Spec) -> String {
@@ -148,7 +148,7 @@ fn tag(body: &Block) -> Option<(&Entry, &Block)> {
     match body.entries.as_slice() {
         [entry] if body.tagged && no_comments(&entry.comments) && no_comments(&body.closing_comments) => {
             match &entry.value.kind {
-                ValueKind::Block(_) if is_pattern(&entry.key.value) => None,
+                ValueKind::Block(_) if is_quoted_key(&entry.key.value) => None,
                 ValueKind::Block(inner) if !inner.tagged || tag(inner).is_none() => Some((entry, inner)),
                 _ => None,
             }
@@ -157,9 +157,9 @@ fn tag(body: &Block) -> Option<(&Entry, &Block)> {
     }
 }
 
-/// A key: a name as it is, a pattern in quotes.
+/// A key: a name as it is, anything else in quotes.
 fn key(text: &str) -> String {
-    if is_pattern(text) { format!("\"{text}\"") } else { text.to_owned() }
+    if is_quoted_key(text) { format!("\"{text}\"") } else { text.to_owned() }
 }
 
 fn tagged_or_block(body: &Block, behind: &Option<String>, indent: usize, lines: &mut Lines) {
@@ -217,7 +217,7 @@ pub(super) fn one_line_block(body: &Block, line: &mut OneLine) -> Option<()> {
         }
         if i > 0 {
             let last = &body.entries[i - 1].value;
-            line.push(separator(last, &entry.key.value))?;
+            line.push(separator(last, entry))?;
         }
         line.push(&key(&entry.key.value))?;
         if !matches!(entry.value.kind, ValueKind::Missing) {
@@ -231,9 +231,10 @@ pub(super) fn one_line_block(body: &Block, line: &mut OneLine) -> Option<()> {
     line.push(" }")
 }
 
-/// What stands between a value and the next key on the same line.
-fn separator(last: &Value, key: &str) -> &'static str {
-    if matches!(last.kind, ValueKind::Missing) || expr::swallows(last, key) { ", " } else { "  " }
+/// What stands between a value and the next entry on the same line.
+fn separator(last: &Value, next: &Entry) -> &'static str {
+    let swallowed = expr::swallows(last, &next.key.value, Some(&next.value));
+    if matches!(last.kind, ValueKind::Missing) || swallowed { ", " } else { "  " }
 }
 
 fn one_line_value(value: &Value, line: &mut OneLine) -> Option<()> {

@@ -53,7 +53,11 @@ fn level(it: &Level, word: &str, beside: Option<&Beside>, indent: usize, lines: 
     }
     let mut last: Option<&Value> = None;
     for entry in &it.settings.entries {
-        lines.out.push_str(if last.is_some_and(|v| expr::swallows(v, &entry.key.value)) { ", " } else { " " });
+        lines.out.push_str(if last.is_some_and(|v| expr::swallows(v, &entry.key.value, Some(&entry.value))) {
+            ", "
+        } else {
+            " "
+        });
         lines.out.push_str(&format!("{} {}", entry.key.value, expr::text(&entry.value)));
         last = Some(&entry.value);
     }
@@ -137,7 +141,7 @@ fn needs_comma(last: &Member, next: &Member, same_line: bool) -> bool {
     let next = name(next);
     next == "weight"
         || (name(last) == "level" && last.weight.is_none())
-        || (same_line && last.weight.as_ref().is_some_and(|w| expr::swallows(w, &next)))
+        || (same_line && last.weight.as_ref().is_some_and(|w| expr::swallows(w, &next, None)))
 }
 
 fn member_line(member: &Member, next: Option<&Member>, indent: usize, lines: &mut Lines) {

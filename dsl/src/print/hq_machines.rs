@@ -39,7 +39,11 @@ fn plain_settings(all: &[Entry]) -> String {
     for entry in all {
         if let Some(last) = last {
             let missing = matches!(last.kind, ValueKind::Missing);
-            out.push_str(if missing || expr::swallows(last, &entry.key.value) { ", " } else { "  " });
+            out.push_str(if missing || expr::swallows(last, &entry.key.value, Some(&entry.value)) {
+                ", "
+            } else {
+                "  "
+            });
         }
         out.push_str(&format!("{} {}", entry.key.value, formulas::guarded(&entry.value)));
         last = Some(&entry.value);

@@ -6,7 +6,7 @@ use super::yaml_machines as machines;
 use super::yaml_reuse as reuse;
 use super::{Lines, OneLine, WIDTH, expr, no_comments};
 use crate::tree::{Block, Entry, Item, ItemKind, Spec, TaskDefinition, Value, ValueKind};
-use crate::words::{is_glob, is_pattern, is_text_key};
+use crate::words::{is_glob, is_quoted_key, is_text_key};
 
 /// Writes a tree.
 pub(crate) fn print(spec: &Spec) -> String {
@@ -113,7 +113,7 @@ fn declaration(item: &Item, indent: usize, lines: &mut Lines) {
 pub(super) fn key(name: &str) -> String {
     let lower = name.to_ascii_lowercase();
     let other = matches!(lower.as_str(), "null" | "true" | "false" | "yes" | "no" | "on" | "off" | "y" | "n");
-    if other || is_pattern(name) || name.contains('$') { format!("\"{name}\"") } else { name.to_owned() }
+    if other || is_quoted_key(name) || name.contains('$') { format!("\"{name}\"") } else { name.to_owned() }
 }
 
 /// A value behind `key:` that ends its line.

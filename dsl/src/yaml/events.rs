@@ -3,7 +3,7 @@
 //! A YAML parser stops at its first error. To find the next one, the faulty line and all lines indented more than it
 //! are replaced by spaces, which keeps every byte where it was, and the text is read again.
 
-use super::syntax;
+use super::{quotes, syntax};
 use crate::comments::Comment;
 use crate::limits::{MAX_DEPTH, MAX_TOKENS, too_deep, too_many_words};
 use crate::{Diagnostic, SourceId, Span};
@@ -82,7 +82,18 @@ pub(super) fn read(source: SourceId, text: &str) -> (Document, Vec<Diagnostic>) 
                 return (Document::default(), diags);
             }
             Err(Stop::Syntax { at, message }) => {
-                let (diagnostic, blank) = syntax::explain(source, text, current, at, &message);
+                let (diagnostic, blank) = match quotes::missing(source, current, at) {
+                    Some((diagnostic, Some(next))) => {
+                        diags.push(diagnostic);
+                        patched = Some(next);
+                        continue;
+                    }
+                    Some((diagnostic, None)) => {
+                        let line = diagnostic.primary.span.range().start;
+                        (diagnostic, line)
+                    }
+                    None => syntax::explain(source, text, current, at, &message),
+                };
                 let known = diags.iter().any(|d| d.primary.span == diagnostic.primary.span);
                 if !known {
                     diags.push(diagnostic);
@@ -258,6 +269,7 @@ impl<'t> Build<'t> {
         let node = &mut self.document.nodes[open.node];
         node.span.end = if node.flow { end.end } else { last_end.unwrap_or(node.span.end) };
         node.span.end = node.span.end.max(node.span.start);
+        self.diags.extend(quotes::mend(self.source, self.text, &mut self.document.nodes, open.node));
     }
 
     fn finished(&mut self, node: NodeId, anchor: usize) {

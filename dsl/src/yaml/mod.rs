@@ -4,6 +4,7 @@ mod events;
 mod items;
 mod levels;
 mod machines;
+mod quotes;
 mod repeat;
 mod reuse;
 mod scalars;
@@ -15,7 +16,7 @@ use crate::explain::{self, clip};
 use crate::expr::missing;
 use crate::limits::{MAX_DEPTH, MAX_NODES, check_size, too_deep};
 use crate::tree::{Block, Comments, Entry, Spec, Value, ValueKind};
-use crate::words::{is_name, is_pattern, is_text_key};
+use crate::words::{is_name, is_quoted_key, is_text_key};
 use crate::{Diagnostic, SourceId, Span, Spanned, checks};
 use events::{Document, Kind, Node, NodeId, Style};
 use std::collections::BTreeMap;
@@ -200,10 +201,20 @@ impl Reader<'_> {
         out
     }
 
-    /// A key of a block: a name, or a pattern of names.
+    /// A key of a block: a name, a pattern of names, or in quotes a name with other characters.
     fn block_key(&mut self, id: NodeId) -> Option<Spanned<String>> {
         match self.scalar(id) {
-            Some((pattern, _)) if is_pattern(pattern) => Some(Spanned::new(pattern.to_owned(), self.span(id))),
+            Some((text, style)) if is_quoted_key(text) && (style == Style::Quoted || text.contains(['*', '?'])) => {
+                Some(Spanned::new(text.to_owned(), self.span(id)))
+            }
+            Some((text, Style::Plain)) if is_quoted_key(text) => {
+                let help = format!("quote the name of a joint: `\"{text}\"`");
+                let name = self.key(id);
+                if let Some(d) = self.diags.last_mut().filter(|_| name.is_none()) {
+                    d.help = Some(help);
+                }
+                name
+            }
             _ => self.key(id),
         }
     }

@@ -4,7 +4,7 @@ use crate::{Diagnostic, SourceId, Span};
 use std::ops::Range;
 
 /// Bytes of the line that holds byte `at`, without its end.
-fn line_of(text: &str, at: usize) -> Range<usize> {
+pub(super) fn line_of(text: &str, at: usize) -> Range<usize> {
     let start = text[..at].rfind('\n').map_or(0, |n| n + 1);
     let end = text[at..].find('\n').map_or(text.len(), |n| at + n);
     start..end
@@ -40,7 +40,7 @@ pub(super) fn explain(source: SourceId, text: &str, current: &str, at: usize, me
         let diagnostic = error(open..open + 1, &format!("this `{bracket}` is not closed"))
             .here("opened here")
             .note(said)
-            .help(format!("write the missing `{closer}`, or put the value in quotes"));
+            .help(format!("write the missing `{closer}`, or put quotes around the value"));
         return (Diagnostic { code: "HQ0105", ..diagnostic }, open);
     }
     let place = visible(current, at);

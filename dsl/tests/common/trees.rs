@@ -108,12 +108,10 @@ fn text_value() -> impl Strategy<Value = Value> {
 fn entry(inner: BoxedStrategy<Value>) -> impl Strategy<Value = Entry> {
     let plain = (name(), inner).prop_filter("takes text", |(key, _)| !TEXT_KEYS.contains(&key.as_str()));
     let patterns = ("[a-z_]{0,3}[*?][a-z0-9_*?]{0,3}(\\$\\{k\\})?", expr());
+    let quoted = ("[a-z0-9_]{0,3}[./:-][a-z0-9_./:-]{0,3}", expr());
     let texts = (prop::sample::select(TEXT_KEYS).prop_map(str::to_owned), text_value());
-    (prop_oneof![6 => plain, 1 => patterns, 1 => texts], comments()).prop_map(|((key, value), comments)| Entry {
-        key: spanned(key),
-        value,
-        comments,
-    })
+    (prop_oneof![6 => plain, 1 => patterns, 1 => quoted, 1 => texts], comments())
+        .prop_map(|((key, value), comments)| Entry { key: spanned(key), value, comments })
 }
 
 fn distinct(mut entries: Vec<Entry>, reserved: &[&str]) -> Vec<Entry> {
@@ -237,7 +235,7 @@ fn settings(
 ) -> impl Strategy<Value = Block> {
     (prop::collection::vec(entry(inner), 0..3), before()).prop_map(move |(entries, closing_comments)| {
         let mut entries = distinct(entries, reserved);
-        entries.retain(|e| !e.key.contains(['*', '?']));
+        entries.retain(|e| !e.key.contains(['*', '?', '.', '/', ':', '-']));
         if !loud {
             entries.iter_mut().for_each(|e| e.comments = Comments::default());
         }

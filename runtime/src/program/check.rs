@@ -130,7 +130,7 @@ impl Program {
         for (i, c) in v.captures.iter().enumerate() {
             let place = format!("values.captures[{i}]");
             let end = c.at.saturating_add(c.len);
-            ensure(end <= v.tape.inputs && c.len <= 4, &place, "fills inputs that do not exist")?;
+            ensure(end <= v.tape.inputs && c.len <= 7, &place, "fills inputs that do not exist")?;
             match &c.source {
                 CaptureSource::Task(t, _) => ensure(*t < self.tasks.len(), &place, "reads a task that does not exist")?,
                 CaptureSource::State(e) => {

@@ -86,9 +86,10 @@ pub struct Expression {
     pub inputs: Vec<usize>,
     /// What the robot does now.
     pub leaves: Vec<Leaf>,
-    /// The operations that hold the value: 1 for a number, 3 for a vector, 4 for an orientation `w x y z`.
+    /// The operations that hold the value: 1 for a number, 3 for a vector, 4 for an orientation `w x y z`, 7 for a pose:
+    /// its position and its orientation.
     pub outputs: Vec<usize>,
-    /// The dimension of the value; none for an orientation.
+    /// The dimension of the value; none for an orientation or a pose.
     pub dimension: Dimension,
 }
 
@@ -113,7 +114,7 @@ impl Expression {
             }
         }
         ensure(self.inputs.iter().all(|&at| at < slots), "a value has no place in the table of values")?;
-        ensure(matches!(self.outputs.len(), 1 | 3 | 4), "an expression is no number, vector or orientation")?;
+        ensure(matches!(self.outputs.len(), 1 | 3 | 4 | 7), "an expression is no number, vector, orientation or pose")?;
         ensure(self.outputs.iter().all(|&o| o < self.ops.len()), "a result points nowhere")
     }
 

@@ -1,4 +1,4 @@
-//! A number, vector or orientation that a task reads: from the table of values, or from an expression of the state.
+//! A number, vector, orientation or pose that a task reads: from the table of values, or from an expression of the state.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use robot::Model;
@@ -26,7 +26,7 @@ impl Term {
         }
     }
 
-    /// How many numbers it has: 1, 3 or 4.
+    /// How many numbers it has: 1, 3, 4 or 7.
     pub fn len(&self) -> usize {
         match self {
             Term::Slot(_, len) => *len,
@@ -70,14 +70,15 @@ impl Term {
         }
     }
 
-    /// Its value as a vector.
+    /// Its value as a vector; of a pose, the position.
     pub fn vector(&self, state: &State) -> Vector3<f64> {
         Vector3::from_fn(|i, _| self.value(state, i))
     }
 
-    /// Its value as a quaternion, of any length.
+    /// Its value as a quaternion, of any length; of a pose, the orientation.
     pub fn quaternion(&self, state: &State) -> Quaternion<f64> {
-        let x = |i: usize| self.value(state, i);
+        let first = if self.len() == 7 { 3 } else { 0 };
+        let x = |i: usize| self.value(state, first + i);
         Quaternion::new(x(0), x(1), x(2), x(3))
     }
 

@@ -77,8 +77,8 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         return Err(BuildError::new("", "`keep` has neither `min` nor `max`, and nothing is kept")
             .help("write the smallest value with `min`, the largest with `max`, or both"));
     }
-    if params.value.len() == 4 {
-        return Err(BuildError::new("value", "an orientation has no smallest or largest")
+    if matches!(params.value.len(), 4 | 7) {
+        return Err(BuildError::new("value", "an orientation or a pose has no smallest or largest")
             .help("keep a number that is made of it, such as `dot(frame(F).orientation*[0, 0, 1], [0, 0, 1])`"));
     }
     for (name, side) in [("min", &params.min), ("max", &params.max)] {

@@ -5,7 +5,8 @@
 //! ```
 //!
 //! where `J` is the derivative in the robot's configuration and `d/dt` that in time while the robot stands still. Of an
-//! orientation, the derivatives are angular velocities and the error is the rotation vector of `R_d R^T`.
+//! orientation, the derivatives are angular velocities and the error is the rotation vector of `R_d R^T`. A pose has the
+//! rows of its position and those of its orientation.
 
 use std::cell::RefCell;
 
@@ -14,6 +15,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::bound::{BoundParams, check};
 use crate::dimension::{ANGLE, Dimension, RATE};
 use crate::expression::{Term, settle, turn_seeds};
+use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::params::{Form, Operand, ParamType, Presence, Quantity};
 use crate::so3;
 use crate::task::{
@@ -24,7 +26,7 @@ use crate::written::{Gain, actual, dimension, fault, row_names};
 crate::params! {
     /// Parameters of `track`.
     pub struct Params {
-        /// y: what is pulled, a number, a vector or an orientation.
+        /// y: what is pulled, a number, a vector, an orientation or a pose.
         value: Operand = ParamType::Expression(Form::Value { orientation: true }), Presence::Required;
         /// y_d: what the value is pulled to; it may move.
         target: Operand = ParamType::Expression(Form::Like("value")), Presence::Required;
@@ -37,13 +39,13 @@ crate::params! {
 pub static KIND: TaskKind = TaskKind {
     name: "track",
     summary: "pulls a value, written as an expression, to a target",
-    docs: "One equality row for a number, three for a vector (x, y, z) or an orientation (rx, ry, rz, in the world's axes):\n\n\
+    docs: "One equality row for a number, three for a vector (x, y, z) or an orientation (rx, ry, rz, in the world's axes), six for a pose:\n\n\
 ```text\n\
-(J_y - J_d) v = d/dt y_d - d/dt y + K (y_d - y)      numbers and vectors\n\
+(J_y - J_d) v = d/dt y_d - d/dt y + K (y_d - y)      numbers, vectors, positions\n\
 (J_y - J_d) v = ω_d - ω_y + K log(R_d R^T)           orientations\n\
 ```\n\n\
 `value` is any expression in which the robot's present state stands: `frame(F).position`, `frame(F).orientation`, \
-`point(F, [x, y, z] m)`, `joint(J)`, `distance(a, b)`. `J` is its exact derivative in the robot's configuration, `d/dt` \
+`frame(F).pose`, `point(F, [x, y, z] m)`, `joint(J)`, `distance(a, b)`. `J` is its exact derivative in the robot's configuration, `d/dt` \
 (for orientations ω) that in time. The state may stand in `target` and `gain` too.\n\n\
 Where the value has no derivative (`norm` of zero, the corner of a `min`) the row is that of the branch that the value \
 takes, or zero; the page on expressions lists these points. A row that is zero asks for nothing. `log` is the \
@@ -80,8 +82,17 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     Ok(Box::new(Track { value: RefCell::new(value), target, gain, dimension }))
 }
 
+/// How many numbers of a value are rows as they are, and whether an orientation follows them.
+fn form(len: usize) -> (usize, bool) {
+    match len {
+        4 => (0, true),
+        7 => (3, true),
+        n => (n, false),
+    }
+}
+
 impl Track {
-    /// Rows of a number or a vector; gives the norm of the error.
+    /// Rows of a number, a vector or a position; gives the norm of the error.
     fn linear(&mut self, state: &State, rows: &mut Rows, n: usize, gain: f64) -> f64 {
         let value = self.value.get_mut();
         let mut squares = 0.0;
@@ -97,19 +108,22 @@ impl Track {
         squares.sqrt()
     }
 
-    /// Rows of an orientation; gives the angle of the error.
-    fn angular(&mut self, state: &State, rows: &mut Rows, gain: f64) -> f64 {
+    /// Rows of an orientation, which stands behind `first` other numbers; gives the angle of the error.
+    fn angular(&mut self, state: &State, rows: &mut Rows, first: usize, gain: f64) -> f64 {
         let value = self.value.get_mut();
         let (q, d) = (value.quaternion(state), self.target.quaternion(state));
         let (length, target_length) = (q.norm(), d.norm());
         let (q, d) = (UnitQuaternion::new_unchecked(q / length), UnitQuaternion::new_unchecked(d / target_length));
         let error: Vector3<f64> = so3::log(&(d * q.inverse()));
         for i in 0..3 {
-            let plus = turn_seeds(&q, i).map(|s| s / length);
-            let minus = turn_seeds(&d, i).map(|s| -s / target_length);
-            let still = value.add_row(state, &plus, rows.row(i)) + self.target.add_row(state, &minus, rows.row(i));
-            settle(rows.row(i), &[value, &self.target]);
-            rows.equal(i, gain * error[i] - still);
+            let (mut plus, mut minus) = ([0.0; 7], [0.0; 7]);
+            for (k, (s, t)) in turn_seeds(&q, i).into_iter().zip(turn_seeds(&d, i)).enumerate() {
+                (plus[first + k], minus[first + k]) = (s / length, -t / target_length);
+            }
+            let row = first + i;
+            let still = value.add_row(state, &plus, rows.row(row)) + self.target.add_row(state, &minus, rows.row(row));
+            settle(rows.row(row), &[value, &self.target]);
+            rows.equal(row, gain * error[i] - still);
         }
         error.norm()
     }
@@ -117,11 +131,18 @@ impl Track {
 
 impl Task for Track {
     fn rows(&self) -> Vec<RowInfo> {
+        let len = self.value.borrow().len();
+        if len == 7 {
+            return pose_rows("");
+        }
         let row = |name: &&str| RowInfo { name: (*name).to_string(), dimension: self.dimension };
-        row_names(self.value.borrow().len()).iter().map(row).collect()
+        row_names(len).iter().map(row).collect()
     }
 
     fn measures(&self) -> Vec<Measure> {
+        if self.value.borrow().len() == 7 {
+            return pose_measures("");
+        }
         vec![Measure { name: String::new(), dimension: self.dimension }]
     }
 
@@ -142,8 +163,14 @@ impl Task for Track {
         self.target.forward(state).map_err(fault)?;
         self.gain.forward(state)?;
         let gain = self.gain.of(state);
-        rows.measures[0] = if n == 4 { self.angular(state, rows, gain) } else { self.linear(state, rows, n, gain) };
-        match (0..n.min(3)).find(|&i| !rows.lower[i].is_finite()) {
+        let (plain, turned) = form(n);
+        if plain > 0 {
+            rows.measures[0] = self.linear(state, rows, plain, gain);
+        }
+        if turned {
+            rows.measures[usize::from(plain > 0)] = self.angular(state, rows, plain, gain);
+        }
+        match (0..plain + if turned { 3 } else { 0 }).find(|&i| !rows.lower[i].is_finite()) {
             Some(row) => Err(TaskFault::NotFinite { row }),
             None => Ok(()),
         }

@@ -1,0 +1,257 @@
+//! Values that need quotes in YAML: `[up(tool, 3 /s)]`, which YAML divides at the comma, and `[0.5, 0, 0.4] m`, which it
+//! takes for a sequence with something behind it. Each gets one diagnostic, and is read as if the quotes were there.
+
+use std::ops::Range;
+
+use pest::Parser;
+
+use super::events::{Kind, Node, NodeId, Style};
+use super::syntax::line_of;
+use crate::explain::clip;
+use crate::grammar::{Grammar, Rule};
+use crate::limits::MAX_DEPTH;
+use crate::{Diagnostic, SourceId, Span};
+
+/// Longest value that is looked at, in bytes.
+const MAX_LENGTH: usize = 2000;
+
+/// A value in the quotes that it needs.
+fn quoted(value: &str) -> String {
+    if value.contains(['"', '\\']) { format!("'{}'", value.replace('\'', "''")) } else { format!("\"{value}\"") }
+}
+
+/// The diagnostic for a value without the quotes that it needs.
+fn diagnostic(source: SourceId, place: Range<usize>, value: &str, why: &str) -> Diagnostic {
+    let text = format!("`{}` needs quotes", clip(value));
+    let help = format!("put quotes around it: `{}`", quoted(value));
+    Diagnostic::error("HQ0137", Span::new(source, place.start, place.end), text).note(why).help(help)
+}
+
+/// True where a text is a value or a task as a whole.
+fn reads(text: &str) -> bool {
+    let deep = text.bytes().filter(|b| matches!(b, b'(' | b'[' | b'{')).count() > MAX_DEPTH;
+    let whole = |rule: Rule| {
+        let Some(parsed) = Grammar::parse(rule, text).ok().and_then(|mut p| p.next()) else { return false };
+        let known = |rule: Rule| matches!(rule, Rule::within | Rule::name | Rule::actuals);
+        let read: usize =
+            parsed.into_inner().take_while(|p| known(p.as_rule())).map(|p| p.as_span().end()).last().unwrap_or(0);
+        read > 0 && text[read..].trim().is_empty()
+    };
+    text.len() <= MAX_LENGTH && !deep && (whole(Rule::scalar_expr) || whole(Rule::scalar_task))
+}
+
+/// How many more brackets `(` than `)` a text has.
+fn open(text: &str) -> i64 {
+    text.bytes().map(|b| i64::from(b == b'(') - i64::from(b == b')')).sum()
+}
+
+/// Joins what YAML divided at commas inside brackets, in a sequence or mapping of flow style. Gives the diagnostics.
+pub(super) fn mend(source: SourceId, text: &str, nodes: &mut Vec<Node>, id: NodeId) -> Vec<Diagnostic> {
+    let end = nodes[id].span.range().end;
+    // `f(x, min: 3)` as an item: YAML takes what stands before the colon for a key.
+    if let Kind::Mapping(entries) = &nodes[id].kind
+        && let [(key, value)] = *entries.as_slice()
+        && is_open(text, nodes, key)
+        && let Some(found) = divided(text, nodes, key, end).filter(|f| nodes[value].span.range().start < f.end)
+        && let whole = text[found.clone()].split_whitespace().collect::<Vec<_>>().join(" ")
+        && reads(&whole)
+    {
+        let diag =
+            diagnostic(source, found.clone(), &whole, "without quotes YAML takes what stands before `: ` for a key");
+        let span = Span::new(source, found.start, found.end);
+        nodes[id] = Node { kind: Kind::Scalar(whole, Style::Plain), span, flow: false };
+        return vec![diag];
+    }
+    if !nodes[id].flow {
+        return Vec::new();
+    }
+    let mut diags = Vec::new();
+    let kind = nodes[id].kind.clone();
+    let mut join = |nodes: &mut Vec<Node>, first: NodeId, starts: &[usize]| {
+        let found = divided(text, nodes, first, end)?;
+        // What begins inside the value is a part of it.
+        let taken = starts.iter().take_while(|s| **s < found.end).count();
+        let value = text[found.clone()].split_whitespace().collect::<Vec<_>>().join(" ");
+        if taken == 0 || !reads(&value) {
+            return None;
+        }
+        let why = "in `[..]` and `{..}` YAML divides what has no quotes at each comma";
+        diags.push(diagnostic(source, found.clone(), &value, why));
+        let span = Span::new(source, found.start, found.end);
+        nodes.push(Node { kind: Kind::Scalar(value, Style::Plain), span, flow: false });
+        Some((nodes.len() - 1, taken))
+    };
+    let at = |nodes: &[Node], id: NodeId| nodes[id].span.range().start;
+    match kind {
+        Kind::Sequence(items) => {
+            let (mut out, mut i) = (Vec::with_capacity(items.len()), 0);
+            while let Some(&item) = items.get(i) {
+                let starts: Vec<usize> = match is_open(text, nodes, item) {
+                    true => items[i + 1..].iter().map(|n| at(nodes, *n)).collect(),
+                    false => Vec::new(),
+                };
+                let joined = if starts.is_empty() { None } else { join(nodes, item, &starts) };
+                out.push(joined.map_or(item, |j| j.0));
+                i += 1 + joined.map_or(0, |j| j.1);
+            }
+            nodes[id].kind = Kind::Sequence(out);
+        }
+        Kind::Mapping(entries) => {
+            let (mut out, mut i) = (Vec::with_capacity(entries.len()), 0);
+            while let Some(&(key, value)) = entries.get(i) {
+                let first = [value, key].into_iter().find(|n| is_open(text, nodes, *n));
+                let starts: Vec<usize> = match first {
+                    Some(_) => entries[i + 1..].iter().map(|e| at(nodes, e.0)).collect(),
+                    None => Vec::new(),
+                };
+                let joined = first.filter(|_| !starts.is_empty()).and_then(|f| Some((f, join(nodes, f, &starts)?)));
+                out.push(match joined {
+                    Some((first, (whole, _))) if first == value => (key, whole),
+                    // A key that was divided: what stands behind the last part is its value.
+                    Some((_, (whole, taken))) => {
+                        let last = entries[i + taken].1;
+                        let (end, behind) = (nodes[whole].span.range().end, nodes[last].span.range().start);
+                        if behind >= end && !nodes[last].span.is_empty() {
+                            (whole, last)
+                        } else {
+                            let span = Span::new(source, end, end);
+                            nodes.push(Node { kind: Kind::Broken, span, flow: false });
+                            (whole, nodes.len() - 1)
+                        }
+                    }
+                    None => (key, value),
+                });
+                i += 1 + joined.map_or(0, |j| j.1.1);
+            }
+            nodes[id].kind = Kind::Mapping(out);
+        }
+        _ => {}
+    }
+    diags
+}
+
+/// True for a value without quotes in which a `(` is not closed.
+fn is_open(text: &str, nodes: &[Node], id: NodeId) -> bool {
+    let node = &nodes[id];
+    let plain = matches!(&node.kind, Kind::Scalar(_, Style::Plain));
+    plain && text.get(node.span.range()).is_some_and(|t| open(t) > 0)
+}
+
+/// The bytes of the value that begins with a scalar, to where its brackets are closed and the next comma or the end of
+/// the collection comes.
+fn divided(text: &str, nodes: &[Node], first: NodeId, end: usize) -> Option<Range<usize>> {
+    let start = nodes[first].span.range().start;
+    let limit = end.min(start + MAX_LENGTH);
+    let (mut parens, mut closed) = (0i64, false);
+    for (i, byte) in text.as_bytes().get(start..limit)?.iter().enumerate() {
+        match byte {
+            b'(' => parens += 1,
+            b')' => {
+                parens -= 1;
+                closed |= parens == 0;
+            }
+            b',' | b']' | b'}' | b':' if closed && parens == 0 => {
+                let value = text.get(start..start + i)?.trim_end();
+                return Some(start..start + value.len());
+            }
+            _ => {}
+        }
+        if parens < 0 {
+            return None;
+        }
+    }
+    let value = text.get(start..limit)?.trim_end();
+    (closed && parens == 0 && limit == end).then(|| start..start + value.len())
+}
+
+/// The diagnostic for an error of syntax at byte `at` that comes from a value without quotes, and the text with the
+/// quotes, every byte behind it where it was; without them where they do not fit.
+pub(super) fn missing(source: SourceId, text: &str, at: usize) -> Option<(Diagnostic, Option<String>)> {
+    // A sequence with something behind it may be noticed on the next line only.
+    let above = |text: &str| {
+        let found = value_around(text, text[..at].trim_end().len())?;
+        let value = &text[found.0.clone()];
+        (value.starts_with('[') && !value.ends_with(']')).then_some(found)
+    };
+    let (place, flow) = value_around(text, at).or_else(|| above(text))?;
+    let value = &text[place.clone()];
+    let needed = value.starts_with('[') || value.contains(": ") || (flow && value.contains([',', '[']));
+    if !needed || value.starts_with(['"', '\'', '{']) || !reads(value) {
+        return None;
+    }
+    let why = "without quotes a `[` begins a sequence of YAML, and `, ` or `: ` begins the next entry";
+    Some((diagnostic(source, place.clone(), value, why), with_quotes(text, place)))
+}
+
+/// The text with a value in quotes; two blanks of the value make the room.
+fn with_quotes(text: &str, place: Range<usize>) -> Option<String> {
+    let value = &text[place.clone()];
+    if value.contains(['"', '\\', '\'']) {
+        return None;
+    }
+    let bytes = value.as_bytes();
+    let word = |b: Option<&u8>| b.is_some_and(|b| b.is_ascii_alphanumeric() || *b == b'_');
+    let needless = |i: usize| bytes[i] == b' ' && !(word(bytes.get(i.wrapping_sub(1))) && word(bytes.get(i + 1)));
+    let gone: Vec<usize> = (1..bytes.len()).filter(|&i| needless(i)).take(2).collect();
+    let [first, second] = gone.as_slice() else { return None };
+    let inner = [&value[..*first], &value[first + 1..*second], &value[second + 1..]].concat();
+    Some([&text[..place.start], "\"", &inner, "\"", &text[place.end..]].concat())
+}
+
+/// The bytes of the value that byte `at` stands in or behind, on one line; true where it stands in a collection there.
+fn value_around(text: &str, at: usize) -> Option<(Range<usize>, bool)> {
+    let line = line_of(text, at);
+    if line.len() > MAX_LENGTH {
+        return None;
+    }
+    let bytes = &text.as_bytes()[..line.end];
+    let indent = text[line.clone()].len() - text[line.clone()].trim_start_matches([' ', '-']).len();
+    let mut i = line.start + indent;
+    // Where the value begins, whether nothing of it was seen, brackets inside it, and where each collection begins.
+    let (mut start, mut fresh, mut inner, mut flows): (_, _, usize, Vec<usize>) = (i, true, 0, Vec::new());
+    let mut parens = 0usize;
+    let done = |start: usize, end: usize, flow: bool| {
+        let value = text.get(start..end)?.trim_end();
+        (end >= at && !value.is_empty()).then_some((start..start + value.len(), flow))
+    };
+    while let Some(&byte) = bytes.get(i) {
+        let blank = bytes.get(i + 1).is_none_or(|b| *b == b' ');
+        let outside = parens == 0 && inner == 0;
+        match byte {
+            b' ' => {}
+            b'#' if i > line.start && bytes[i - 1] == b' ' => break,
+            quote @ (b'"' | b'\'') if fresh => {
+                i += 1 + text.get(i + 1..line.end)?.find(quote as char)?;
+                fresh = false;
+            }
+            b'[' | b'{' if fresh => flows.push(i),
+            b'[' | b'{' => inner += 1,
+            b']' | b'}' if inner > 0 => inner -= 1,
+            b']' | b'}' if parens == 0 => {
+                if let Some(value) = done(start, i, !flows.is_empty()).filter(|_| !fresh) {
+                    return Some(value);
+                }
+                let flow = flows.pop()?;
+                (start, fresh) = (flow, false);
+            }
+            b',' | b':' if outside && (byte == b',' || blank) => {
+                if let Some(value) = done(start, i, !flows.is_empty()).filter(|_| !fresh) {
+                    return Some(value);
+                }
+                fresh = true;
+            }
+            _ => {
+                if fresh {
+                    (start, fresh) = (i, false);
+                }
+                match byte {
+                    b'(' => parens += 1,
+                    b')' => parens = parens.checked_sub(1)?,
+                    _ => {}
+                }
+            }
+        }
+        i += 1;
+    }
+    done(start, i.min(line.end), !flows.is_empty()).filter(|_| !fresh && parens == 0 && inner == 0)
+}
