@@ -95,3 +95,18 @@ pub(super) static VALUE_FIELDS: &[&str] = &["position", "orientation", "x", "y",
 
 /// What a frame has.
 pub(super) static FRAME_FIELDS: &[&str] = &["position", "orientation", "pose"];
+
+#[cfg(test)]
+mod tests {
+    use runtime::FaultKind;
+
+    use super::*;
+
+    #[test]
+    fn words_are_those_of_the_compiler() {
+        let faults: Vec<&str> = std::iter::once("any").chain(FaultKind::ALL.map(FaultKind::word)).collect();
+        assert_eq!(FAULTS, faults);
+        let measured: Vec<&str> = MEASURED.iter().map(|w| w.name).collect();
+        assert_eq!(measured, compiler::expr::MEASURES);
+    }
+}

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use dsl::tree::{Expect, Formula as Written, FormulaKind, Value, Window as Times};
 use dsl::{Diagnostic, Span};
-use runtime::expect::{Formula, MAX_NODES, Monitor, Node, Window, WindowError};
+use runtime::expect::{Formula, MAX_KEPT, MAX_NODES, Monitor, Node, Window, WindowError};
 use runtime::program::{ExpectationProgram, Measure, Predicate, Program, ScenarioProgram};
 use runtime::world::is_bound_to_its_stack;
 use stdlib_tasks::dimension::TIME;
@@ -15,6 +15,9 @@ use crate::binding::TaskScope;
 use crate::constants::Constants;
 use crate::names::list;
 use crate::robot_binding::BoundRobot;
+
+/// The most parts that all expectations of a spec may have.
+const MAX_PARTS: usize = 3000;
 
 /// The expectations of a scenario under construction.
 struct Builder<'b, 'l> {
@@ -43,8 +46,15 @@ impl Lowerer<'_> {
         measures: &mut Vec<Measure>,
     ) {
         let runs = scenario.program(program);
+        let mut kept = 0_usize;
         let ticks = (scenario.run.duration / program.robot.period).round() as u32;
         for (expect, text) in expects.iter().zip(texts) {
+            if self.expected > MAX_PARTS {
+                let text = format!("the expectations of this spec have more than {MAX_PARTS} parts");
+                let d = Diagnostic::error("HQ0803", expect.span, text).here("counted up to here");
+                self.push(d.help("write several specs"));
+                return;
+            }
             let mut b = Builder {
                 lowerer: self,
                 robot,
@@ -69,10 +79,22 @@ impl Lowerer<'_> {
                 self.push(d);
                 continue;
             }
-            if formula.nodes.len() > MAX_NODES || Monitor::new(&formula, &scenario.units(), ticks).is_err() {
+            let monitor = if formula.nodes.len() > MAX_NODES {
+                None
+            } else {
+                Monitor::new(&formula, &scenario.units(), ticks).ok()
+            };
+            let Some(monitor) = monitor else {
                 let d = Diagnostic::error("HQ0803", expect.span, "this expectation is too large to be watched");
                 self.push(d.help("shorten its windows, or write it as several"));
                 continue;
+            };
+            kept = kept.saturating_add(monitor.kept());
+            if kept > MAX_KEPT {
+                let text = "the expectations of this scenario are too many to be watched together";
+                let d = Diagnostic::error("HQ0803", expect.span, text).here("up to here");
+                self.push(d.help("shorten their windows, or spread them over several scenarios"));
+                return;
             }
             let label = expect.label.as_ref().map(|l| l.value.clone());
             scenario.expectations.push(ExpectationProgram { label, text: text.clone(), formula });
@@ -110,6 +132,7 @@ impl Builder<'_, '_> {
     /// Adds a formula; gives its index.
     fn formula(&mut self, f: &Written, out: &mut Formula) -> Option<usize> {
         use FormulaKind as F;
+        self.lowerer.expected += 1;
         if out.nodes.len() > MAX_NODES {
             return Some(0);
         }

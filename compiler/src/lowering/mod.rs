@@ -141,6 +141,8 @@ struct Lowerer<'a> {
     interface: Interface,
     /// Tasks that a misspelt name in a stack probably meant.
     meant: Vec<String>,
+    /// Parts of expectations so far.
+    expected: usize,
     /// Tasks that could not be expanded.
     failed: std::collections::BTreeSet<String>,
 }
@@ -162,6 +164,7 @@ impl<'a> Lowerer<'a> {
             params: Params::default(),
             interface: Interface::default(),
             meant: Vec::new(),
+            expected: 0,
             failed: std::collections::BTreeSet::new(),
         }
     }

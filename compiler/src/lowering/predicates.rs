@@ -352,8 +352,10 @@ pub(super) fn number(
         (_, true) => a.dimension,
         _ => a.dimension.join(b.dimension),
     };
-    let (_, index) = graph.extract(&[node]);
-    let mixed = scope.mixed.iter().any(|n| index.contains_key(n));
+    let mixed = !scope.mixed.is_empty() && {
+        let (_, index) = graph.extract(&[node]);
+        scope.mixed.iter().any(|n| index.contains_key(n))
+    };
     Some((node, if mixed { Unit::Mixed } else { Unit::Quantity(dimension) }))
 }
 

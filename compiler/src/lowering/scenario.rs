@@ -1,5 +1,7 @@
 //! Scenarios: what runs, from where, for how long.
 
+use std::collections::BTreeMap;
+
 use dsl::tree::{Block, Scenario};
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, RunProgram, ScenarioProgram, Subject, WorldProgram};
@@ -33,11 +35,13 @@ impl Lowerer<'_> {
         let shapes = shapes(program);
         let mut measures = Vec::new();
         let mut all: Vec<ScenarioProgram> = Vec::new();
-        for (i, (s, texts)) in expanded.scenarios.iter().enumerate() {
-            if let Some((first, _)) = expanded.scenarios[..i].iter().find(|o| o.0.name == s.name) {
-                self.push(twice(&s.name, first.name.span));
+        let mut names: BTreeMap<&str, Span> = BTreeMap::new();
+        for (s, texts) in &expanded.scenarios {
+            if let Some(first) = names.get(s.name.value.as_str()) {
+                self.push(twice(&s.name, *first));
                 continue;
             }
+            names.insert(&s.name.value, s.name.span);
             let Some(mut scenario) = self.scenario(s, program, robot) else { continue };
             let known = (program, robot, shapes.as_slice());
             self.expectations((&s.expects, texts), &mut scenario, known, &mut measures);

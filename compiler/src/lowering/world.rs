@@ -24,6 +24,11 @@ const DAMPING: Dimension = Dimension { m: 0, kg: 1, s: -1, rad: 0 };
 /// The word for an action that never ends.
 const NEVER: &str = "never";
 
+/// Whether what lies between two values of a signal is a value of it.
+fn is_straight(signal: &SignalProgram) -> bool {
+    signal.kind != "flag" && !matches!(quantity(&signal.kind), Some((Kind::Rotation | Kind::Pose | Kind::Truth, _)))
+}
+
 impl Lowerer<'_> {
     /// A key of a block that must be there.
     fn needed<'b>(&mut self, block: &'b Block, key: &str, example: &str) -> Option<&'b Entry> {
@@ -166,6 +171,11 @@ impl Lowerer<'_> {
                 None
             }
         };
+        if let Some(e) = block.get("noise").filter(|_| !is_straight(of)) {
+            let text = format!("the numbers of signal `{}` cannot be noisy one by one", of.name);
+            let d = Diagnostic::error("HQ0804", e.key.span, text);
+            self.push(d.note("with noise on each of its numbers it would not be one").help("leave the noise out"));
+        }
         let (from, to) = self.span_of_time(block);
         let drop = self.number_of(block, "drop", NONE, 0.0);
         if let Some(e) = block.get("drop").filter(|_| drop > 1.0) {
@@ -187,7 +197,7 @@ impl Lowerer<'_> {
     }
 
     fn path(&mut self, of: &SignalProgram, value: &Value) -> Option<Vec<(f64, Vec<f64>)>> {
-        if matches!(quantity(&of.kind), Some((Kind::Rotation, _))) || of.kind == "flag" {
+        if !is_straight(of) {
             let d = Diagnostic::error("HQ0804", value.span, format!("signal `{}` has no straight lines", of.name));
             self.push(
                 d.note("a path goes on straight lines from value to value").help("write a script for each value"),

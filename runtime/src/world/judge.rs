@@ -6,8 +6,8 @@ use stdlib_tasks::task::State;
 
 use super::measures::Measures;
 use crate::expect::formula::Unit;
-use crate::expect::{Monitor, Outcome};
-use crate::program::{PredicateTable, Program, ProgramError, ScenarioProgram};
+use crate::expect::{MAX_KEPT, Monitor, Outcome};
+use crate::program::{PredicateTable, Program, ProgramError, ScenarioProgram, error};
 use crate::simulate::{Recorder, Tick};
 
 /// A recorder that knows at the end what became of each expectation.
@@ -35,13 +35,20 @@ impl Judge {
         let units = scenario.units();
         let ticks = u32::try_from(ticks).unwrap_or(u32::MAX);
         let layout = scenario.table(program);
+        let (mut monitors, mut kept) = (Vec::with_capacity(scenario.expectations.len()), 0_usize);
+        for e in &scenario.expectations {
+            let monitor = Monitor::new(&e.formula, &units, ticks)?;
+            kept = kept.saturating_add(monitor.kept());
+            if kept > MAX_KEPT {
+                return Err(error("expectations", "their windows have too many ticks to be watched together"));
+            }
+            monitors.push(monitor);
+        }
         Ok(Judge {
             data: Data::new(&model),
             measures: Measures::new(program, &scenario.measures)?,
             predicates: scenario.predicates.iter().map(|p| (Evaluation::new(&p.value, &model), p.unit)).collect(),
-            monitors: (scenario.expectations.iter())
-                .map(|e| Monitor::new(&e.formula, &units, ticks))
-                .collect::<Result<_, _>>()?,
+            monitors,
             table: vec![f64::NAN; layout.width()],
             rates: vec![0.0; layout.width()],
             row: vec![f64::NAN; units.len()],
