@@ -48,6 +48,7 @@ fn expression(form: &Form) -> String {
         }
         Form::Like(other) => format!("of the kind and unit of `{other}`; the robot's state may stand in it"),
         Form::Size(other) => format!("number in the unit of `{other}`, at least 0, constant"),
+        Form::Vector(d) => format!("vector in {}; the robot's state may stand in it", unit(*d)),
         Form::Number(q) => format!("{}; the robot's state may stand in it", quantity(q)),
     }
 }
@@ -58,6 +59,7 @@ pub fn describe(ty: &ParamType) -> String {
         ParamType::Scalar(q) => quantity(q),
         ParamType::AutoScalar(q) => format!("`auto`, or a {}", quantity(q)),
         ParamType::Vector(d) => format!("vector in {}", unit(*d)),
+        ParamType::PerAxis(q) => format!("{}, or a vector with one for each axis", quantity(q)),
         ParamType::Vectors(n, d) => format!("{n} constant vectors in {}", unit(*d)),
         ParamType::Rotation => "orientation".to_string(),
         ParamType::Gains(names) => format!("rate in 1/s, or `{{ {} }}`", names.join(" .. ") + " .."),
@@ -68,6 +70,7 @@ pub fn describe(ty: &ParamType) -> String {
         ParamType::Joints => "joints, groups of joints".to_string(),
         ParamType::JointPositions => format!("`{{ JOINT value .. }}` in {ANGLE} or {LENGTH}"),
         ParamType::JointVelocities => "`{ JOINT value .. }` in rad/s or m/s".to_string(),
+        ParamType::JointAccelerations => "`{ JOINT value .. }` in rad/s^2 or m/s^2".to_string(),
         ParamType::PerArm(d) => format!("`{{ ARM value .. }}` in {d}"),
         ParamType::Choice(words) => words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "),
         ParamType::Expression(form) => expression(form),

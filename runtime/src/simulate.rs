@@ -77,6 +77,8 @@ struct Truth {
     stages: Vec<(Evaluator, Problem)>,
     /// The last visit to a state that was seen.
     visit: Option<u64>,
+    /// The command of the tick before.
+    last: Vec<f64>,
 }
 
 /// A run in progress.
@@ -93,7 +95,7 @@ impl Truth {
     fn tick(&mut self, controller: &Controller, q: &[f64], time: f64, velocity: &[f64]) -> &Evaluator {
         let (evaluator, problem) = &mut self.stages[controller.stage()];
         let times = Times { t: time - controller.stage_entered(), time };
-        let moment = Moment { times, signals: controller.signal_table(), velocity };
+        let moment = Moment { times, signals: controller.signal_table(), velocity: &self.last };
         if self.visit != Some(controller.visit()) {
             self.visit = Some(controller.visit());
             evaluator.enter(q, moment);
@@ -101,6 +103,7 @@ impl Truth {
         // A fault of the monitors alone is not the controller's: its last good numbers stand.
         let _ = evaluator.update(q, moment, problem);
         evaluator.observe(q, velocity);
+        self.last.copy_from_slice(velocity);
         evaluator
     }
 }
@@ -132,6 +135,7 @@ impl Simulation {
             Some(Truth {
                 stages: controller.stages().iter().map(|s| s.again(program)).collect::<Result<_, _>>()?,
                 visit: None,
+                last: vec![0.0; program.robot.model.nv()],
             })
         };
         let ticks = (program.run.duration / program.robot.period).round() as usize;

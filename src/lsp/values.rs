@@ -118,7 +118,7 @@ impl Walker<'_> {
                 Some(MARKER) => self.found.slot = Some(Slot::Expression { auto: true, state: false }),
                 _ => self.typed(value, kind.actuals),
             },
-            ParamType::Vector(_) | ParamType::Vectors(..) => self.typed(value, kind.actuals),
+            ParamType::Vector(_) | ParamType::Vectors(..) | ParamType::PerAxis(_) => self.typed(value, kind.actuals),
             ParamType::Rotation => self.typed(value, kind.actuals),
             ParamType::Gains(names) => match &value.kind {
                 ValueKind::Block(b) => {
@@ -134,7 +134,8 @@ impl Walker<'_> {
             ParamType::Arm => self.arm(value),
             ParamType::Geometries => self.geometries(value),
             ParamType::Joints => self.joints(value),
-            ParamType::JointPositions | ParamType::JointVelocities => match &value.kind {
+            ParamType::JointPositions | ParamType::JointVelocities | ParamType::JointAccelerations => match &value.kind
+            {
                 ValueKind::Block(_) => self.joint_block(value, |w, v| w.typed(v, kind.actuals)),
                 _ => self.typed(value, kind.actuals),
             },

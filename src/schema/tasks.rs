@@ -54,11 +54,12 @@ fn parameter(p: &ParamInfo) -> Value {
     let schema = match &p.ty {
         ParamType::Scalar(q) | ParamType::AutoScalar(q) => values::scalar(q),
         ParamType::Vector(d) => values::vector(*d),
+        ParamType::PerAxis(q) => values::per_axis(q),
         ParamType::Vectors(n, d) => values::vectors(*n, *d),
         ParamType::Rotation | ParamType::Frame | ParamType::Arm => values::name(),
         ParamType::Gains(names) => gains(names),
         ParamType::Frames | ParamType::Geometries | ParamType::Joints => values::names(),
-        ParamType::JointPositions | ParamType::JointVelocities => {
+        ParamType::JointPositions | ParamType::JointVelocities | ParamType::JointAccelerations => {
             let mut schema = values::per_joint();
             schema["type"] = json!(["object", "number", "string"]);
             schema
@@ -66,6 +67,7 @@ fn parameter(p: &ParamInfo) -> Value {
         ParamType::PerArm(d) => values::per_arm(*d),
         ParamType::Choice(words) => json!({ "enum": words }),
         ParamType::Expression(Form::Number(q)) => values::scalar(q),
+        ParamType::Expression(Form::Vector(d)) => values::vector(*d),
         ParamType::Expression(_) => values::any(),
         ParamType::Group(inner) => {
             let needed: Vec<&str> = inner.iter().filter(|p| required(p)).map(|p| p.name).collect();
@@ -74,7 +76,8 @@ fn parameter(p: &ParamInfo) -> Value {
     };
     let mut schema = described(schema, &format!("{}\n\n{}.", p.text(), sentence(&catalogue::describe(&p.ty))));
     if let Presence::Default(text) = p.presence {
-        schema["default"] = json!(text);
+        // A group stands for the defaults of what is in it.
+        schema["default"] = if matches!(p.ty, ParamType::Group(_)) { json!({}) } else { json!(text) };
     }
     schema
 }

@@ -109,6 +109,17 @@ pub(super) fn vector(d: Dimension) -> Value {
     })
 }
 
+/// One number for three axes, or three numbers.
+pub(super) fn per_axis(q: &Quantity) -> Value {
+    let mut schema = scalar(q);
+    schema["type"] = json!(["number", "string", "array"]);
+    schema["pattern"] = json!(pattern(&format!("(?:{NUMBER}|{LIST})"), q.dimension));
+    schema["items"] = scalar(q);
+    schema["minItems"] = json!(3);
+    schema["maxItems"] = json!(3);
+    schema
+}
+
 /// So many vectors.
 pub(super) fn vectors(count: usize, d: Dimension) -> Value {
     json!({ "type": ["string", "array"], "items": vector(d), "minItems": count, "maxItems": count })

@@ -36,12 +36,28 @@ pub const RATE: Dimension = dimension(0, 0, -1, 0);
 pub const VELOCITY: Dimension = dimension(1, 0, -1, 0);
 /// Radian over second.
 pub const ANGULAR_VELOCITY: Dimension = dimension(0, 0, -1, 1);
+/// Metre over square second.
+pub const ACCELERATION: Dimension = dimension(1, 0, -2, 0);
+/// Radian over square second.
+pub const ANGULAR_ACCELERATION: Dimension = dimension(0, 0, -2, 1);
 /// Kilogram.
 pub const MASS: Dimension = dimension(0, 1, 0, 0);
+/// Kilogram times square metre.
+pub const INERTIA: Dimension = dimension(2, 1, 0, 0);
 /// Newton.
 pub const FORCE: Dimension = dimension(1, 1, -2, 0);
-/// Newton metre.
+/// Newton metre: a moment, and a moment per radian.
 pub const MOMENT: Dimension = dimension(2, 1, -2, 0);
+/// Newton over metre.
+pub const STIFFNESS: Dimension = dimension(0, 1, -2, 0);
+/// Newton second over metre.
+pub const DAMPING: Dimension = dimension(0, 1, -1, 0);
+/// Newton metre second, also per radian.
+pub const ANGULAR_DAMPING: Dimension = dimension(2, 1, -1, 0);
+
+/// Units that are better known by newtons than by base units.
+const NEWTONS: &[(Dimension, &str)] =
+    &[(FORCE, "N"), (MOMENT, "N m"), (STIFFNESS, "N/m"), (DAMPING, "N s/m"), (ANGULAR_DAMPING, "N m s")];
 
 impl Dimension {
     /// The dimension of a product; `None` where an exponent leaves the range of an `i8`.
@@ -90,10 +106,14 @@ impl Dimension {
             (VELOCITY, "a velocity"),
             (ANGULAR_VELOCITY, "an angular velocity"),
             (MASS, "a mass"),
-            (dimension(1, 0, -2, 0), "an acceleration"),
-            (dimension(0, 0, -2, 1), "an angular acceleration"),
-            (dimension(1, 1, -2, 0), "a force"),
-            (dimension(2, 1, -2, 0), "a torque"),
+            (ACCELERATION, "an acceleration"),
+            (ANGULAR_ACCELERATION, "an angular acceleration"),
+            (INERTIA, "a moment of inertia"),
+            (FORCE, "a force"),
+            (MOMENT, "a torque"),
+            (STIFFNESS, "a stiffness"),
+            (DAMPING, "a damping"),
+            (ANGULAR_DAMPING, "an angular damping"),
             (dimension(2, 0, 0, 0), "an area"),
         ];
         match known.iter().find(|(d, _)| *d == self) {
@@ -104,8 +124,11 @@ impl Dimension {
 }
 
 impl std::fmt::Display for Dimension {
-    /// The SI unit, such as `m/s^2`; `1` for a bare number.
+    /// The SI unit, such as `m/s^2` or `N/m`; `1` for a bare number.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if let Some((_, name)) = NEWTONS.iter().find(|n| n.0 == *self) {
+            return f.write_str(name);
+        }
         let parts = [(self.kg, "kg"), (self.m, "m"), (self.rad, "rad"), (self.s, "s")];
         let show = |e: i8, symbol: &str| {
             let e = i32::from(e).abs();
@@ -139,6 +162,9 @@ mod tests {
         assert_eq!(VELOCITY.to_string(), "m/s");
         assert_eq!(RATE.to_string(), "1/s");
         assert_eq!(LENGTH.power(2).unwrap().times(MASS).unwrap().to_string(), "kg m^2");
+        assert_eq!(FORCE.times(LENGTH).unwrap().to_string(), "N m");
+        assert_eq!(STIFFNESS.times(TIME).unwrap().to_string(), "N s/m");
+        assert_eq!(ACCELERATION.to_string(), "m/s^2");
         assert_eq!(LENGTH.power(200), None);
     }
 }

@@ -7,6 +7,7 @@
 pub mod apart;
 pub mod bound;
 pub mod clearance;
+pub mod compliance;
 pub mod dimension;
 pub mod expression;
 pub mod kinds;

@@ -17,6 +17,8 @@ pub enum ParamType {
     AutoScalar(Quantity),
     /// Three numbers; they may move with time.
     Vector(Dimension),
+    /// One number for the axes x, y and z, or a vector with one for each; they may move with time.
+    PerAxis(Quantity),
     /// Exactly this many vectors of constants.
     Vectors(usize, Dimension),
     /// An orientation; it may move with time.
@@ -37,6 +39,8 @@ pub enum ParamType {
     JointPositions,
     /// A velocity for each joint: rad/s or m/s.
     JointVelocities,
+    /// An acceleration for each joint: rad/s^2 or m/s^2.
+    JointAccelerations,
     /// A number for each of some arms.
     PerArm(Dimension),
     /// One of these words.
@@ -59,6 +63,8 @@ pub enum Form {
     Like(&'static str),
     /// A number.
     Number(Quantity),
+    /// A vector of a dimension, along the world's axes.
+    Vector(Dimension),
     /// A constant number, zero or more, of the dimension that another parameter, bound before, has. No state stands in it.
     Size(&'static str),
 }
@@ -128,7 +134,7 @@ pub enum Presence {
     Required,
     /// It may be absent.
     Optional,
-    /// This text of the language stands in for it.
+    /// This text of the language stands in for it. For a group it is `{}`: what stands in it has defaults of its own.
     Default(&'static str),
 }
 

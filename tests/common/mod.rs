@@ -17,6 +17,7 @@ pub const EXAMPLES: &[&str] = &[
     "own_tasks",
     "balance",
     "both_arms",
+    "compliance",
     "tested",
 ];
 

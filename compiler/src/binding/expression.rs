@@ -10,7 +10,7 @@ use stdlib_tasks::params::{Form, ParamInfo, Quantity};
 
 use super::cut::cut;
 use super::{Binder, Number, Owner};
-use crate::expr::{Kind, Typed};
+use crate::expr::{Frame, Kind, Typed};
 
 impl Binder<'_> {
     pub(super) fn expression(
@@ -42,6 +42,10 @@ impl Binder<'_> {
                 (*self.forms.get(other)?, None)
             }
             Form::Number(q) => ((Kind::Scalar, q.dimension), Some(q)),
+            Form::Vector(d) => {
+                self.expressed(&typed, &Frame::World, true, &what)?;
+                ((Kind::Vector, d), None)
+            }
         };
         if matches!(form, Form::Value { .. } | Form::Like(_)) {
             self.operands.insert(info.name, typed.clone());

@@ -90,6 +90,9 @@ pub struct Number {
     pub written: bool,
 }
 
+/// What the unit of a joint is multiplied with for an acceleration.
+const PER_SQUARE_SECOND: Dimension = Dimension { s: -2, ..NONE };
+
 /// The name of the texts that defaults stand in.
 const DEFAULTS: &str = "a default of the task library";
 
@@ -235,7 +238,7 @@ impl Binder<'_> {
         for info in infos {
             let written = body.get(info.name);
             let default = match (written, info.presence) {
-                (None, Presence::Default(text)) => Some(self.default(text)),
+                (None, Presence::Default(text)) => Some(self.default(info, text)),
                 (None, Presence::Optional) => continue,
                 (None, Presence::Required) => {
                     missing.push((info, None));
@@ -299,6 +302,7 @@ impl Binder<'_> {
                 slot.map(Bound::Value)
             }
             ParamType::Vectors(count, d) => self.vectors(owner, value, count, d, info),
+            ParamType::PerAxis(q) => self.per_axis(owner, value, q, &what).map(Bound::Value),
             ParamType::Gains(names) => self.gains(owner, value, names, info),
             ParamType::Frame => self.frame(value, info).map(|(n, l)| Bound::Frame(n, l)),
             ParamType::Frames => {
@@ -313,6 +317,7 @@ impl Binder<'_> {
                 .map(Bound::Joints),
             ParamType::JointPositions => self.per_joint(owner, value, info, NONE),
             ParamType::JointVelocities => self.per_joint(owner, value, info, RATE),
+            ParamType::JointAccelerations => self.per_joint(owner, value, info, PER_SQUARE_SECOND),
             ParamType::PerArm(d) => self.per_arm(owner, value, info, d),
             ParamType::Choice(words) => match text_of(value) {
                 Some(word) if words.contains(&word) => Some(Bound::Choice(word.to_string())),
@@ -338,8 +343,12 @@ impl Binder<'_> {
         }
     }
 
-    /// The value that a default's text means. Texts are those of the task library; a test reads them all.
-    fn default(&mut self, text: &'static str) -> Value {
+    /// The value that a default's text means. Texts are those of the task library; a test reads them all. A group stands
+    /// for the defaults of what is in it.
+    fn default(&mut self, info: &ParamInfo, text: &'static str) -> Value {
+        if matches!(info.ty, ParamType::Group(_)) {
+            return Value { kind: ValueKind::Block(Block::default()), span: Span::default() };
+        }
         if let Some(known) = self.defaults.get(text) {
             return known.clone();
         }

@@ -25,7 +25,7 @@ impl Owner<'_> {
 
 impl Binder<'_> {
     /// Numbers for joints: `{ name value .. }`, or one value for all of the task's joints that have its unit. `per` is what
-    /// the joint's own unit is multiplied with: nothing for positions, a rate for velocities.
+    /// the joint's own unit is multiplied with: nothing for positions, a rate for velocities, its square for accelerations.
     pub(super) fn per_joint(&mut self, owner: Owner, value: &Value, info: &ParamInfo, per: Dimension) -> Option<Bound> {
         let model = &self.robot.model;
         let dimension = |dof: usize| joint_dimension(model, dof).times(per).unwrap_or(per);

@@ -176,6 +176,25 @@ impl Binder<'_> {
         Some(slot)
     }
 
+    /// One number for three axes, or a vector with one for each.
+    pub(super) fn per_axis(&mut self, owner: Owner, value: &Value, q: Quantity, what: &str) -> Option<Slot> {
+        let mut typed = self.typed(owner, value, !q.constant, false)?;
+        if let (Kind::Scalar, [one]) = (typed.kind, typed.nodes.as_slice()) {
+            typed.nodes = vec![*one; 3];
+            typed.kind = Kind::Vector;
+        } else if typed.kind != Kind::Vector {
+            let text = format!("{what} is a number or a vector, and this is {}", typed.kind.describe());
+            let unit = suffix(q.dimension);
+            self.diagnostics.push(
+                Diagnostic::error("HQ0304", value.span, text)
+                    .help(format!("write one number{} for all axes, or `[x, y, z]{unit}`", unit_behind(q.dimension))),
+            );
+            return None;
+        }
+        self.expressed(&typed, &Frame::World, false, what)?;
+        self.placed(owner, value, &typed, ((Kind::Vector, q.dimension), Some(q)), what)
+    }
+
     pub(super) fn vectors(
         &mut self,
         owner: Owner,

@@ -47,9 +47,8 @@ impl Checked<'_> {
 
     /// Whether a stack holds a task that says the same under another name.
     fn alike(&self, stack: usize, task: usize) -> bool {
-        let wanted = &self.program.tasks[task];
         let members = self.program.stacks[stack].levels.iter().filter(|l| l.hard).flat_map(|l| &l.members);
-        members.map(|m| &self.program.tasks[m.task]).any(|t| t.kind == wanted.kind && t.params == wanted.params)
+        members.into_iter().any(|m| self.program.alike(m.task, task))
     }
 
     fn nature(&self, task: usize) -> Option<Nature> {

@@ -134,7 +134,7 @@ fn write(value: &Value, out: &mut String) {
             out.push_str(name);
         }
         ValueKind::In(of, frame) => {
-            grouped(of, !is_atom(of), out);
+            grouped(of, !is_atom(of) || ends_with_minutes(of), out);
             out.push_str(" in ");
             out.push_str(frame);
         }

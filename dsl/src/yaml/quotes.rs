@@ -47,11 +47,11 @@ fn open(text: &str) -> i64 {
 
 /// Joins what YAML divided at commas inside brackets, in a sequence or mapping of flow style. Gives the diagnostics.
 pub(super) fn mend(source: SourceId, text: &str, nodes: &mut Vec<Node>, id: NodeId) -> Vec<Diagnostic> {
-    let end = nodes[id].span.range().end;
+    let std::ops::Range { start, end } = nodes[id].span.range();
     // `f(x, min: 3)` as an item: YAML takes what stands before the colon for a key.
     if let Kind::Mapping(entries) = &nodes[id].kind
         && let [(key, value)] = *entries.as_slice()
-        && is_open(text, nodes, key)
+        && is_open(text, nodes, key, start)
         && let Some(found) = divided(text, nodes, key, end).filter(|f| nodes[value].span.range().start < f.end)
         && let whole = text[found.clone()].split_whitespace().collect::<Vec<_>>().join(" ")
         && reads(&whole)
@@ -67,10 +67,12 @@ pub(super) fn mend(source: SourceId, text: &str, nodes: &mut Vec<Node>, id: Node
     }
     let mut diags = Vec::new();
     let kind = nodes[id].kind.clone();
-    let mut join = |nodes: &mut Vec<Node>, first: NodeId, starts: &[usize]| {
-        let found = divided(text, nodes, first, end)?;
+    // A value that begins with a scalar, where that is divided: the node of the whole, and how many parts follow.
+    let mut join = |nodes: &mut Vec<Node>, first: NodeId, rest: &mut dyn Iterator<Item = NodeId>| {
+        let found =
+            Some(first).filter(|f| is_open(text, nodes, *f, start)).and_then(|f| divided(text, nodes, f, end))?;
         // What begins inside the value is a part of it.
-        let taken = starts.iter().take_while(|s| **s < found.end).count();
+        let taken = rest.take_while(|n| nodes[*n].span.range().start < found.end).count();
         let value = text[found.clone()].split_whitespace().collect::<Vec<_>>().join(" ");
         if taken == 0 || !reads(&value) {
             return None;
@@ -81,16 +83,11 @@ pub(super) fn mend(source: SourceId, text: &str, nodes: &mut Vec<Node>, id: Node
         nodes.push(Node { kind: Kind::Scalar(value, Style::Plain), span, flow: false });
         Some((nodes.len() - 1, taken))
     };
-    let at = |nodes: &[Node], id: NodeId| nodes[id].span.range().start;
     match kind {
         Kind::Sequence(items) => {
             let (mut out, mut i) = (Vec::with_capacity(items.len()), 0);
             while let Some(&item) = items.get(i) {
-                let starts: Vec<usize> = match is_open(text, nodes, item) {
-                    true => items[i + 1..].iter().map(|n| at(nodes, *n)).collect(),
-                    false => Vec::new(),
-                };
-                let joined = if starts.is_empty() { None } else { join(nodes, item, &starts) };
+                let joined = join(nodes, item, &mut items[i + 1..].iter().copied());
                 out.push(joined.map_or(item, |j| j.0));
                 i += 1 + joined.map_or(0, |j| j.1);
             }
@@ -99,29 +96,27 @@ pub(super) fn mend(source: SourceId, text: &str, nodes: &mut Vec<Node>, id: Node
         Kind::Mapping(entries) => {
             let (mut out, mut i) = (Vec::with_capacity(entries.len()), 0);
             while let Some(&(key, value)) = entries.get(i) {
-                let first = [value, key].into_iter().find(|n| is_open(text, nodes, *n));
-                let starts: Vec<usize> = match first {
-                    Some(_) => entries[i + 1..].iter().map(|e| at(nodes, e.0)).collect(),
-                    None => Vec::new(),
-                };
-                let joined = first.filter(|_| !starts.is_empty()).and_then(|f| Some((f, join(nodes, f, &starts)?)));
-                out.push(match joined {
-                    Some((first, (whole, _))) if first == value => (key, whole),
+                let mut first =
+                    |nodes: &mut Vec<Node>, id: NodeId| join(nodes, id, &mut entries[i + 1..].iter().map(|e| e.0));
+                if let Some((whole, taken)) = first(nodes, value) {
+                    out.push((key, whole));
+                    i += taken;
+                } else if let Some((whole, taken)) = first(nodes, key) {
                     // A key that was divided: what stands behind the last part is its value.
-                    Some((_, (whole, taken))) => {
-                        let last = entries[i + taken].1;
-                        let (end, behind) = (nodes[whole].span.range().end, nodes[last].span.range().start);
-                        if behind >= end && !nodes[last].span.is_empty() {
-                            (whole, last)
-                        } else {
-                            let span = Span::new(source, end, end);
-                            nodes.push(Node { kind: Kind::Broken, span, flow: false });
-                            (whole, nodes.len() - 1)
-                        }
+                    let last = entries[i + taken].1;
+                    let (end, behind) = (nodes[whole].span.range().end, nodes[last].span.range().start);
+                    if behind >= end && !nodes[last].span.is_empty() {
+                        out.push((whole, last));
+                    } else {
+                        let span = Span::new(source, end, end);
+                        nodes.push(Node { kind: Kind::Broken, span, flow: false });
+                        out.push((whole, nodes.len() - 1));
                     }
-                    None => (key, value),
-                });
-                i += 1 + joined.map_or(0, |j| j.1.1);
+                    i += taken;
+                } else {
+                    out.push((key, value));
+                }
+                i += 1;
             }
             nodes[id].kind = Kind::Mapping(out);
         }
@@ -130,11 +125,15 @@ pub(super) fn mend(source: SourceId, text: &str, nodes: &mut Vec<Node>, id: Node
     diags
 }
 
-/// True for a value without quotes in which a `(` is not closed.
-fn is_open(text: &str, nodes: &[Node], id: NodeId) -> bool {
+/// True for a value without quotes in which a `(` is not closed, in a collection that begins at byte `from`; an alias
+/// stands for what is written elsewhere.
+fn is_open(text: &str, nodes: &[Node], id: NodeId, from: usize) -> bool {
     let node = &nodes[id];
     let plain = matches!(&node.kind, Kind::Scalar(_, Style::Plain));
-    plain && text.get(node.span.range()).is_some_and(|t| open(t) > 0)
+    plain
+        && node.span.range().start >= from
+        && node.span.len() <= MAX_LENGTH
+        && text.get(node.span.range()).is_some_and(|t| open(t) > 0)
 }
 
 /// The bytes of the value that begins with a scalar, to where its brackets are closed and the next comma or the end of

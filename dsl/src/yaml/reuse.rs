@@ -1,5 +1,7 @@
 //! Declarations that use others: `import`, and what stands behind a name: parameters, `from`, `changes`.
 
+use std::collections::BTreeMap;
+
 use super::Reader;
 use super::events::{Kind, NodeId, Style};
 use crate::calls;
@@ -18,12 +20,14 @@ impl Reader<'_> {
     /// its whole key.
     pub(super) fn heads(&mut self, id: NodeId) -> Vec<(Spanned<String>, Span, Vec<Parameter>, NodeId)> {
         let mut out: Vec<(Spanned<String>, Span, Vec<Parameter>, NodeId)> = Vec::new();
+        let mut seen: BTreeMap<String, Span> = BTreeMap::new();
         for (key, value) in self.pairs(id) {
             let Some((name, parameters)) = self.head(key) else { continue };
-            if let Some(first) = out.iter().find(|o| o.0 == name) {
-                self.diags.push(checks::duplicate(&name.value, first.0.span, name.span));
+            if let Some(first) = seen.get(&name.value) {
+                self.diags.push(checks::duplicate(&name.value, *first, name.span));
                 continue;
             }
+            seen.insert(name.value.clone(), name.span);
             out.push((name, self.span(key), parameters, value));
         }
         out

@@ -185,7 +185,8 @@ impl Controller {
     }
 
     fn tick(&mut self, o: &Observation) -> Option<Fault> {
-        let time = if o.time.is_finite() { o.time } else { self.last };
+        // A clock that says nothing is taken to go on.
+        let time = if o.time.is_finite() { o.time } else { self.last + self.period };
         self.signals.at(time);
         self.machine.begin();
         let first = self.started.is_none();

@@ -4,6 +4,7 @@
 //! and run without the spec it came from; [`Program::check`] makes sure that one that was read from a file cannot make
 //! the controller panic.
 
+mod alike;
 mod check;
 mod check_machine;
 mod check_scenario;

@@ -2,11 +2,14 @@
 //!
 //! Adding a type means adding its file, its line in `mod` and its line in [`KINDS`]. Tests walk the list.
 
+pub mod admittance;
 pub mod cooperative_motion;
 pub mod frame_orientation;
 pub mod frame_pose;
 pub mod frame_position;
+pub mod hand_guiding;
 pub mod hold;
+pub mod joint_acceleration_limits;
 pub mod joint_position;
 pub mod joint_position_limits;
 pub mod joint_velocity;
@@ -24,6 +27,7 @@ use crate::task::TaskKind;
 pub static KINDS: &[&TaskKind] = &[
     &joint_position_limits::KIND,
     &joint_velocity_limits::KIND,
+    &joint_acceleration_limits::KIND,
     &virtual_wall::KIND,
     &self_collision::KIND,
     &keep::KIND,
@@ -32,6 +36,8 @@ pub static KINDS: &[&TaskKind] = &[
     &frame_orientation::KIND,
     &cooperative_motion::KIND,
     &uncooperative_motion::KIND,
+    &admittance::KIND,
+    &hand_guiding::KIND,
     &hold::KIND,
     &joint_position::KIND,
     &joint_velocity::KIND,

@@ -57,6 +57,19 @@ pub fn valid(name: &'static str, model: &Model) -> Case {
             .number("orientation", &[1.0, 0.0, 0.0, 0.0])
             .number("gain", &[2.0, 2.0]),
         "frame_position" => case.with("frame", carrier).number("position", &[0.1, 0.2, 0.3]).number("gain", &[2.0]),
+        "joint_acceleration_limits" => {
+            let max = case.slot(&[5.0], &[0.0]);
+            case.with("joints", Bound::Joints(vec![dof])).with("max", Bound::PerJoint(vec![(dof, max)]))
+        }
+        "admittance" => {
+            let body = [&[20.0, 3.0][..], &[253.0, 27.0], &[800.0, 60.0]];
+            let case = case.with("frame", carrier).pose("target", &mut rng);
+            case.body(body, [&[1.0, 2.0, 3.0], &[0.1, 0.2, 0.3]])
+        }
+        "hand_guiding" => {
+            let body = [&[20.0, 3.0][..], &[253.0, 27.0], &[]];
+            case.with("frame", carrier).body(body, [&[1.0, 2.0, 3.0], &[0.1, 0.2, 0.3]])
+        }
         "frame_orientation" => {
             case.with("frame", carrier).number("orientation", &[1.0, 0.0, 0.0, 0.0]).number("gain", &[2.0])
         }
@@ -238,7 +251,7 @@ fn a_place_outside_the_table_is_no_number() {
 fn a_wrong_form_is_an_error_that_names_the_parameter() {
     let model = canopies(Base::Planar);
     let forms = [
-        Bound::Value(Slot { at: 0, len: 7 }),
+        Bound::Value(Slot { at: 0, len: 8 }),
         Bound::Frame("f".to_string(), LinkId(0)),
         Bound::Frames(Vec::new()),
         Bound::Arm(arms(&model)[0].clone()),
@@ -316,6 +329,14 @@ fn impossible_parameters_are_explained() {
     for max in [0.0, -1.0, f64::NAN] {
         refused(&per_joint("joint_velocity_limits", "max", dof, max), "max");
     }
+    for max in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        refused(&per_joint("joint_acceleration_limits", "max", dof, max), "max");
+    }
+    // One that `joints` names and `max` does not, and the other way round.
+    refused(&valid("joint_acceleration_limits", &model).with("joints", Bound::Joints(vec![dof, dof - 1])), "max");
+    refused(&valid("joint_acceleration_limits", &model).with("joints", Bound::Joints(vec![dof - 1])), "max");
+    refused(&with("admittance", "stiffness.linear", &[800.0, 9e5, 800.0]), "stiffness");
+    refused(&with("admittance", "stiffness.angular", &[60.0, 60.0, 2e5]), "stiffness");
     refused(&per_joint("joint_position", "target", 0, 0.1), "target");
     let bare = Arm { shoulder: None, ..right };
     let mut case = valid("swivel_angle", &model);

@@ -91,9 +91,20 @@ fn defaults_fit_their_types() {
                 }
                 ParamType::Choice(list) => assert!(list.contains(&text), "{what}"),
                 ParamType::Arm => assert!(["left", "right"].contains(&text), "{what}"),
+                ParamType::Expression(Form::Vector(d)) => {
+                    let behind = text.strip_prefix("[0, 0, 0] ").expect(&what);
+                    assert_eq!(d.to_string(), behind, "{what}");
+                }
+                ParamType::Group(inner) => {
+                    assert!(text == "{}" && inner.iter().all(|p| p.presence != Presence::Required), "{what}");
+                }
                 ParamType::Rotation | ParamType::Vector(_) => {
                     let captured = text.strip_prefix("initial(").and_then(|t| t.strip_suffix(')'));
-                    assert!(kind.actuals.iter().any(|a| Some(a.name) == captured), "{what}");
+                    // Inside a group the group's name comes first.
+                    let own = |a: &str| {
+                        captured.is_some_and(|c| a == c || a.strip_suffix(c).is_some_and(|g| g.ends_with('.')))
+                    };
+                    assert!(kind.actuals.iter().any(|a| own(a.name)), "{what}");
                 }
                 _ => panic!("{what}, and no default of this type is known"),
             }
@@ -154,10 +165,12 @@ fn natures_show_in_what_is_reported() {
         assert_eq!(loss.len(), task.reserve().len());
         assert!(loss.is_empty() || loss.len() == n);
         let limits_speed = kind.name == "joint_velocity_limits";
+        // Margins of what is only known once a velocity was chosen.
+        let later = limits_speed || kind.name == "joint_acceleration_limits";
         for i in 0..n {
             match kind.nature {
                 Nature::Target => assert!(w.lower[i] == w.upper[i] && w.margins[i] == f64::INFINITY),
-                Nature::Limit => assert!(w.lower[i] < w.upper[i] && (w.margins[i].is_finite() != limits_speed)),
+                Nature::Limit => assert!(w.lower[i] < w.upper[i] && (w.margins[i].is_finite() != later)),
             }
         }
         let names: BTreeSet<String> = task.rows().into_iter().map(|r| r.name).collect();

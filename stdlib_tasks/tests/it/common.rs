@@ -129,6 +129,24 @@ impl Case {
         self.with(name, Bound::Group(group.into_iter().map(|(n, s)| (n.to_string(), Bound::Value(s))).collect()))
     }
 
+    /// A group of numbers that stand still.
+    pub fn group(mut self, name: &str, numbers: &[(&str, &[f64])]) -> Self {
+        let inner = numbers.iter().map(|(n, x)| (n.to_string(), Bound::Value(self.slot(x, &vec![0.0; x.len()]))));
+        let group = Bound::Group(inner.collect());
+        self.with(name, group)
+    }
+
+    /// Virtual mass, damping and, unless it is empty, stiffness, linear and angular, the same for all axes, and a wrench.
+    pub fn body(self, numbers: [&[f64]; 3], wrench: [&[f64]; 2]) -> Self {
+        let mut case = self;
+        for (name, both) in ["mass", "damping", "stiffness"].iter().zip(numbers) {
+            if let [linear, angular] = both {
+                case = case.group(name, &[("linear", &[*linear; 3]), ("angular", &[*angular; 3])]);
+            }
+        }
+        case.group("wrench", &[("force", wrench[0]), ("moment", wrench[1])])
+    }
+
     /// The place of a number, `absolute.position` for one in a group, `angle.left` for one of an arm.
     pub fn place(&self, path: &str) -> Slot {
         let (first, rest) = path.split_once('.').unwrap_or((path, ""));

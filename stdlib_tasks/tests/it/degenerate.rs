@@ -137,8 +137,9 @@ fn a_configuration_that_is_no_number_is_told_from_an_overlap() {
             Err(fault) => assert_eq!(fault, TaskFault::NotFinite { row: 0 }, "`{}`", kind.name),
             Ok(w) => {
                 let seen = w.j.iter().chain(w.lower.iter()).chain(w.upper.iter()).any(|x| x.is_nan());
-                // These two do not look at the configuration at all.
-                let blind = ["joint_velocity", "joint_velocity_limits"].contains(&kind.name);
+                // These do not look at the configuration at all.
+                let blind =
+                    ["joint_velocity", "joint_velocity_limits", "joint_acceleration_limits"].contains(&kind.name);
                 assert_eq!(seen, !blind, "`{}`", kind.name);
             }
         }

@@ -3,11 +3,13 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests too")]
 
+mod accelerations;
 mod barriers;
 mod bound;
 mod catalogue;
 mod clearance;
 mod common;
+mod compliance;
 mod cooperative;
 mod degenerate;
 mod limits;

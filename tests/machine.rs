@@ -1,0 +1,15 @@
+//! Machines at run time: which transition is taken, in which order states are left and entered, what is asked of the
+//! world, how the command goes over from one stack to another, and what becomes of faults.
+
+mod common;
+
+#[path = "machine/blend.rs"]
+mod blend;
+#[path = "machine/faults.rs"]
+mod faults;
+#[path = "machine/host.rs"]
+mod host;
+#[path = "machine/interpreter.rs"]
+mod interpreter;
+#[path = "machine/semantics.rs"]
+mod semantics;

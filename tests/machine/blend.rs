@@ -1,0 +1,165 @@
+//! The way over between two stacks: hard levels hold at every tick of it, and the velocity does not jump.
+
+use proptest::prelude::*;
+use runtime::Controller;
+
+use super::host::Host;
+
+/// Parts that stacks are made of; all of them differ in what they ask for.
+const TASKS: &str = "
+task wave = joint_position { target { joint_1 0.6 rad * sin(2*pi*t/(2 s))  joint_4 1.6 rad + 0.4 rad * sin(2*pi*t/(3 s)) }  gain 5 /s }
+task reach = frame_position(tool) { position initial(position) + [0.1, 0.2, -0.1] m * sin(pi*t/(2 s))  gain 5 /s }
+task up = frame_position(tool) { position [0.2, -0.3, 0.9] m  gain 2 /s }
+task turn = joint_velocity { velocity { joint_1 0.8 rad/s } }
+task level_tool = frame_orientation(tool) { orientation initial(orientation)  gain 5 /s }
+task floor = virtual_wall { points arms  through [[0, 0, 0], [1, 0, 0], [0, 1, 0]]  d_min 0.25 m  gain 5 /s }
+task side = virtual_wall { points arms  through [[0, 0.25, 0], [1, 0.25, 0], [0, 0.25, 1]]  d_min 0.02 m  gain 5 /s }
+";
+
+const ROBOT: &str = "robot wide from arm {
+  points { hand tool  elbow link_4 }
+  arms { only { tip tool  points [hand, elbow] } }
+}
+";
+
+const MOTIONS: [&str; 5] = ["wave", "reach", "up", "turn", "level_tool"];
+
+/// A stack of the parts.
+#[derive(Clone, Debug)]
+struct Parts {
+    floor: bool,
+    side: bool,
+    motions: Vec<usize>,
+}
+
+fn parts() -> impl Strategy<Value = Parts> {
+    let motions = prop::sample::subsequence((0..MOTIONS.len()).collect::<Vec<_>>(), 1..3).prop_shuffle();
+    (any::<bool>(), any::<bool>(), motions).prop_map(|(floor, side, motions)| Parts { floor, side, motions })
+}
+
+impl Parts {
+    fn text(&self, name: &str) -> String {
+        let mut out = format!("stack {name} {{ level limits hard {{ joint_position_limits  joint_velocity_limits }}\n");
+        let walls = [(self.floor, "floor"), (self.side, "side")];
+        for (_, wall) in walls.iter().filter(|w| w.0) {
+            out.push_str(&format!("level {wall} hard {{ {wall} }}\n"));
+        }
+        for m in &self.motions {
+            out.push_str(&format!("level {0} {{ {0} }}\n", MOTIONS[*m]));
+        }
+        out + "}\n"
+    }
+}
+
+fn machine(a: &Parts, b: &Parts, blend: f64, ticks: usize) -> Host {
+    let text = format!(
+        "{ROBOT}{TASKS}{}{}
+         machine m {{ initial first  blend {blend} s  on fault(any) -> stopped
+           state first {{ stack a  after {} ms -> second }}
+           state second {{ stack b  after 10 s -> stopped }}
+           final state stopped }}",
+        a.text("a"),
+        b.text("b"),
+        10 * ticks,
+    );
+    Host::new(&text)
+}
+
+/// By how much the velocity of the tick breaks the worst row of the stack's hard levels.
+fn broken(controller: &Controller) -> f64 {
+    let v = controller.velocity();
+    let hard = controller.problem().levels.iter().filter(|l| l.hard);
+    hard.flat_map(|l| (0..l.rows()).map(move |i| l.slack(i, v).abs())).fold(0.0, f64::max)
+}
+
+fn jump(before: &[f64], after: &[f64]) -> f64 {
+    before.iter().zip(after).fold(0.0, |d: f64, (a, b)| d.max((a - b).abs()))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
+
+    #[test]
+    fn hard_levels_hold_through_every_blend(
+        (a, b) in (parts(), parts()),
+        blend in 0.05..0.6_f64,
+        ticks in 2..120_usize,
+    ) {
+        let mut host = machine(&a, &b, blend, ticks);
+        let mut last = Vec::new();
+        let mut switched = None;
+        for tick in 0..ticks + 70 {
+            let seen = host.step();
+            if seen.fault.is_some() {
+                // A wall that the first stack did not keep may stand behind the robot when the second one begins.
+                prop_assert!(switched.is_none_or(|s| s + 1 >= tick), "{seen:?}");
+                return Ok(());
+            }
+            if seen.state == "second" && switched.is_none() {
+                switched = Some(tick);
+                // What hard levels of the second stack demand may differ from what the first one did.
+                if broken_by(&host, &last) < 1e-9 {
+                    prop_assert!(jump(&last, host.controller.velocity()) < 1e-7, "the first tick of a blend goes on");
+                }
+            }
+            prop_assert!(broken(&host.controller) < 1e-8, "tick {tick}: {}", broken(&host.controller));
+            if seen.state == "second" {
+                let ends = tick - switched.unwrap_or(tick) >= (blend / 0.01).ceil() as usize;
+                prop_assert_eq!(host.controller.is_blending(), !ends);
+            }
+            last = host.controller.velocity().to_vec();
+        }
+    }
+}
+
+/// By how much a velocity breaks the hard levels of the tick.
+fn broken_by(host: &Host, v: &[f64]) -> f64 {
+    let hard = host.controller.problem().levels.iter().filter(|l| l.hard);
+    hard.flat_map(|l| (0..l.rows()).map(move |i| l.slack(i, v).abs())).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_blend_takes_the_jump_out_of_a_switch() {
+    let all = |motion: usize| Parts { floor: false, side: false, motions: vec![motion] };
+    let largest = |blend: f64| {
+        let mut host = machine(&all(3), &all(4), blend, 50);
+        let mut last = Vec::new();
+        let mut worst = 0.0_f64;
+        for tick in 0..150 {
+            host.step();
+            let v = host.controller.velocity().to_vec();
+            if tick > 0 {
+                worst = worst.max(jump(&last, &v));
+            }
+            last = v;
+        }
+        worst
+    };
+    assert!(largest(0.0) > 0.5, "without a blend joint 1 stops at once: {}", largest(0.0));
+    // The steepest slope of x²(3 - 2x) is 3/2: 0.8 rad/s go in 0.5 s by at most 0.024 rad/s a tick.
+    assert!(largest(0.5) < 0.8 * 1.5 * 0.01 / 0.5 + 2e-3, "{}", largest(0.5));
+}
+
+#[test]
+fn levels_that_both_stacks_share_go_on_undisturbed() {
+    let mut host = Host::new(
+        "task here = hold(tool)
+         task turn = joint_velocity { velocity { joint_1 0.5 rad/s } }
+         task rest = joint_velocity { velocity 0 rad/s }
+         stack a from still { add hand { here }  add elbow { turn } }
+         stack b from still { add hand { here }  add elbow { rest } }
+         machine m { initial first  blend 0.4 s  on fault(any) -> stopped
+           state first { stack a  after 1 s -> second }
+           state second { stack b  after 10 s -> stopped }
+           final state stopped }",
+    );
+    let mut moved = 0.0_f64;
+    for _ in 0..200 {
+        host.step();
+        moved = moved.max(host.controller.velocity().iter().fold(0.0, |a: f64, v| a.max(v.abs())));
+        let (hand, v) = (&host.controller.problem().levels[1], host.controller.velocity());
+        let slack = (0..hand.rows()).map(|i| hand.slack(i, v).abs()).fold(0.0, f64::max);
+        assert!(slack < 1e-9, "the hand has what it asks for at every tick: {slack}");
+    }
+    assert!(moved > 0.05, "the elbow moves");
+}

@@ -1,0 +1,157 @@
+//! Faults of every kind at random ticks: the command stays finite and within limits, and the machine ends where it says.
+
+use proptest::prelude::*;
+use runtime::FaultKind;
+
+use super::host::Host;
+
+const MACHINE: &str = "
+signal goal : point  timeout 100 ms
+param climb = 1 m/s
+task reach = frame_position(tool) { position goal  gain 2 /s }
+task slow = joint_velocity_limits { max 0.02 rad/s }
+task rising = keep(dot(frame(tool).position, [0, 0, 1])) { min 0.2 m + climb * max(t - 0.5 s, 0 s)  gain 10 /s }
+stack go from still { add motion { reach } }
+stack rise from still { add fence hard { slow  rising } }
+machine m {
+  initial go
+  blend 0.2 s
+  on fault(stale(goal)) -> waiting
+  on fault(infeasible(fence)) -> low
+  on fault(deadline) -> late
+  on fault(not_finite) -> blind
+  on fault(tracking) -> lost
+  on fault(any) -> stopped
+  state go { stack go  on climb_now -> rise }
+  state rise { stack rise }
+  final state waiting { stack still }
+  final state low { stack still }
+  final state late { stack still }
+  final state blind
+  final state lost { stack still }
+  final state stopped
+}
+signal climb_now : event
+";
+
+/// What goes wrong.
+#[derive(Clone, Copy, Debug)]
+enum Bad {
+    Position(usize, f64),
+    Time,
+    Late(f64),
+    Back,
+    Silence,
+    Wall,
+    Kick(usize),
+    Nothing,
+}
+
+fn bad() -> impl Strategy<Value = Bad> {
+    prop_oneof![
+        (0..7_usize, prop::sample::select(vec![f64::NAN, f64::INFINITY, f64::NEG_INFINITY]))
+            .prop_map(|(i, x)| Bad::Position(i, x)),
+        Just(Bad::Time),
+        (0.011..3.0_f64).prop_map(Bad::Late),
+        Just(Bad::Back),
+        Just(Bad::Silence),
+        Just(Bad::Wall),
+        (0..7_usize).prop_map(Bad::Kick),
+        Just(Bad::Nothing),
+    ]
+}
+
+fn ends(bad: Bad) -> (&'static str, Option<FaultKind>) {
+    match bad {
+        Bad::Position(..) | Bad::Time => ("blind", Some(FaultKind::NotFinite)),
+        Bad::Late(_) | Bad::Back => ("late", Some(FaultKind::Deadline)),
+        Bad::Silence => ("waiting", Some(FaultKind::Stale)),
+        Bad::Wall => ("low", Some(FaultKind::Infeasible)),
+        Bad::Kick(_) => ("lost", Some(FaultKind::Tracking)),
+        Bad::Nothing => ("go", None),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 80, ..ProptestConfig::default() })]
+
+    #[test]
+    fn every_fault_ends_where_the_machine_says(bad in bad(), tick in 1..150_usize) {
+        let mut host = Host::new(MACHINE);
+        let limits: Vec<f64> = host.controller.evaluator().model().dofs.iter().map(|d| d.velocity).collect();
+        let (wanted, kind) = ends(bad);
+        let mut faults = Vec::new();
+        let mut offset = 0.0;
+        let mut state = String::new();
+        for k in 0..tick + 120 {
+            let silent = matches!(bad, Bad::Silence) && k >= tick;
+            if !silent {
+                host.set("goal", &[0.4, 0.1, 0.5]);
+            }
+            let mut q = host.robot.measure().to_vec();
+            let mut time = host.time() + offset;
+            if k == tick {
+                match bad {
+                    Bad::Position(i, x) => q[i] = x,
+                    Bad::Time => time = f64::NAN,
+                    Bad::Late(by) => { offset = by; time += by }
+                    Bad::Back => { offset = -0.015; time += offset }
+                    Bad::Wall => host.raise("climb_now"),
+                    Bad::Kick(i) => q[i] += 0.8,
+                    Bad::Silence | Bad::Nothing => {}
+                }
+            }
+            // A signal bears the time of the host's clock.
+            if offset != 0.0 {
+                let index = host.controller.signals().interface().signal("goal").expect("a signal");
+                host.controller.signals().set(index, &[0.4, 0.1, 0.5], time);
+            }
+            let seen = host.step_at(time, &q);
+            faults.extend(seen.fault);
+            let within = host.controller.velocity().iter().zip(&limits).all(|(v, l)| v.abs() <= l + 1e-9);
+            prop_assert!(within, "tick {k}");
+            state = seen.state;
+        }
+        prop_assert_eq!(&state, wanted, "{:?} at tick {}", bad, tick);
+        prop_assert_eq!(faults.first().copied(), kind);
+        prop_assert_eq!(faults.len(), usize::from(kind.is_some()), "{:?}", faults);
+    }
+}
+
+#[test]
+fn a_machine_that_answers_nothing_stands_for_good() {
+    let mut host = Host::new("machine m { initial a  state a { stack still  after 10 s -> b }  final state b }");
+    host.steps(3);
+    let mut q = host.robot.measure().to_vec();
+    q[3] = f64::NAN;
+    let seen = host.step_at(host.time(), &q);
+    assert_eq!(seen.fault, Some(FaultKind::NotFinite));
+    assert!(host.controller.is_halted());
+    assert_eq!(host.steps(5), "a");
+    assert!(host.controller.velocity().iter().all(|v| *v == 0.0));
+}
+
+#[test]
+fn a_limit_that_is_passed_is_a_fault_where_a_transition_asks() {
+    // The wall comes closer than the robot can give way on a soft level.
+    let text = |answer: &str| {
+        format!(
+            "task wall = keep(dot(frame(tool).position, [0, 0, 1])) {{ min 0.2 m + 1 m/s * max(t - 0.3 s, 0 s)  gain 10 /s }}
+             task slow = joint_velocity_limits {{ max 0.02 rad/s }}
+             stack push {{ level limits hard {{ joint_position_limits  slow }}  level wall {{ wall }} }}
+             machine m {{ initial a  on fault(any) -> b  {answer}
+               state a {{ stack push  after 3 s -> b }}
+               state touched {{ stack still  after 10 s -> b }}
+               final state b }}"
+        )
+    };
+    let mut host = Host::new(&text("on fault(limit(wall)) -> touched").replace(
+        "on fault(any) -> b  on fault(limit(wall)) -> touched",
+        "on fault(limit(wall)) -> touched  on fault(any) -> b",
+    ));
+    let seen: Vec<_> = (0..250).map(|_| host.step()).collect();
+    assert_eq!(seen.iter().filter(|s| s.fault == Some(FaultKind::Limit)).count(), 1);
+    assert_eq!(seen.last().expect("ticks").state, "touched");
+    let mut host = Host::new(&text(""));
+    assert_eq!(host.steps(250), "a", "nobody asks");
+}

@@ -1,0 +1,174 @@
+//! Random machines against an interpreter that works on names alone.
+
+use proptest::prelude::*;
+
+use super::host::Host;
+
+/// What a transition waits for: an event, or ticks.
+#[derive(Clone, Copy, Debug)]
+enum Trigger {
+    Event(usize),
+    After(usize),
+}
+
+#[derive(Clone, Debug)]
+struct State {
+    /// `s0.s2`
+    path: String,
+    transitions: Vec<(Trigger, usize)>,
+}
+
+/// A machine: states with their paths, in the order of the text; the first child of each is its initial state.
+#[derive(Clone, Debug)]
+struct Random {
+    states: Vec<State>,
+    root: Vec<(Trigger, usize)>,
+}
+
+const EVENTS: usize = 3;
+
+fn shape() -> impl Strategy<Value = Vec<usize>> {
+    // For each state how many states of its level are left above it: a parent among the earlier ones, or none.
+    prop::collection::vec(0..5_usize, 2..8)
+}
+
+fn trigger() -> impl Strategy<Value = Trigger> {
+    prop_oneof![3 => (0..EVENTS).prop_map(Trigger::Event), 1 => (1..6_usize).prop_map(Trigger::After)]
+}
+
+fn random() -> impl Strategy<Value = Random> {
+    shape().prop_flat_map(|shape| {
+        let n = shape.len();
+        let ways = || prop::collection::vec((trigger(), 0..n), 0..3);
+        (Just(shape), prop::collection::vec(ways(), n), ways()).prop_map(|(shape, ways, root)| {
+            let mut paths: Vec<String> = Vec::new();
+            for (i, pick) in shape.iter().enumerate() {
+                let parent = if *pick == 0 || i == 0 { None } else { Some(&paths[(pick - 1) % i]) };
+                let deep = parent.is_some_and(|p| p.matches('.').count() >= 2);
+                let path = match parent.filter(|_| !deep) {
+                    Some(p) => format!("{p}.s{i}"),
+                    None => format!("s{i}"),
+                };
+                paths.push(path);
+            }
+            let states = paths.into_iter().zip(ways).map(|(path, transitions)| State { path, transitions }).collect();
+            Random { states, root }
+        })
+    })
+}
+
+impl Random {
+    fn children<'r>(&'r self, parent: &'r str) -> impl Iterator<Item = &'r State> {
+        self.states.iter().filter(move |s| s.path.rsplit_once('.').map_or("", |p| p.0) == parent)
+    }
+
+    fn written(&self, ways: &[(Trigger, usize)], out: &mut String) {
+        for (trigger, target) in ways {
+            let target = &self.states[*target].path;
+            match trigger {
+                Trigger::Event(k) => out.push_str(&format!("on e{k} -> {target}\n")),
+                Trigger::After(n) => out.push_str(&format!("after {} ms -> {target}\n", 10 * n)),
+            }
+        }
+    }
+
+    fn state(&self, s: &State, out: &mut String) {
+        let name = s.path.rsplit('.').next().unwrap_or(&s.path);
+        out.push_str(&format!("state {name} {{ enter log \"in {0}\"  exit log \"out {0}\"\n", s.path));
+        if let Some(first) = self.children(&s.path).next() {
+            out.push_str(&format!("initial {}\n", first.path.rsplit('.').next().unwrap_or("")));
+        }
+        self.written(&s.transitions, out);
+        self.children(&s.path).for_each(|c| self.state(c, out));
+        out.push_str("}\n");
+    }
+
+    fn text(&self) -> String {
+        let mut out: String = (0..EVENTS).map(|k| format!("signal e{k} : event\n")).collect();
+        out.push_str("machine m { stack still\n");
+        out.push_str(&format!("initial {}\n", self.children("").next().map_or("", |s| &s.path)));
+        self.written(&self.root, &mut out);
+        self.children("").for_each(|s| self.state(s, &mut out));
+        out.push_str("}\n");
+        out
+    }
+}
+
+/// The interpreter: a path, and the tick at which each part of it was entered.
+struct Naive<'r> {
+    machine: &'r Random,
+    /// `["s0", "s0.s2"]`
+    path: Vec<String>,
+    entered: Vec<usize>,
+    log: Vec<String>,
+}
+
+fn prefixes(path: &str) -> Vec<String> {
+    let parts: Vec<&str> = path.split('.').collect();
+    (1..=parts.len()).map(|n| parts[..n].join(".")).collect()
+}
+
+impl Naive<'_> {
+    fn enter(&mut self, target: &str, tick: usize) {
+        for p in prefixes(target).into_iter().skip(self.path.len()) {
+            self.log.push(format!("+log in {p}"));
+            self.path.push(p);
+            self.entered.push(tick);
+        }
+        if let Some(first) = self.machine.children(target).next() {
+            self.enter(&first.path, tick);
+        }
+    }
+
+    /// `depth` parts of the path hold the transition; 0 for the machine.
+    fn step(&mut self, events: &[bool], tick: usize) {
+        self.log.clear();
+        for depth in (0..=self.path.len()).rev() {
+            let own = depth.checked_sub(1);
+            let ways = match own {
+                Some(i) => &self.machine.states.iter().find(|s| s.path == self.path[i]).expect("a state").transitions,
+                None => &self.machine.root,
+            };
+            let since = own.map_or(0, |i| self.entered[i]);
+            let taken = ways.iter().find(|(trigger, _)| match trigger {
+                Trigger::Event(k) => events[*k],
+                Trigger::After(n) => tick - since >= *n,
+            });
+            let Some((_, target)) = taken else { continue };
+            let target = self.machine.states[*target].path.clone();
+            // What stays: the parts of the path down to the transition's state that hold the target and are not it.
+            let above = prefixes(&target);
+            let stays = (0..depth).take_while(|&i| i + 1 < above.len() && self.path[i] == above[i]).count();
+            while self.path.len() > stays {
+                self.log.extend(self.path.pop().map(|p| format!("+log out {p}")));
+                self.entered.pop();
+            }
+            self.enter(&target, tick);
+            return;
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
+
+    #[test]
+    fn it_does_what_the_interpreter_does(
+        machine in random(),
+        events in prop::collection::vec(prop::collection::vec(prop::bool::weighted(0.25), EVENTS), 1..40),
+    ) {
+        let mut host = Host::new(&machine.text());
+        let mut naive = Naive { machine: &machine, path: vec![], entered: vec![], log: vec![] };
+        let first = machine.children("").next().expect("a state").path.clone();
+        naive.enter(&first, 0);
+        let seen = host.step();
+        prop_assert_eq!(&seen.asked, &naive.log);
+        for (i, events) in events.iter().enumerate() {
+            (0..EVENTS).filter(|k| events[*k]).for_each(|k| host.raise(&format!("e{k}")));
+            let seen = host.step();
+            naive.step(events, i + 1);
+            prop_assert_eq!(&seen.asked, &naive.log, "tick {} of\n{}", i + 1, machine.text());
+            prop_assert_eq!(Some(&seen.state), naive.path.last());
+        }
+    }
+}
