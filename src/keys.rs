@@ -17,6 +17,7 @@ pub fn describe(holds: &Holds) -> String {
         Holds::OfJoint { speed: true } => "speed in rad/s or m/s".to_string(),
         Holds::Bound => "number in the unit of the value".to_string(),
         Holds::Value => "number, vector or orientation".to_string(),
+        Holds::Sent => "number, vector, orientation or `{ force  moment }`".to_string(),
         Holds::Values => "list, or whole numbers from one to another".to_string(),
         Holds::Text => "text".to_string(),
         Holds::Urdf => "path of a file".to_string(),

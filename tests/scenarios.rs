@@ -99,6 +99,20 @@ fn measures_are_what_others_see() {
 }
 
 #[test]
+fn a_limit_of_acceleration_is_measured_from_tick_to_tick() {
+    let arm = ARM.replace("level motion {", "level smooth { calm }  level motion {");
+    let text = format!(
+        "{arm}task calm = joint_acceleration_limits {{ max 2 rad/s^2 }}
+scenario s {{ simulator {{ lag 20 ms }}  expect always margin(calm) >= -9 rad/s^2 }}\n"
+    );
+    let program = program(&text);
+    let (summary, outcomes, _) = run(&program, &program.scenarios[0]);
+    let least = summary.tasks["calm"].min_margin.expect("a limit");
+    assert!((outcomes[0].margin().expect("a margin") - (least + 9.0)).abs() < 1e-9, "{outcomes:?} {least}");
+    assert!(least < 1.0, "it accelerates, and has {least} left");
+}
+
+#[test]
 fn the_same_seed_gives_the_same_bits_and_another_one_others() {
     let text = |seed: u32| {
         format!("{ARM}scenario s {{ seed {seed}  simulator {{ noise 1 mrad }}  expect always margin(gap) >= 0 m }}\n")

@@ -175,6 +175,7 @@ impl Walker<'_> {
             Holds::Number(_) | Holds::Vector(_) | Holds::OfJoint { .. } | Holds::Bound | Holds::Value => {
                 self.expression(value);
             }
+            Holds::Sent => self.anything(value),
             Holds::Numbers(_) => items(value).iter().for_each(|v| self.expression(v)),
             Holds::Text | Holds::NewName => {
                 self.marked(word(value).unwrap_or(""), || Slot::Nothing);

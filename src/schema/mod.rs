@@ -26,6 +26,7 @@ pub fn schema() -> Value {
 
 fn definitions() -> Value {
     let mut all = tasks::definitions();
+    all.insert("state".to_string(), sections::state());
     all.insert("repeats".to_string(), reuse::repeats_of_sections());
     all.into()
 }

@@ -18,6 +18,7 @@ pub(super) fn all() -> Map<String, Value> {
         "robots" => robots(),
         "for" => reuse::repeats(),
         "scenarios" => scenarios(),
+        "signals" => signals(),
         _ => held(&key.holds),
     };
     SPEC.written(Spelling::Yaml).map(|key| (key.name.to_string(), described(one(key), key.doc))).collect()
@@ -53,6 +54,7 @@ fn held(holds: &Holds) -> Value {
             let one = values::scalar(q);
             json!({ "anyOf": [one, { "type": "array", "minItems": 1, "items": one }] })
         }
+        Holds::Sent => json!({ "type": ["number", "string", "array", "boolean", "object"] }),
         Holds::Values => json!({ "type": ["array", "string"] }),
         Holds::Flag => json!({ "enum": [true, false] }),
         Holds::Choice(words) => json!({ "enum": words }),
@@ -66,6 +68,8 @@ fn held(holds: &Holds) -> Value {
             locks
         }
         Holds::Positions => values::per_joint(),
+        // States stand inside states.
+        Holds::Block(section) if std::ptr::eq(*section, &sections::STATE) => json!({ "$ref": "#/$defs/state" }),
         Holds::Block(section) => block(section),
         Holds::Blocks(section) => {
             let one = block(section);
@@ -91,6 +95,20 @@ fn held(holds: &Holds) -> Value {
         Holds::List(inner) => json!({ "type": "array", "minItems": 1, "items": held(inner) }),
         Holds::Tasks | Holds::Declarations => json!({}),
     }
+}
+
+/// Signals by name: a type, or a mapping with it.
+fn signals() -> Value {
+    let ty = json!({ "type": "string", "pattern": r"^[A-Za-z_][A-Za-z0-9_]*\??$" });
+    let mut signal = block(&sections::SIGNAL);
+    let text = signal["properties"]["type"]["description"].as_str().unwrap_or_default().to_string();
+    signal["properties"]["type"] = described(ty.clone(), &text);
+    section("", &json!({ "anyOf": [ty, signal] }))
+}
+
+/// A state of a machine.
+pub(super) fn state() -> Value {
+    described(block(&sections::STATE), "A state of a machine.")
 }
 
 pub(super) fn params() -> Value {

@@ -105,6 +105,8 @@ pub enum Holds {
     Bound,
     /// A number, a vector, an orientation.
     Value,
+    /// A constant value of a signal: a number, a vector, an orientation, or the parts of a wrench.
+    Sent,
     /// What a repetition runs over: a list, or whole numbers.
     Values,
     /// A text.

@@ -84,7 +84,7 @@ pub static SCENARIO_SIMULATOR: Section = Section {
 pub static SIGNAL_SCRIPT: Section = Section {
     name: "the script of a signal",
     keys: &[
-        Key::optional("value", Holds::Value, "The value that is sent; of a wrench `{ force [..] N  moment [..] Nm }`."),
+        Key::optional("value", Holds::Sent, "The value that is sent; of a wrench `{ force [..] N  moment [..] Nm }`."),
         Key::optional(
             "path",
             Holds::List(&Holds::Block(&WAYPOINT)),
@@ -119,7 +119,7 @@ pub static WAYPOINT: Section = Section {
     name: "a waypoint",
     keys: &[
         Key::required("at", A_TIME, "When, from the beginning of the run."),
-        Key::required("value", Holds::Value, "The value at that instant."),
+        Key::required("value", Holds::Sent, "The value at that instant."),
     ],
 };
 
@@ -133,7 +133,7 @@ pub static OUTCOME: Section = Section {
             "The word for it: `found`, `done`; `never` for an action without an end.",
         ),
         Key::or("after", A_TIME, "0 s", "How long the action takes."),
-        Key::optional("sets", Holds::Each(&Holds::Value), "Values that signals have from then on, by name."),
+        Key::optional("sets", Holds::Each(&Holds::Sent), "Values that signals have from then on, by name."),
     ],
 };
 

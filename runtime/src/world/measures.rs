@@ -50,7 +50,8 @@ impl Probe {
         Ok(Probe { task, evaluator, problem, bound, visit: None, known: false })
     }
 
-    fn tick(&mut self, tick: &Tick) {
+    /// `last` is the command of the tick before.
+    fn tick(&mut self, tick: &Tick, last: &[f64]) {
         let c = tick.controller;
         let runs = c.evaluator().members().iter().any(|m| m.program_index == self.task);
         self.known = runs || !self.bound;
@@ -58,7 +59,7 @@ impl Probe {
             return;
         }
         let times = Times { t: tick.time - c.stage_entered(), time: tick.time };
-        let moment = Moment { times, signals: c.signal_table(), velocity: tick.command };
+        let moment = Moment { times, signals: c.signal_table(), velocity: last };
         let anew = if runs { self.visit != Some(c.visit()) } else { self.visit.is_none() };
         if anew {
             self.visit = Some(c.visit());
@@ -97,6 +98,8 @@ pub(super) struct Measures {
     before: Option<(Vec<f64>, f64)>,
     /// The way since then, `nv` numbers.
     way: Vec<f64>,
+    /// The command of the tick before.
+    last: Vec<f64>,
 }
 
 impl Measures {
@@ -112,14 +115,16 @@ impl Measures {
             list: list.to_vec(),
             before: None,
             way: vec![0.0; program.robot.model.nv()],
+            last: vec![0.0; program.robot.model.nv()],
         })
     }
 
     /// Writes one number for each measure.
     pub fn tick(&mut self, tick: &Tick, out: &mut [f64]) {
         for probe in &mut self.probes {
-            probe.tick(tick);
+            probe.tick(tick, &self.last);
         }
+        self.last.copy_from_slice(tick.command);
         let model = tick.controller.evaluator().model();
         let mut elapsed = 0.0;
         if let Some((q, time)) = &self.before {
