@@ -22,6 +22,8 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("imports", include_str!("cases/imports.txt"), Spelling::Hq),
     ("reuse", include_str!("cases/reuse.txt"), Spelling::Hq),
     ("machines", include_str!("cases/machines.txt"), Spelling::Hq),
+    ("scenarios", include_str!("cases/scenarios.txt"), Spelling::Hq),
+    ("scenarios_yaml", include_str!("cases/scenarios_yaml.txt"), Spelling::Yaml),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Spelling::Yaml),
 ];
 
@@ -90,6 +92,16 @@ fn values() {
 #[test]
 fn state() {
     check("state");
+}
+
+#[test]
+fn scenarios() {
+    check("scenarios");
+}
+
+#[test]
+fn scenarios_yaml() {
+    check("scenarios_yaml");
 }
 
 #[test]

@@ -18,6 +18,7 @@ mod schema;
 mod solve;
 mod table;
 mod tasks;
+mod test;
 mod watch;
 
 use std::path::PathBuf;
@@ -44,6 +45,8 @@ enum Command {
     Compile(compile::Arguments),
     /// Run a spec, or a compiled program, on the simulated robot.
     Run(run::Arguments),
+    /// Run the scenarios of specs, and judge what is expected of them.
+    Test(test::Arguments),
     /// List the task types, or describe one in full.
     Tasks(tasks::Arguments),
     /// Explain a diagnostic code.
@@ -126,6 +129,7 @@ pub fn main() -> ExitCode {
         Command::Check(a) => check::run(&a),
         Command::Compile(a) => compile::run(&a),
         Command::Run(a) => run::run(&a),
+        Command::Test(a) => test::run(&a),
         Command::Tasks(a) => tasks::run(&a),
         Command::Explain(a) => explain::run(&a),
         Command::Fmt(a) => fmt::run(&a),

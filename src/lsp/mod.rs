@@ -26,6 +26,7 @@ mod vocabulary;
 mod walk;
 mod walk_machines;
 mod walk_reuse;
+mod walk_scenarios;
 mod workspace;
 
 use std::io;
