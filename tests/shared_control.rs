@@ -107,7 +107,12 @@ fn another_stack_takes_the_hand_over_at_its_speed() {
         transitions: Vec::new(),
     };
     let mut states = vec![state("m", None, None), state("led", Some(0), Some(0)), state("held", Some(0), Some(1))];
-    states[1].transitions.push(TransitionProgram { trigger: Trigger::After(2.0), target: 2, blend: 0.0 });
+    states[1].transitions.push(TransitionProgram {
+        trigger: Trigger::After(2.0),
+        text: "after 2 s".to_string(),
+        target: 2,
+        blend: 0.0,
+    });
     program.machine = Some(MachineProgram { states, actions: Vec::new() });
     program.run.subject = Subject::Machine;
     let model = &program.robot.model;

@@ -23,6 +23,7 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("reuse", include_str!("cases/reuse.txt"), Spelling::Hq),
     ("scenarios", include_str!("cases/scenarios.txt"), Spelling::Hq),
     ("scenarios_yaml", include_str!("cases/scenarios_yaml.txt"), Spelling::Yaml),
+    ("machines", include_str!("cases/machines.txt"), Spelling::Hq),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Spelling::Yaml),
 ];
 
@@ -146,4 +147,9 @@ fn reuse() {
 #[test]
 fn reuse_yaml() {
     check("reuse_yaml");
+}
+
+#[test]
+fn machines() {
+    check("machines");
 }

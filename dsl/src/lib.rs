@@ -57,6 +57,11 @@ pub fn parse(source: SourceId, text: &str, spelling: Spelling) -> (tree::Spec, V
     }
 }
 
+/// What a transition waits for, on one line, in the native spelling: `when norm(right_ft.force) < 3 N for 3 s`.
+pub fn trigger_text(transition: &tree::Transition) -> String {
+    print::trigger_text(transition)
+}
+
 /// Writes a tree in a spelling, comments included.
 pub fn print(spec: &tree::Spec, spelling: Spelling) -> String {
     match spelling {

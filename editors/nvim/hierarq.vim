@@ -7,17 +7,23 @@ endif
 syntax case match
 syntax iskeyword @,48-57,_
 
-syntax match hierarqKeyword "^\s*\zs\%(hierarq\|import\|param\|let\|robot\|task\|stack\|run\|for\)\>"
+syntax match hierarqKeyword "^\s*\zs\%(hierarq\|import\|param\|let\|robot\|task\|stack\|signal\|machine\|scenario\|expect\|run\|for\)\>"
 syntax match hierarqKeyword "\<\%(level\|replace\|add\|remove\|before\|after\|from\|as\)\ze\s\+\%(\h\|\$\)"
 syntax match hierarqKeyword "\<for\ze\s\+\h\w*\s\+in\>"
 syntax match hierarqOperator "\<in\ze\s\+\h"
 syntax match hierarqKeyword "\%(\<for\s\+\h\w*\s\+\)\@<=in\>"
-syntax keyword hierarqModifier hard weight
+syntax match hierarqKeyword "\<\%(state\|final\|stack\|initial\|enter\|do\|exit\)\ze\s\+\%(\h\|\$\)"
+syntax match hierarqKeyword "\<\%(on\|when\|after\|for\)\ze\s.*->"
+syntax match hierarqKeyword "^\s*\zs\%(on\|when\)\ze\s"
+syntax match hierarqKeyword "\%(^\s*expect\s.*\)\@<=\<\%(always\|eventually\|never\|within\|from\|to\|after\|until\|implies\)\>"
+syntax match hierarqOperator "->"
+syntax keyword hierarqModifier hard weight blend timeout
 syntax keyword hierarqConstant pi t time auto true false
 syntax match hierarqFunction "\<\h\w*\ze("
 syntax match hierarqType "\%(=\s*\)\@<=\h\w*\ze\s*\%({\|$\)"
 syntax match hierarqType "\%(^\s*task\s.*=\s*\)\@<=\h\w*\ze("
 syntax match hierarqType "\%(\h\w*:\s*\)\@<=\%(arm\|frame\|joints\|geometry\|task\|name\|number\|length\|angle\|duration\|rate\|speed\|angular_speed\|mass\|vector\|point\|orientation\|pose\)\>"
+syntax match hierarqType "\%(^\s*signal\s\+\h\w*\s*:\s*\)\@<=\%(event\|flag\|wrench\|\h\w*\)?\="
 syntax match hierarqNumber "\<\d\+\%(\.\d\+\)\=\%([eE][-+]\=\d\+\)\=\>"
 syntax match hierarqUnit "\%([0-9)\]/*]\s*\)\@<=\%(mrad\|turn\|rad\|deg\|kHz\|rpm\|cm\|mm\|km\|um\|ms\|us\|Hz\|kg\|kN\|mN\|Nm\|m\|s\|h\|g\|N\|J\|W\)\>"
 syntax match hierarqUnit "\%([0-9)\]/*]\s*\)\@<=min\>\%(\s\+[-0-9[(A-Za-z_]\)\@!"
@@ -25,8 +31,8 @@ syntax match hierarqHole "\${[-+* 0-9]*\h[-+* 0-9A-Za-z_]*}"
 syntax region hierarqString start=+"+ skip=+\\.+ end=+"+ oneline contains=hierarqHole
 syntax match hierarqComment "//.*$" contains=@Spell
 
-" `and`, `or` and `not` are operators inside brackets and behind `let`; elsewhere they are keys.
-syntax match hierarqOperator "\%(^\s*\%(let\|param\)\s.*\)\@<=\<\%(and\|or\|not\)\>"
+" `and`, `or` and `not` are operators inside brackets, behind `let`, and in conditions; elsewhere they are keys.
+syntax match hierarqOperator "\%(^\s*\%(let\|param\|when\|expect\)\s.*\)\@<=\<\%(and\|or\|not\)\>"
 
 highlight default link hierarqKeyword Keyword
 highlight default link hierarqModifier Keyword

@@ -1,6 +1,8 @@
 //! A program as text: stable, for people to review and for snapshots to hold.
 
 mod leaves;
+mod machine;
+mod operations;
 mod scenarios;
 
 use std::fmt::Write;
@@ -16,6 +18,7 @@ use crate::controller::{Controller, Observation};
 use crate::evaluator::{Evaluator, build_tasks};
 use crate::program::{CaptureSource, IdleRow, Op, Program, Simulator, StackProgram, Subject, TaskProgram};
 use leaves::{leaf, whole_leaf};
+use operations::operation;
 
 /// The text of a program. `None` where the program cannot be executed.
 pub fn text(program: &Program) -> Option<String> {
@@ -33,6 +36,8 @@ fn write(p: &Program, out: &mut String) -> std::fmt::Result {
         stack_text(p, i, stack, out)?;
     }
     values(p, out)?;
+    machine::signals(p, out)?;
+    machine::machine(p, out)?;
     let ticks = (p.run.duration / p.robot.period).round();
     let subject = subject(p, p.run.subject);
     writeln!(out, "\nrun {subject} for {} s, {ticks} ticks, solver {}", p.run.duration, p.run.solver.name())?;
@@ -341,41 +346,6 @@ fn expression(p: &Program, e: &Expression, out: &mut String) -> std::fmt::Result
         writeln!(out, "        ${i} = {text}")?;
     }
     Ok(())
-}
-
-/// An operation; `sign` stands before the numbers of others.
-fn operation(op: &Op, sign: char) -> String {
-    let r = |a: usize| format!("{sign}{a}");
-    let of = |name: &str, a: usize| format!("{name} {}", r(a));
-    let two = |a: usize, name: &str, b: usize| format!("{} {name} {}", r(a), r(b));
-    match *op {
-        Op::Const(x) => number(x),
-        Op::T => "t".to_string(),
-        Op::Time => "time".to_string(),
-        Op::Input(k) => format!("captured {k}"),
-        Op::State(k) => format!("state {k}"),
-        Op::Signal(k) => format!("signal {k}"),
-        Op::Add(a, b) => two(a, "+", b),
-        Op::Sub(a, b) => two(a, "-", b),
-        Op::Mul(a, b) => two(a, "*", b),
-        Op::Div(a, b) => two(a, "/", b),
-        Op::Neg(a) => format!("-{}", r(a)),
-        Op::Sin(a) => of("sin", a),
-        Op::Cos(a) => of("cos", a),
-        Op::Asin(a) => of("asin", a),
-        Op::Acos(a) => of("acos", a),
-        Op::Atan2(a, b) => format!("atan2 {} {}", r(a), r(b)),
-        Op::Exp(a) => of("exp", a),
-        Op::Log(a) => of("log", a),
-        Op::Sqrt(a) => of("sqrt", a),
-        Op::Abs(a) => of("abs", a),
-        Op::Powi(a, n) => format!("{} ^ {n}", r(a)),
-        Op::Min(a, b) => format!("min {} {}", r(a), r(b)),
-        Op::Max(a, b) => format!("max {} {}", r(a), r(b)),
-        Op::Less(a, b) => two(a, "<", b),
-        Op::LessEqual(a, b) => two(a, "<=", b),
-        Op::Select(a, b, c) => format!("if {} >= 0 then {} else {}", r(a), r(b), r(c)),
-    }
 }
 
 /// A number with at most six significant digits, without trailing zeros.

@@ -17,7 +17,7 @@ use super::document::Document;
 use super::hover;
 use super::mentions::{Class, MARKER, Mentions, Slot, Taken};
 use super::urdf::Part;
-use super::vocabulary::{BUILT_IN, FRAME_FIELDS, MEASURED, PRESENT, VALUE_FIELDS};
+use super::vocabulary::{BUILT_IN, FAULTS, FRAME_FIELDS, MEASURED, PRESENT, TRIGGERS, VALUE_FIELDS};
 use crate::catalogue::describe;
 use crate::keys;
 
@@ -171,7 +171,6 @@ impl List<'_> {
                 self.built_in(&measured, 0);
                 self.expression(mentions, false, true);
             }
-            Slot::Task => self.names(mentions, Class::Task, 0),
             Slot::Captured(actuals, prefix) => {
                 for actual in *actuals {
                     match actual.name.strip_prefix(prefix.as_str()) {
@@ -198,6 +197,20 @@ impl List<'_> {
             Slot::ValueField => {
                 for field in VALUE_FIELDS {
                     self.add(field, CompletionItemKind::FIELD, 0, "", String::new());
+                }
+            }
+            Slot::Signal => self.names(mentions, Class::Signal, 0),
+            Slot::Task => self.names(mentions, Class::Task, 0),
+            Slot::Machine => self.names(mentions, Class::Machine, 0),
+            Slot::Events { whole } => self.events(mentions, *whole),
+            Slot::Faults => {
+                for fault in FAULTS {
+                    self.add(fault.name, CompletionItemKind::ENUM_MEMBER, 0, "fault", fault.doc.to_string());
+                }
+            }
+            Slot::Verbs => {
+                for verb in compiler::VERBS {
+                    self.add(verb.name, CompletionItemKind::FUNCTION, 0, verb.form, hover::verb(verb));
                 }
             }
             Slot::Unit => self.units(),
@@ -285,11 +298,24 @@ impl List<'_> {
         }
         self.names(mentions, Class::Param, 0);
         self.names(mentions, Class::Let, 0);
+        self.names(mentions, Class::Signal, 0);
         let known = BUILT_IN.iter().map(|k| k.name).filter(|n| state || !PRESENT.contains(n));
         let known: Vec<&str> = known.collect();
         self.built_in(&known, 1);
         let functions: Vec<&str> = compiler::expr::FUNCTIONS.iter().map(|f| f.name).collect();
         self.built_in(&functions, 2);
+    }
+
+    /// Events that signals and actions raise; with `whole` all that a transition can wait for.
+    fn events(&mut self, mentions: &Mentions, whole: bool) {
+        self.names(mentions, Class::Event, 0);
+        for name in mentions.raised.keys().filter(|n| mentions.names(Class::Event).all(|e| e != n.as_str())) {
+            let about = hover::event(mentions, name).unwrap_or_default();
+            self.add(name, CompletionItemKind::EVENT, 0, Class::Raised.word(), about);
+        }
+        for trigger in TRIGGERS.iter().filter(|_| whole) {
+            self.add(trigger.name, CompletionItemKind::FUNCTION, 1, "", trigger.doc.to_string());
+        }
     }
 
     fn units(&mut self) {

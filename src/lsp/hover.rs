@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::ops::Range;
 
 use compiler::sections::Key;
-use compiler::units;
+use compiler::{Verb, units};
 use lsp_types::{Hover, HoverContents, MarkupContent, MarkupKind};
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::params::ParamInfo;
@@ -12,9 +12,10 @@ use stdlib_tasks::task::{Nature, TaskKind};
 
 use super::document::{Analysis, Document};
 use super::library::Source;
-use super::mentions::{Class, What};
+use super::mentions::{Class, Mentions, What};
 use super::text::Text;
-use super::vocabulary::{MEASURED, find};
+use super::vocabulary::{FAULTS, MEASURED, TRIGGERS, find};
+use super::walk_machines::outcome_of;
 use crate::catalogue::{describe, presence};
 use crate::keys;
 
@@ -42,6 +43,7 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
         What::Kind(kind) => task_kind(kind),
         What::Parameter(kind, info) => format!("{}\n\nParameter of `{}`.", parameter(info), kind.name),
         What::Key(key) => self::key(key),
+        What::Verb(verb) => self::verb(verb),
         What::BuiltIn(name) => built_in(name)?,
         What::Unit(unit) => {
             let text = document.text.as_str().get(mention.place.clone()).filter(|_| mention.exact);
@@ -58,7 +60,29 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
     Some(Hover { contents, range: Some(document.text.range(mention.place.clone())) })
 }
 
+/// A verb: how it is said, what it does, how it may come out.
+pub(super) fn verb(verb: &Verb) -> String {
+    let outcomes: Vec<String> = verb.outcomes.iter().map(|o| format!("`{o}`")).collect();
+    match outcomes.as_slice() {
+        [] => format!("`{}`: {}", verb.form, verb.doc),
+        some => format!("`{}`: {}\n\nAn event tells how it came out: {}.", verb.form, verb.doc, some.join(" or ")),
+    }
+}
+
+/// An event: what raises it.
+pub(super) fn event(mentions: &Mentions, name: &str) -> Option<String> {
+    let outcomes: Vec<&Verb> = outcome_of(name).filter(|_| mentions.raised.contains_key(name)).collect();
+    if !outcomes.is_empty() {
+        let verbs: Vec<String> = outcomes.iter().map(|v| format!("`{}`", v.name)).collect();
+        return Some(format!("event `{name}`: how {} came out", verbs.join(" or ")));
+    }
+    mentions.raised.contains_key(name).then(|| format!("event `{name}`: raised by `emit {name}`"))
+}
+
 fn declared(document: &Document, analysis: &Analysis, class: Class, name: &str) -> Option<String> {
+    if class == Class::Raised {
+        return event(&analysis.mentions, name);
+    }
     let declaration = analysis.mentions.declared.get(&(class, name.to_string()))?;
     match &declaration.elsewhere {
         Some(there) => shown(class, &there.source, &there.whole, name, &declaration.comments),
@@ -132,7 +156,8 @@ pub(super) fn task_kind(kind: &TaskKind) -> String {
 
 /// A function or a built-in name.
 pub(super) fn built_in(name: &str) -> Option<String> {
-    if let Some(known) = find(name).or_else(|| MEASURED.iter().find(|w| w.name == name)) {
+    let triggers = TRIGGERS.iter().chain(FAULTS).chain(MEASURED);
+    if let Some(known) = find(name).or_else(|| triggers.clone().find(|k| k.name == name)) {
         return Some(known.doc.to_string());
     }
     let function = compiler::expr::FUNCTIONS.iter().find(|f| f.name == name)?;

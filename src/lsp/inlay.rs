@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use compiler::units;
 use dsl::tree::{
-    Block, Change, Formula, FormulaKind, Item, ItemKind, Level, Member, MemberTask, Parameter, Spec, TaskDefinition,
-    Unit, Value, ValueKind,
+    Block, Change, Formula, FormulaKind, Item, ItemKind, Level, Member, MemberTask, Parameter, Spec, StateBody,
+    TaskDefinition, Trigger, Unit, Value, ValueKind,
 };
 use lsp_types::{InlayHint, InlayHintLabel};
 
@@ -44,8 +44,8 @@ fn quantities(spec: &Spec) -> Vec<(usize, String)> {
 fn item(item: &Item, out: &mut Vec<(usize, String)>) {
     match &item.kind {
         ItemKind::Import(_) => {}
-        // lowered separately
-        ItemKind::Signal(_) | ItemKind::Machine(_) => {}
+        ItemKind::Signal(s) => block(&s.settings, out),
+        ItemKind::Machine(m) => states(&m.body, out),
         ItemKind::Scenario(s) => {
             block(&s.body, out);
             s.expects.iter().for_each(|e| formula(&e.formula, out));
@@ -99,6 +99,26 @@ fn formula(f: &Formula, out: &mut Vec<(usize, String)>) {
         F::Value(v) => value(v, out),
         F::Missing => {}
     }
+}
+
+fn states(body: &StateBody, out: &mut Vec<(usize, String)>) {
+    if let Some(call) = &body.stack {
+        call.args.iter().chain(call.named.iter().map(|e| &e.value)).for_each(|v| value(v, out));
+    }
+    block(&body.settings, out);
+    body.actions.iter().flat_map(|a| &a.args).for_each(|v| value(v, out));
+    for t in &body.transitions {
+        match &t.trigger {
+            Trigger::On(v) | Trigger::After(v) => value(v, out),
+            Trigger::When { condition, hold } => {
+                value(condition, out);
+                hold.iter().for_each(|v| value(v, out));
+            }
+            Trigger::Missing => {}
+        }
+        block(&t.settings, out);
+    }
+    body.states.iter().for_each(|s| states(&s.body, out));
 }
 
 fn level(level: &Level, out: &mut Vec<(usize, String)>) {

@@ -35,6 +35,15 @@ pub(super) enum Class {
     Segment,
     Group,
     JointGroup,
+    /// A signal with a value.
+    Signal,
+    /// A signal that is an event.
+    Event,
+    /// An event that no signal declares: a state raises it, or it is how an action came out.
+    Raised,
+    Machine,
+    /// A state; its name is looked up together with those of the machine and the states that it stands in.
+    State,
 }
 
 impl Class {
@@ -53,6 +62,10 @@ impl Class {
             Class::Segment => "segment",
             Class::Group => "group",
             Class::JointGroup => "group of joints",
+            Class::Signal => "signal",
+            Class::Event | Class::Raised => "event",
+            Class::Machine => "machine",
+            Class::State => "state",
         }
     }
 }
@@ -80,6 +93,8 @@ pub(super) enum What {
     Key(&'static Key),
     /// A function or a name that is built in.
     BuiltIn(String),
+    /// What a state asks the outside world to do.
+    Verb(&'static compiler::Verb),
     /// A unit.
     Unit(dsl::tree::Unit),
 }
@@ -140,8 +155,6 @@ pub(super) enum Slot {
     },
     /// An expectation: an expression, and what is measured while a scenario runs.
     Expected,
-    /// A task by its name.
-    Task,
     /// What `initial(..)` can capture, behind this prefix.
     Captured(&'static [Actual], String),
     /// What a frame has.
@@ -162,6 +175,21 @@ pub(super) enum Slot {
     Joint,
     /// Joints and their groups, as keys, without those that are there.
     JointKey(Vec<String>),
+    /// A signal with a value.
+    Signal,
+    /// An event.
+    Events {
+        /// Faults and completion of tasks may stand in its place.
+        whole: bool,
+    },
+    /// A kind of fault.
+    Faults,
+    /// A declared task.
+    Task,
+    /// A verb.
+    Verbs,
+    /// A machine.
+    Machine,
     /// Nothing that could be offered: a new name, a text.
     Nothing,
 }
@@ -186,6 +214,10 @@ pub(super) struct Mentions {
     pub declared: BTreeMap<(Class, String), Declaration>,
     /// What declarations with parameters take, by `task NAME` or `stack NAME`.
     pub takes: BTreeMap<String, Vec<Taken>>,
+    /// The types of signals.
+    pub types: BTreeMap<String, String>,
+    /// Events that actions raise, each with the place where that is written first.
+    pub raised: BTreeMap<String, Range<usize>>,
     /// What the marker stands for.
     pub slot: Option<Slot>,
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use lsp_types::{DocumentHighlight, Location, Range};
 
 use super::document::Document;
-use super::mentions::{Mention, What};
+use super::mentions::{Class, Mention, What};
 use super::origin::Elsewhere;
 use super::urdf::Part;
 use super::uri;
@@ -19,6 +19,10 @@ pub(super) fn definition(document: &Document, byte: usize) -> Option<Location> {
         Some(Location::new(uri::of(&urdf.path)?, urdf.text.range(place)))
     };
     match &analysis.mentions.at(byte)?.what {
+        What::Declared(Class::Raised, name) => {
+            let place = analysis.mentions.raised.get(name)?.clone();
+            Some(Location::new(document.uri.clone(), document.text.range(place)))
+        }
         What::Declared(class, name) => {
             let declared = analysis.mentions.declared.get(&(*class, name.clone()))?;
             if let Some(there) = &declared.elsewhere {

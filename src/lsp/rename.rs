@@ -12,6 +12,7 @@ use super::library::Library;
 use super::mentions::{Class, Mention, Mentions, What};
 use super::origin::{self, Origin};
 use super::vocabulary;
+use super::walk_machines::outcome_of;
 use super::workspace::{self, Specs, Uses, Workspace};
 
 /// Most specs that are compiled to see whether they still can be.
@@ -49,6 +50,9 @@ pub(super) fn rename(
     }
     if vocabulary::find(new).is_some() || (target.class == Class::Task && stdlib_tasks::find(new).is_some()) {
         return Err(format!("`{new}` is a word of the language"));
+    }
+    if let (Class::Event, Some(verb)) = (target.class, outcome_of(&target.name).next()) {
+        return Err(format!("`{}` is how `{}` comes out, and keeps its word", target.name, verb.name));
     }
     let (owner, old) = target.name.rsplit_once('.').map_or((None, target.name.as_str()), |(o, n)| (Some(o), n));
     if old == new {
@@ -157,7 +161,9 @@ fn clashes(uses: &Uses, target: &Origin, new: &str) -> bool {
 /// True for a name that is declared; params and named expressions share theirs.
 fn taken(mentions: &Mentions, class: Class, key: &str) -> bool {
     let classes: &[Class] = match class {
-        Class::Param | Class::Let => &[Class::Param, Class::Let],
+        Class::Param | Class::Let | Class::Signal | Class::Event | Class::Raised => {
+            &[Class::Param, Class::Let, Class::Signal, Class::Event, Class::Raised]
+        }
         Class::Point | Class::Segment | Class::Group => &[Class::Point, Class::Segment, Class::Group],
         _ => &[class],
     };

@@ -1,6 +1,6 @@
 //! The outline of a spec.
 
-use dsl::tree::{Entry, ItemKind, Robot, Stack, ValueKind};
+use dsl::tree::{Entry, ItemKind, Robot, Stack, State, StateBody, ValueKind};
 use dsl::{Span, Spanned};
 use lsp_types::{DocumentSymbol, SymbolKind};
 
@@ -33,9 +33,12 @@ impl Outline<'_> {
                 o.symbol(&t.name, item.span, SymbolKind::FUNCTION, &t.definition.kind.value, Vec::new())
             }
             ItemKind::Stack(s) => o.symbol(&s.name, item.span, SymbolKind::MODULE, "stack", o.stack(s)),
-            // lowered separately
-            ItemKind::Signal(s) => o.symbol(&s.name, item.span, SymbolKind::EVENT, "signal", Vec::new()),
-            ItemKind::Machine(m) => o.symbol(&m.name, item.span, SymbolKind::CLASS, "machine", Vec::new()),
+            ItemKind::Signal(s) => {
+                let mark = if s.optional.is_some() { "?" } else { "" };
+                let detail = format!("signal, {}{mark}", s.ty.value);
+                o.symbol(&s.name, item.span, SymbolKind::EVENT, &detail, Vec::new())
+            }
+            ItemKind::Machine(m) => o.symbol(&m.name, item.span, SymbolKind::CLASS, "machine", o.states(&m.body)),
             ItemKind::Scenario(s) => o.symbol(&s.name, item.span, SymbolKind::EVENT, "scenario", Vec::new()),
             ItemKind::Run(_) => {
                 let start = item.span.range().start;
@@ -89,6 +92,14 @@ impl Outline<'_> {
         }
         out.sort_by_key(|s| (s.range.start.line, s.range.start.character));
         out
+    }
+
+    fn states(&self, body: &StateBody) -> Vec<DocumentSymbol> {
+        let state = |s: &State| {
+            let detail = if s.final_.is_some() { "state, final" } else { "state" };
+            self.symbol(&s.name, s.span, SymbolKind::ENUM_MEMBER, detail, self.states(&s.body))
+        };
+        body.states.iter().map(state).collect()
     }
 
     fn stack(&self, stack: &Stack) -> Vec<DocumentSymbol> {

@@ -4,6 +4,7 @@ use lsp_types::{SemanticToken, SemanticTokenType};
 
 use super::document::Document;
 use super::mentions::{Class, What};
+use super::vocabulary::FAULTS;
 
 /// The kinds of word, in the order that tokens refer to.
 pub(super) fn legend() -> Vec<SemanticTokenType> {
@@ -28,10 +29,12 @@ fn kind(what: &What) -> Option<u32> {
         What::Parameter(..) => 2,
         What::Declared(Class::Param | Class::Let | Class::Argument, _) => 6,
         What::Brought(Class::Param | Class::Let, _) => 6,
+        What::Declared(Class::State, _) => 5,
         What::Declared(..) | What::Brought(..) => 3,
         // What has a value by itself is a constant to the eye; the others take arguments.
         What::BuiltIn(name) if CONSTANTS.contains(&name.as_str()) => 5,
-        What::BuiltIn(_) => 4,
+        What::BuiltIn(name) if FAULTS.iter().any(|f| f.name == *name) => 5,
+        What::BuiltIn(_) | What::Verb(_) => 4,
         What::Link(_) | What::Joint(_) => 5,
         What::File | What::Spec(_) | What::Unit(_) => return None,
     })

@@ -7,7 +7,7 @@ use stdlib_tasks::params::{ParamInfo, ParamType};
 use stdlib_tasks::task::{Actual, TaskKind};
 
 use super::mentions::{Class, MARKER, Slot, Taken, Walker, What};
-use super::vocabulary::{CALLED, find};
+use super::vocabulary::{CALLED, WRENCH_FIELDS, find};
 use super::walk::{items, used, word};
 
 impl Walker<'_> {
@@ -177,7 +177,9 @@ impl Walker<'_> {
             ValueKind::List(list) => list.iter().for_each(|v| self.anything(v)),
             // A task may be given to a declaration: `guarded(left, hold(right))`.
             ValueKind::Call(name, args) if self.task(name) => args.iter().for_each(|v| self.anything(v)),
-            ValueKind::Name(n) if n != MARKER && !self.has(Class::Param, n) && !self.has(Class::Let, n) => {
+            ValueKind::Name(n)
+                if n != MARKER && ![Class::Param, Class::Let, Class::Signal].iter().any(|c| self.has(*c, n)) =>
+            {
                 if !self.scoped(n, value.span) && self.has(Class::Arm, n) {
                     self.note(n, value.span, What::Declared(Class::Arm, n.clone()));
                 }
@@ -317,6 +319,8 @@ impl Walker<'_> {
                 if self.marked(name, || slot) || self.scoped(name, value.span) {
                 } else if self.has(Class::Let, name) {
                     self.note(name, value.span, What::Declared(Class::Let, name.clone()));
+                } else if self.has(Class::Signal, name) {
+                    self.note(name, value.span, What::Declared(Class::Signal, name.clone()));
                 } else if find(name).is_some() && !CALLED.contains(&name.as_str()) {
                     self.note(name, value.span, What::BuiltIn(name.clone()));
                 } else {
@@ -344,6 +348,7 @@ impl Walker<'_> {
                 self.note(&function.value, function.span, What::BuiltIn(function.value.clone()));
                 match (function.value.as_str(), args.as_slice()) {
                     ("initial", [one]) => self.captured(one, actuals),
+                    ("present", [one]) => self.signal_name(one),
                     ("frame", [one]) => self.frame(one),
                     ("joint", [one]) => self.joints(one),
                     (name, [one]) if MEASURES.contains(&name) => self.measured(name, one),
@@ -361,6 +366,8 @@ impl Walker<'_> {
             ValueKind::Field(inner, field) => {
                 if matches!(&inner.kind, ValueKind::Call(f, _) if f.value == "frame") {
                     self.marked(&field.value, || Slot::FrameField);
+                } else if word(inner).and_then(|n| self.found.types.get(n)).is_some_and(|ty| ty == "wrench") {
+                    self.marked(&field.value, || Slot::Words(WRENCH_FIELDS));
                 } else {
                     self.marked(&field.value, || Slot::ValueField);
                 }

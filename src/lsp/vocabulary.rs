@@ -53,15 +53,43 @@ pub(super) static BUILT_IN: &[Word] = &[
         "The robot's centre of mass in the world, a point in m, of the links to which the URDF gives a mass; in `keep` and \
          `track`, and in `initial(..)`.",
     ),
+    word("present", "`present(SIGNAL)`: whether a signal has come, and not longer ago than its `timeout`."),
     word("true", "The truth value of what holds."),
     word("false", "The truth value of what does not hold."),
+];
+
+/// What happens, behind `on`, and the faults that `fault(..)` names beside the kinds.
+pub(super) static TRIGGERS: &[Word] = &[
+    word(
+        "reached",
+        "`reached(TASK, 5 mm, 2 deg)`: the target of the task stands still, and each of its errors is at most its tolerance.",
+    ),
+    word(
+        "fault",
+        "`fault(any)`, `fault(KIND)`, `fault(stale(SIGNAL))`, `fault(infeasible(LEVEL))`, `fault(limit(TASK))`: a fault came.",
+    ),
+];
+
+/// Kinds of fault, in the order of [`runtime::FaultKind::ALL`], and what they are.
+pub(super) static FAULTS: &[Word] = &[
+    word("any", "Every fault."),
+    word("not_finite", "A position, the time, or a row of a task is not finite."),
+    word("deadline", "A tick came too late, or the time went back."),
+    word("stale", "A signal that the state needs is absent or too old; `stale(SIGNAL)` for one of them."),
+    word("value", "A moving parameter has left what is allowed for it."),
+    word("crossed", "Bounds of a task have crossed."),
+    word("overlap", "Parts between which a distance is kept overlap, so that no direction leads away."),
+    word("infeasible", "The hard levels cannot be met together; `infeasible(LEVEL)` for one of them."),
+    word("limit", "A limit is passed; `limit(TASK)` for one of them."),
+    word("solver", "The hierarchy could not be solved."),
+    word("tracking", "The robot does not follow the command."),
 ];
 
 /// Those that give what the robot does now.
 pub(super) static PRESENT: &[&str] = &["frame", "joint", "point", "distance", "plane", "com"];
 
 /// Those of them that are called: without brackets, such a name is that of something else.
-pub(super) static CALLED: &[&str] = &["frame", "joint", "point", "distance", "plane"];
+pub(super) static CALLED: &[&str] = &["frame", "joint", "point", "distance", "plane", "present"];
 
 /// What expectations measure while a scenario runs.
 pub(super) static MEASURED: &[Word] = &[
@@ -75,23 +103,11 @@ pub(super) static MEASURED: &[Word] = &[
     word("speed", "`speed(JOINT)`: how fast a joint moves; never negative."),
 ];
 
-/// The words for faults.
-pub(super) static FAULTS: &[&str] = &[
-    "any",
-    "not_finite",
-    "deadline",
-    "stale",
-    "value",
-    "crossed",
-    "overlap",
-    "infeasible",
-    "limit",
-    "solver",
-    "tracking",
-];
-
 /// What a pose and a vector have.
 pub(super) static VALUE_FIELDS: &[&str] = &["position", "orientation", "x", "y", "z"];
+
+/// What a wrench has.
+pub(super) static WRENCH_FIELDS: &[&str] = &["force", "moment"];
 
 /// What a frame has.
 pub(super) static FRAME_FIELDS: &[&str] = &["position", "orientation", "pose"];
@@ -105,7 +121,7 @@ mod tests {
     #[test]
     fn words_are_those_of_the_compiler() {
         let faults: Vec<&str> = std::iter::once("any").chain(FaultKind::ALL.map(FaultKind::word)).collect();
-        assert_eq!(FAULTS, faults);
+        assert_eq!(FAULTS.iter().map(|w| w.name).collect::<Vec<_>>(), faults);
         let measured: Vec<&str> = MEASURED.iter().map(|w| w.name).collect();
         assert_eq!(measured, compiler::expr::MEASURES);
     }

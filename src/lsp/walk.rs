@@ -88,9 +88,9 @@ impl Walker<'_> {
                     }
                 }
             }
+            ItemKind::Signal(s) => self.declared_signal(s, item),
+            ItemKind::Machine(m) => self.declared_machine(m, item),
             ItemKind::Run(_) | ItemKind::Scenario(_) => {}
-            // lowered separately
-            ItemKind::Signal(_) | ItemKind::Machine(_) => {}
         }
     }
 
@@ -142,13 +142,19 @@ impl Walker<'_> {
                 self.stack(s);
                 self.scope.truncate(outer);
             }
+            ItemKind::Signal(s) => {
+                self.keyword("signal", start, item.span);
+                self.signal(s);
+            }
+            ItemKind::Machine(m) => {
+                self.keyword("machine", start, item.span);
+                self.machine(m);
+            }
             ItemKind::Scenario(s) => {
                 self.keyword("scenario", start, item.span);
                 self.section(&s.body, &SCENARIO);
                 s.expects.iter().for_each(|e| self.formula(&e.formula));
             }
-            // lowered separately
-            ItemKind::Signal(_) | ItemKind::Machine(_) => {}
             ItemKind::Run(r) => {
                 self.keyword("run", start, item.span);
                 self.section(&r.body, &RUN);
@@ -157,7 +163,7 @@ impl Walker<'_> {
     }
 
     /// A block whose keys are known.
-    fn section(&mut self, block: &Block, section: &'static Section) {
+    pub(super) fn section(&mut self, block: &Block, section: &'static Section) {
         for e in &block.entries {
             if self.marked(&e.key.value, || Slot::Keys(section, used(block))) {
                 continue;
@@ -200,6 +206,7 @@ impl Walker<'_> {
                     self.note(name, value.span, What::Declared(Class::Stack, name.to_string()));
                 }
             }
+            Holds::Name(Named::Machine) => self.machine_name(value),
             Holds::Link => self.link(value),
             Holds::Geometries => self.geometries(value),
             Holds::Joints => self.joints(value),
@@ -232,7 +239,7 @@ impl Walker<'_> {
             Holds::Each(inner) => entries(value).iter().for_each(|e| self.held(inner, &e.value)),
             Holds::PerJoint(inner) => self.joint_block(value, |w, v| w.held(inner, v)),
             // The readers take these; the tree has them in other places.
-            Holds::Name(Named::Robot | Named::Level | Named::Machine | Named::State)
+            Holds::Name(Named::Robot | Named::Level | Named::State)
             | Holds::Values
             | Holds::List(_)
             | Holds::Tasks

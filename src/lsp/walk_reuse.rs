@@ -8,7 +8,8 @@ use super::mentions::{Class, Declaration, Slot, Taken, Walker, What};
 use super::origin::Elsewhere;
 
 /// What a spec can see of a file, class by class.
-pub(super) const VISIBLE: [Class; 5] = [Class::Param, Class::Let, Class::Robot, Class::Task, Class::Stack];
+pub(super) const VISIBLE: [Class; 8] =
+    [Class::Param, Class::Let, Class::Robot, Class::Task, Class::Stack, Class::Signal, Class::Event, Class::Machine];
 
 /// What comes with a robot.
 pub(super) const PARTS: [Class; 5] = [Class::Arm, Class::Point, Class::Segment, Class::Group, Class::JointGroup];
@@ -100,11 +101,16 @@ impl Walker<'_> {
         if let Some(takes) = file.mentions.takes.get(&owner) {
             self.found.takes.entry(format!("{word} {here}")).or_insert_with(|| takes.clone());
         }
+        if let Some(ty) = file.mentions.types.get(there).filter(|_| class == Class::Signal) {
+            self.found.types.entry(here.to_string()).or_insert_with(|| ty.clone());
+        }
         for key in file.mentions.declared.keys() {
             let own = |before: &str| Some(key.1.strip_prefix(before)?.strip_prefix('.')?.to_string());
             let name = match (class, key.0) {
                 (Class::Robot, part) if PARTS.contains(&part) => Some(key.1.clone()),
-                (Class::Stack, Class::Level) => own(there).map(|level| format!("{here}.{level}")),
+                (Class::Stack, Class::Level) | (Class::Machine, Class::State) => {
+                    own(there).map(|level| format!("{here}.{level}"))
+                }
                 (Class::Task | Class::Stack, Class::Argument) => own(&owner).map(|p| format!("{word} {here}.{p}")),
                 _ => None,
             };

@@ -3,7 +3,6 @@
 use dsl::tree::{Formula, FormulaKind, Value, ValueKind};
 
 use super::mentions::{Class, Slot, Walker, What};
-use super::vocabulary::FAULTS;
 use super::walk::word;
 
 impl Walker<'_> {
@@ -47,7 +46,7 @@ impl Walker<'_> {
             }
             ("speed", _) => self.joints(value),
             ("fault", _) => {
-                self.marked(word(value).unwrap_or(""), || Slot::Words(FAULTS));
+                self.marked(word(value).unwrap_or(""), || Slot::Faults);
             }
             _ => {
                 self.marked(word(value).unwrap_or(""), || Slot::Nothing);

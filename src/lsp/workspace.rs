@@ -230,6 +230,9 @@ fn symbol(class: Class) -> Option<SymbolKind> {
         Class::Arm => SymbolKind::OBJECT,
         Class::Point | Class::Segment => SymbolKind::FIELD,
         Class::Group | Class::JointGroup => SymbolKind::ARRAY,
-        Class::Argument => return None,
+        Class::Signal | Class::Event => SymbolKind::EVENT,
+        Class::Machine => SymbolKind::CLASS,
+        Class::State => SymbolKind::ENUM_MEMBER,
+        Class::Argument | Class::Raised => return None,
     })
 }

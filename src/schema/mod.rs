@@ -3,6 +3,7 @@
 //! Task types come from the registry that the compiler reads. A schema sees one file and no robot: it knows no names, and
 //! of an expression only whether a plain number has a unit that fits. `hierarq check` knows the rest.
 
+mod machines;
 mod reuse;
 mod sections;
 mod tasks;
@@ -26,7 +27,7 @@ pub fn schema() -> Value {
 
 fn definitions() -> Value {
     let mut all = tasks::definitions();
-    all.insert("state".to_string(), sections::state());
+    all.extend(machines::definitions());
     all.insert("repeats".to_string(), reuse::repeats_of_sections());
     all.into()
 }

@@ -5,7 +5,7 @@ use dsl::Spelling;
 use serde_json::{Map, Value, json};
 use stdlib_tasks::params::Presence;
 
-use super::{described, object, reuse, section, values};
+use super::{described, machines, object, reuse, section, values};
 
 /// What the keys of a spec hold, by key.
 pub(super) fn all() -> Map<String, Value> {
@@ -16,9 +16,10 @@ pub(super) fn all() -> Map<String, Value> {
         "tasks" => reuse::tasks(),
         "stacks" => stacks(),
         "robots" => robots(),
+        "signals" => machines::signals(),
+        "machines" => machines::machines(),
         "for" => reuse::repeats(),
         "scenarios" => scenarios(),
-        "signals" => signals(),
         _ => held(&key.holds),
     };
     SPEC.written(Spelling::Yaml).map(|key| (key.name.to_string(), described(one(key), key.doc))).collect()
@@ -95,20 +96,6 @@ fn held(holds: &Holds) -> Value {
         Holds::List(inner) => json!({ "type": "array", "minItems": 1, "items": held(inner) }),
         Holds::Tasks | Holds::Declarations => json!({}),
     }
-}
-
-/// Signals by name: a type, or a mapping with it.
-fn signals() -> Value {
-    let ty = json!({ "type": "string", "pattern": r"^[A-Za-z_][A-Za-z0-9_]*\??$" });
-    let mut signal = block(&sections::SIGNAL);
-    let text = signal["properties"]["type"]["description"].as_str().unwrap_or_default().to_string();
-    signal["properties"]["type"] = described(ty.clone(), &text);
-    section("", &json!({ "anyOf": [ty, signal] }))
-}
-
-/// A state of a machine.
-pub(super) fn state() -> Value {
-    described(block(&sections::STATE), "A state of a machine.")
 }
 
 pub(super) fn params() -> Value {

@@ -93,6 +93,13 @@ fn what_the_printer_writes_is_valid() {
                level a { for n in [1, 2] { hold(left)  joint_velocity { velocity { \"arm_${k}_*\" 0 rad/s } } } }\n    }\n  }\n}\n"
             .to_string(),
     );
+    // Signals, machines, scenarios: those of the docs, and the file of all words.
+    for page in ["docs/src/language/machines.md", "docs/src/language/scenarios.md"] {
+        let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(page)).expect("readable");
+        let blocks = page.split("```hq\n").skip(1).filter_map(|b| b.split("```").next());
+        texts.extend(blocks.map(|b| format!("hierarq 1\n{b}")));
+    }
+    texts.push(include_str!("../../editors/words.hq").to_string());
     for text in texts {
         let (tree, diagnostics) = dsl::parse(SourceId(0), &text, Spelling::Hq);
         assert!(diagnostics.is_empty(), "{text}\n{diagnostics:?}");
@@ -116,6 +123,42 @@ fn keys(value: &Value, at: &str, out: &mut Vec<(String, String)>) {
             }
         }
         _ => {}
+    }
+}
+
+/// What is wrong in a machine without looking at names.
+#[test]
+fn machines_that_are_not_valid() {
+    let validator = validator();
+    let machine = |state: Value| json!({ "hierarq": 1, "machines": { "m": { "initial": "a", "states": { "a": { "states": { "b": state } } } } } });
+    for good in [
+        json!({}),
+        json!({ "final": true, "stack": "reach(left, goal: x)", "enter": ["say \"a\"", "log(b)"], "do": "capture(c)" }),
+        json!({ "transitions": [{ "on": "fault(any)", "to": "a.b" }, { "when": "x < 3 N", "for": "3 s", "to": "c" }] }),
+        json!({ "transitions": [{ "after": "10 s", "to": "c", "blend": "1 s" }], "initial": "c", "blend": 0.5 }),
+    ] {
+        assert_eq!(mistakes(&validator, &machine(good)), Vec::<String>::new());
+    }
+    for bad in [
+        json!({ "stak": "reach" }),
+        json!({ "transitions": { "on": "found", "to": "b" } }),
+        json!({ "transitions": [{ "on": "found" }] }),
+        json!({ "transitions": [{ "to": "b" }] }),
+        json!({ "transitions": [{ "on": "found", "when": "x < 3 N", "to": "b" }] }),
+        json!({ "transitions": [{ "on": "found", "for": "3 s", "to": "b" }] }),
+        json!({ "transitions": [{ "after": "10 m", "to": "b" }] }),
+        json!({ "blend": "1 m" }),
+        json!({ "final": "yes" }),
+        json!({ "states": { "c": { "stak": "x" } } }),
+    ] {
+        assert!(!validator.is_valid(&machine(bad.clone())), "{bad}");
+    }
+    let signal = |signal: Value| json!({ "hierarq": 1, "signals": { "s": signal } });
+    for good in [json!("point?"), json!("event"), json!({ "type": "wrench", "timeout": "100 ms" })] {
+        assert!(validator.is_valid(&signal(good.clone())), "{good}");
+    }
+    for bad in [json!("pont"), json!({ "timeout": "1 s" }), json!({ "type": "point", "timeout": "1 m" }), json!(3)] {
+        assert!(!validator.is_valid(&signal(bad.clone())), "{bad}");
     }
 }
 

@@ -14,6 +14,7 @@ mod signals;
 mod stack;
 mod triggers;
 mod values;
+mod wording;
 mod world;
 
 use std::path::{Path, PathBuf};

@@ -61,11 +61,10 @@ pub static ROBOT: Section = Section {
             Holds::PerJoint(&Holds::Block(&LIMIT)),
             "Limits that replace those of the URDF: `elbow { lower 0 rad  upper 2 rad  velocity 1 rad/s }`.",
         ),
-        Key::or(
+        Key::optional(
             "deadline",
             Holds::Number(Quantity::above(TIME, 0.0)),
-            "two periods",
-            "A tick that comes later than this after the one before is the fault `deadline`; more than one period.",
+            "A tick that comes later than this after the one before is the fault `deadline`: more than a period, two where left out.",
         ),
         Key::or(
             "tracking_gain",

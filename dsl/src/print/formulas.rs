@@ -154,6 +154,18 @@ pub(super) fn trigger(it: &Transition) -> Option<(&'static str, &Value)> {
     }
 }
 
+/// `when norm(right_ft.force) < 3 N for 3 s`
+pub(crate) fn trigger_text(it: &Transition) -> String {
+    let mut out = match trigger(it) {
+        Some((word, value)) => format!("{word} {}", condition(value)),
+        None => "on".to_owned(),
+    };
+    if let Some(hold) = hold(it) {
+        out.push_str(&format!(" for {}", guarded(hold)));
+    }
+    out
+}
+
 /// How long a condition must hold.
 pub(super) fn hold(it: &Transition) -> Option<&Value> {
     match &it.trigger {

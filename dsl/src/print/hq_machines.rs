@@ -149,14 +149,7 @@ fn transition(it: &Transition, indent: usize, lines: &mut Lines) {
     }
     lines.before(&it.settings.closing_comments.before, indent);
     lines.indent(indent);
-    match formulas::trigger(it) {
-        Some((word, value)) => lines.out.push_str(&format!("{word} {}", formulas::condition(value))),
-        None => lines.out.push_str("on"),
-    }
-    if let Some(hold) = formulas::hold(it) {
-        lines.out.push_str(&format!(" for {}", formulas::guarded(hold)));
-    }
-    lines.out.push_str(&format!(" -> {}", it.target.value));
+    lines.out.push_str(&format!("{} -> {}", formulas::trigger_text(it), it.target.value));
     if !it.settings.entries.is_empty() {
         lines.out.push_str(&format!(" {}", plain_settings(&it.settings.entries)));
     }

@@ -44,6 +44,8 @@ pub struct StateProgram {
 pub struct TransitionProgram {
     /// When it is taken.
     pub trigger: Trigger,
+    /// The same in the words of the spec: `when norm(right_ft.force) < 3 N for 3 s`.
+    pub text: String,
     /// The state that it leads to.
     pub target: usize,
     /// How long the command takes to go over to that of another stack, in s.

@@ -1,0 +1,113 @@
+//! Signals and the machine of a program as text.
+
+use std::fmt::Write;
+
+use super::number;
+use crate::program::{ActionProgram, MachineProgram, Program, StateProgram};
+
+/// What comes from outside: signals with their types and numbers, events with what raises them.
+pub(super) fn signals(p: &Program, out: &mut String) -> std::fmt::Result {
+    let interface = &p.interface;
+    if !interface.signals.is_empty() {
+        writeln!(out, "\nsignals  {} numbers", interface.width())?;
+    }
+    for s in &interface.signals {
+        let mark = if s.optional { "?" } else { "" };
+        write!(out, "  {} : {}{mark}", s.name, s.kind)?;
+        match s.timeout {
+            Some(timeout) => write!(out, "  timeout {} s", number(timeout))?,
+            None => write!(out, "  no timeout")?,
+        }
+        match s.len {
+            1 => writeln!(out, "  present {}, value {}", s.at, s.at + 1)?,
+            _ => writeln!(out, "  present {}, value {}..{}", s.at, s.at + 1, s.at + s.len)?,
+        }
+    }
+    if interface.events.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "\nevents")?;
+    let actions = p.machine.as_ref().map_or(&[][..], |m| &m.actions);
+    for (i, event) in interface.events.iter().enumerate() {
+        let mut from: Vec<&str> = Vec::new();
+        for a in actions {
+            if (a.event == Some(i) || a.outcomes.iter().any(|o| o.1 == i)) && !from.contains(&a.verb.as_str()) {
+                from.push(&a.verb);
+            }
+        }
+        let from = if from.is_empty() { "the host".to_string() } else { format!("{} or the host", from.join(", ")) };
+        writeln!(out, "  {event}  from {from}")?;
+    }
+    Ok(())
+}
+
+/// The machine: states inside each other, with stacks, actions and ways out.
+pub(super) fn machine(p: &Program, out: &mut String) -> std::fmt::Result {
+    let Some(m) = &p.machine else { return Ok(()) };
+    let Some(root) = m.states.first() else { return Ok(()) };
+    writeln!(out, "\nmachine {}  {} states, {} actions", root.name, m.states.len() - 1, m.actions.len())?;
+    for (i, state) in m.states.iter().enumerate() {
+        let depth = m.path(i).count() - 1;
+        if i > 0 {
+            let word = if state.is_final { "final state" } else { "state" };
+            writeln!(out, "{:indent$}{word} {}", "", state.name, indent = 2 * depth)?;
+        }
+        body(p, m, i, state, 2 * depth + 2, out)?;
+    }
+    Ok(())
+}
+
+fn body(
+    p: &Program,
+    m: &MachineProgram,
+    index: usize,
+    state: &StateProgram,
+    indent: usize,
+    out: &mut String,
+) -> std::fmt::Result {
+    let stack = |k: usize| p.stacks.get(k).map_or("?", |s| s.name.as_str());
+    match (state.stack, m.owner(index)) {
+        (Some(own), _) => writeln!(out, "{:indent$}stack {}", "", stack(own))?,
+        (None, Some(owner)) if state.initial.is_none() => {
+            let outer = &m.states[owner];
+            let name = outer.stack.map_or("?", stack);
+            writeln!(out, "{:indent$}stack {name}, that of {}", "", outer.name)?;
+        }
+        (None, None) if state.initial.is_none() => writeln!(out, "{:indent$}no stack: the robot stands", "")?,
+        _ => {}
+    }
+    if let Some(initial) = state.initial.and_then(|i| m.states.get(i)) {
+        writeln!(out, "{:indent$}initial {}", "", initial.name)?;
+    }
+    for (moment, all) in [("enter", &state.enter), ("do", &state.activities), ("exit", &state.exit)] {
+        for action in all.iter().filter_map(|&a| m.actions.get(a)) {
+            writeln!(out, "{:indent$}{moment} {}", "", asked(p, action))?;
+        }
+    }
+    for t in &state.transitions {
+        let target = m.states.get(t.target).map_or("?", |s| s.name.as_str());
+        write!(out, "{:indent$}{} -> {target}", "", t.text)?;
+        if t.blend > 0.0 {
+            write!(out, "  blend {} s", number(t.blend))?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+/// `capture(head_camera): found, not_found`
+fn asked(p: &Program, a: &ActionProgram) -> String {
+    let words: Vec<String> =
+        a.arguments.iter().map(|w| if is_word(w) { w.clone() } else { format!("{w:?}") }).collect();
+    let mut text = format!("{}({})", a.verb, words.join(", "));
+    let outcomes: Vec<&str> =
+        a.outcomes.iter().filter_map(|o| p.interface.events.get(o.1)).map(String::as_str).collect();
+    if !outcomes.is_empty() {
+        let _ = write!(text, ": {}", outcomes.join(", "));
+    }
+    text
+}
+
+fn is_word(text: &str) -> bool {
+    !text.is_empty() && text.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '.' | '-'))
+}

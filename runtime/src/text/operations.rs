@@ -1,0 +1,39 @@
+//! Operations of expressions as text.
+
+use super::number;
+use crate::program::Op;
+
+/// An operation; `sign` stands before the numbers of others.
+pub(super) fn operation(op: &Op, sign: char) -> String {
+    let r = |a: usize| format!("{sign}{a}");
+    let of = |name: &str, a: usize| format!("{name} {}", r(a));
+    let two = |a: usize, name: &str, b: usize| format!("{} {name} {}", r(a), r(b));
+    match *op {
+        Op::Const(x) => number(x),
+        Op::T => "t".to_string(),
+        Op::Time => "time".to_string(),
+        Op::Input(k) => format!("captured {k}"),
+        Op::State(k) => format!("state {k}"),
+        Op::Signal(k) => format!("signal {k}"),
+        Op::Add(a, b) => two(a, "+", b),
+        Op::Sub(a, b) => two(a, "-", b),
+        Op::Mul(a, b) => two(a, "*", b),
+        Op::Div(a, b) => two(a, "/", b),
+        Op::Neg(a) => format!("-{}", r(a)),
+        Op::Sin(a) => of("sin", a),
+        Op::Cos(a) => of("cos", a),
+        Op::Asin(a) => of("asin", a),
+        Op::Acos(a) => of("acos", a),
+        Op::Atan2(a, b) => format!("atan2 {} {}", r(a), r(b)),
+        Op::Exp(a) => of("exp", a),
+        Op::Log(a) => of("log", a),
+        Op::Sqrt(a) => of("sqrt", a),
+        Op::Abs(a) => of("abs", a),
+        Op::Powi(a, n) => format!("{} ^ {n}", r(a)),
+        Op::Min(a, b) => format!("min {} {}", r(a), r(b)),
+        Op::Max(a, b) => format!("max {} {}", r(a), r(b)),
+        Op::Less(a, b) => two(a, "<", b),
+        Op::LessEqual(a, b) => two(a, "<=", b),
+        Op::Select(a, b, c) => format!("if {} >= 0 then {} else {}", r(a), r(b), r(c)),
+    }
+}
