@@ -21,9 +21,9 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("yaml", include_str!("cases/yaml.txt"), Spelling::Yaml),
     ("imports", include_str!("cases/imports.txt"), Spelling::Hq),
     ("reuse", include_str!("cases/reuse.txt"), Spelling::Hq),
-    ("machines", include_str!("cases/machines.txt"), Spelling::Hq),
     ("scenarios", include_str!("cases/scenarios.txt"), Spelling::Hq),
     ("scenarios_yaml", include_str!("cases/scenarios_yaml.txt"), Spelling::Yaml),
+    ("machines", include_str!("cases/machines.txt"), Spelling::Hq),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Spelling::Yaml),
 ];
 

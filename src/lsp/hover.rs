@@ -156,8 +156,8 @@ pub(super) fn task_kind(kind: &TaskKind) -> String {
 
 /// A function or a built-in name.
 pub(super) fn built_in(name: &str) -> Option<String> {
-    let others = TRIGGERS.iter().chain(FAULTS).chain(MEASURED);
-    if let Some(known) = find(name).or_else(|| others.clone().find(|k| k.name == name)) {
+    let triggers = TRIGGERS.iter().chain(FAULTS).chain(MEASURED);
+    if let Some(known) = find(name).or_else(|| triggers.clone().find(|k| k.name == name)) {
         return Some(known.doc.to_string());
     }
     let function = compiler::expr::FUNCTIONS.iter().find(|f| f.name == name)?;

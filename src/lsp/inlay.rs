@@ -79,26 +79,6 @@ fn item(item: &Item, out: &mut Vec<(usize, String)>) {
     }
 }
 
-fn states(body: &StateBody, out: &mut Vec<(usize, String)>) {
-    if let Some(call) = &body.stack {
-        call.args.iter().chain(call.named.iter().map(|e| &e.value)).for_each(|v| value(v, out));
-    }
-    block(&body.settings, out);
-    body.actions.iter().flat_map(|a| &a.args).for_each(|v| value(v, out));
-    for t in &body.transitions {
-        match &t.trigger {
-            Trigger::On(v) | Trigger::After(v) => value(v, out),
-            Trigger::When { condition, hold } => {
-                value(condition, out);
-                hold.iter().for_each(|v| value(v, out));
-            }
-            Trigger::Missing => {}
-        }
-        block(&t.settings, out);
-    }
-    body.states.iter().for_each(|s| states(&s.body, out));
-}
-
 fn formula(f: &Formula, out: &mut Vec<(usize, String)>) {
     use FormulaKind as F;
     match &f.kind {
@@ -119,6 +99,26 @@ fn formula(f: &Formula, out: &mut Vec<(usize, String)>) {
         F::Value(v) => value(v, out),
         F::Missing => {}
     }
+}
+
+fn states(body: &StateBody, out: &mut Vec<(usize, String)>) {
+    if let Some(call) = &body.stack {
+        call.args.iter().chain(call.named.iter().map(|e| &e.value)).for_each(|v| value(v, out));
+    }
+    block(&body.settings, out);
+    body.actions.iter().flat_map(|a| &a.args).for_each(|v| value(v, out));
+    for t in &body.transitions {
+        match &t.trigger {
+            Trigger::On(v) | Trigger::After(v) => value(v, out),
+            Trigger::When { condition, hold } => {
+                value(condition, out);
+                hold.iter().for_each(|v| value(v, out));
+            }
+            Trigger::Missing => {}
+        }
+        block(&t.settings, out);
+    }
+    body.states.iter().for_each(|s| states(&s.body, out));
 }
 
 fn level(level: &Level, out: &mut Vec<(usize, String)>) {

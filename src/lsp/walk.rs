@@ -152,7 +152,6 @@ impl Walker<'_> {
             }
             ItemKind::Scenario(s) => {
                 self.keyword("scenario", start, item.span);
-                self.scenario(s);
                 self.section(&s.body, &SCENARIO);
                 s.expects.iter().for_each(|e| self.formula(&e.formula));
             }
