@@ -75,9 +75,7 @@ impl World {
         for sender in &mut self.senders {
             sender.tick(signals, time);
         }
-        for push in &mut self.pushes {
-            push.tick(signals, q, time);
-        }
+        push::tick(&mut self.pushes, signals, q, time);
         while self.events.last().is_some_and(|e| e.0 <= time + NOW) {
             let event = self.events.pop();
             event.map(|(_, event)| signals.raise(event));

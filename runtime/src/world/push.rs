@@ -22,11 +22,16 @@ impl Push {
         Push { script: script.clone(), data: Data::new(&model), model, last: None }
     }
 
-    pub fn tick(&mut self, signals: &mut Signals, q: &[f64], time: f64) {
+    /// The signal that reports it.
+    pub fn signal(&self) -> usize {
+        self.script.signal
+    }
+
+    /// The wrench at a time; zero while nobody touches the sensor.
+    pub fn wrench(&mut self, q: &[f64], time: f64) -> [f64; 6] {
         let s = &self.script;
         let here = time >= s.from - NOW && s.to.is_none_or(|to| time < to - NOW);
-        let wrench = match &s.force {
-            // Nobody touches the sensor, and it says so.
+        match &s.force {
             _ if !here => {
                 self.last = None;
                 [0.0; 6]
@@ -42,8 +47,23 @@ impl Push {
                 let f = pull(&(Vector3::from(*point) - x), &speed, *stiffness, *damping, *most);
                 [f.x, f.y, f.z, 0.0, 0.0, 0.0]
             }
-        };
-        signals.set(s.signal, &wrench, time);
+        }
+    }
+}
+
+/// Sends each sensor the sum of what acts on it; zero where nobody touches it.
+pub(super) fn tick(pushes: &mut [Push], signals: &mut Signals, q: &[f64], time: f64) {
+    for i in 0..pushes.len() {
+        let signal = pushes[i].signal();
+        if pushes[..i].iter().any(|p| p.signal() == signal) {
+            continue;
+        }
+        let mut sum = [0.0; 6];
+        for push in pushes[i..].iter_mut().filter(|p| p.signal() == signal) {
+            let wrench = push.wrench(q, time);
+            sum.iter_mut().zip(wrench).for_each(|(s, w)| *s += w);
+        }
+        signals.set(signal, &sum, time);
     }
 }
 
