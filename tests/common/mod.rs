@@ -19,6 +19,9 @@ pub const EXAMPLES: &[&str] = &[
     "both_arms",
     "compliance",
     "tested",
+    "admittance",
+    "hand_guiding",
+    "harvesting",
 ];
 
 /// A file of the `examples` folder.
