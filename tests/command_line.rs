@@ -225,3 +225,36 @@ fn set_overrides_a_parameter() {
     assert!(text(&unknown.stderr).contains("did you mean `speed`?"), "{}", text(&unknown.stderr));
     assert_eq!(hierarq(&["check", name, "--set", "speed"]).status.code(), Some(2));
 }
+
+/// An interruption ends the run, and what it has written can be read.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_whole_files() {
+    let out = folder("interrupted");
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_hierarq"))
+        .args(["run", "examples/hello.hq", "--duration", "100000", "--out"])
+        .arg(&out)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("it starts");
+    // It runs once the log has a few rows on the disk.
+    let log = out.join("log.csv");
+    while std::fs::metadata(&log).map_or(0, |m| m.len()) < 100_000 {
+        assert_eq!(child.try_wait().expect("a child"), None, "it ended by itself");
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(kill.expect("there is a `kill`").success());
+    assert_eq!(child.wait().expect("it ends").code(), Some(1));
+    let log = std::fs::read_to_string(log).expect("a log");
+    let columns = |line: &str| line.split(',').count();
+    let wanted = columns(log.lines().next().expect("a header"));
+    assert!(log.ends_with('\n') && log.lines().all(|l| columns(l) == wanted));
+    let summary = std::fs::read_to_string(out.join("summary.json")).expect("a summary");
+    let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    assert_eq!(summary["interrupted"], true);
+    assert_eq!(summary["ticks"].as_u64(), Some(log.lines().count() as u64 - 1));
+    assert!(std::fs::read_to_string(out.join("report.html")).expect("a report").ends_with("</html>\n"));
+}

@@ -3,6 +3,8 @@
 use std::fs::File;
 use std::io::{BufWriter, IsTerminal};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -84,6 +86,20 @@ pub fn run(a: &Arguments) -> Outcome {
     }
 }
 
+/// True from the first interruption (Ctrl-C) on: the run ends there, and its files are written as ever. A second one ends
+/// the program at once.
+fn interruption() -> Arc<AtomicBool> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let shared = Arc::clone(&flag);
+    // Without a handler an interruption ends the program, as it always did.
+    let _ = ctrlc::set_handler(move || {
+        if shared.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+    flag
+}
+
 /// Runs, writes the files and shows what came of it; tells whether all is well.
 fn execute(
     program: &Program,
@@ -122,11 +138,12 @@ fn execute(
     let bar = progress(ticks);
     let started = Instant::now();
     let mut clock = || started.elapsed().as_secs_f64();
+    let interrupted = interruption();
     let mut go_on = |tick: usize| {
         if tick.is_multiple_of(64) {
             bar.set_position(tick as u64);
         }
-        true
+        !interrupted.load(Ordering::Relaxed)
     };
     let mut verifier = a.verify.then(|| Verifier::new(program, simulation.controller()));
     let mut all = All(vec![&mut csv, &mut statistics, &mut series]);
@@ -145,7 +162,8 @@ fn execute(
         ["report.html", "log.csv", "summary.json"].iter().map(|n| path(n).display().to_string()).collect();
     let mut summary = statistics.summary(program, simulation.controller(), outputs);
     summary.verification = verifier.map(|v| v.result().clone());
-    let mut good = summary.ok;
+    summary.interrupted = interrupted.load(Ordering::Relaxed);
+    let mut good = summary.ok && !summary.interrupted;
     if let Some((judge, scenario)) = judge.zip(scenario) {
         summary.expectations = records(scenario, &judge.finish(), program.robot.period);
         good = is_good(scenario, &summary.expectations, &summary);
@@ -201,8 +219,9 @@ fn show(program: &Program, (summary, good): (&Summary, bool), folder: &Path, too
     let t = &summary.tick_us;
     let verified = summary.verification.as_ref().map(table::verification).unwrap_or_default();
     let mark = if summary.ok { "held" } else { "FAILED" };
+    let cut = if summary.interrupted { "INTERRUPTED before its end\n" } else { "" };
     output::print(&format!(
-        "\n{}\n{}\n{}{}{}{}{}\n{mark}: {}\n{}{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\n{verified}wrote {}\n",
+        "\n{}\n{}\n{}{}{}{}{}\n{cut}{mark}: {}\n{}{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\n{verified}wrote {}\n",
         program.title,
         table::tasks(summary, &order),
         table::levels(summary),

@@ -31,6 +31,9 @@ pub struct Summary {
     pub ticks: usize,
     /// Simulated time, in s.
     pub duration_s: f64,
+    /// The run was stopped before its end, by whoever started it.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub interrupted: bool,
     /// True where every fault was answered and no margin fell below zero (by more than [`MARGIN_TOLERANCE`]).
     pub ok: bool,
     /// True where a fault that no transition answers keeps the robot still.
@@ -364,6 +367,7 @@ impl SummaryRecorder {
             program: program.name.clone(),
             ticks: self.ticks,
             duration_s: self.ticks as f64 * program.robot.period,
+            interrupted: false,
             ok: !self.halted && !passed,
             halted: self.halted,
             expectations: Vec::new(),
