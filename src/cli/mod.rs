@@ -9,6 +9,7 @@ mod compile;
 mod completions;
 mod explain;
 mod fmt;
+mod graph;
 mod init;
 mod lsp;
 mod man;
@@ -42,6 +43,8 @@ enum Command {
     Check(check::Arguments),
     /// Print the compiled program.
     Compile(compile::Arguments),
+    /// Draw the machine of a spec: Mermaid, Graphviz or SVG.
+    Graph(graph::Arguments),
     /// Run a spec, or a compiled program, on the simulated robot.
     Run(run::Arguments),
     /// List the task types, or describe one in full.
@@ -125,6 +128,7 @@ pub fn main() -> ExitCode {
         Command::Init(a) => init::run(&a),
         Command::Check(a) => check::run(&a),
         Command::Compile(a) => compile::run(&a),
+        Command::Graph(a) => graph::run(&a),
         Command::Run(a) => run::run(&a),
         Command::Tasks(a) => tasks::run(&a),
         Command::Explain(a) => explain::run(&a),
