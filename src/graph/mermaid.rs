@@ -23,26 +23,31 @@ fn write(c: &Chart, out: &mut String) -> std::fmt::Result {
                 begin(c, 0, depth, out)?;
             }
             Step::Enter(s) => {
-                let name = escaped(c.short(s));
-                let more = if c.holds_others(s) { " {" } else { "" };
-                writeln!(out, "{:1$}state \"{name}\" as s{s}{more}", "", 4 * depth)?;
+                let name = c.short(s);
                 if c.holds_others(s) {
+                    // Such a state has room for its title alone.
+                    let about = c.about(s).join(", ");
+                    let title = if about.is_empty() { name.to_string() } else { format!("{name} ({about})") };
+                    writeln!(out, "{:1$}state \"{2}\" as s{s} {{", "", 4 * depth, escaped(&title))?;
                     depth += 1;
                     begin(c, s, depth, out)?;
                 } else {
+                    writeln!(out, "{:1$}state \"{2}\" as s{s}", "", 4 * depth, escaped(name))?;
                     for line in c.about(s) {
                         writeln!(out, "{:1$}s{s} : {2}", "", 4 * depth, escaped(&line))?;
                     }
-                    if c.machine.states[s].is_final {
-                        writeln!(out, "{:1$}s{s} --> [*]", "", 4 * depth)?;
-                    }
                 }
             }
-            Step::Leave(s) if s > 0 && c.holds_others(s) => {
-                depth -= 1;
-                writeln!(out, "{:1$}}}", "", 4 * depth)?;
+            Step::Leave(0) => {}
+            Step::Leave(s) => {
+                if c.holds_others(s) {
+                    depth -= 1;
+                    writeln!(out, "{:1$}}}", "", 4 * depth)?;
+                }
+                if c.machine.states[s].is_final {
+                    writeln!(out, "{:1$}s{s} --> [*]", "", 4 * depth)?;
+                }
             }
-            Step::Leave(_) => {}
         }
     }
     for e in &c.edges {
