@@ -156,8 +156,7 @@ fn check(program: &Program) {
         texts.push((left, right, number(&n, "y"), said.to_string()));
     }
     // Every transition is a way that begins at its state's box, and its words stand there.
-    let ways: Vec<roxmltree::Node> =
-        tree.descendants().filter(|n| n.attribute("class") == Some("way")).collect();
+    let ways: Vec<roxmltree::Node> = tree.descendants().filter(|n| n.attribute("class") == Some("way")).collect();
     let all: Vec<_> = machine.states.iter().flat_map(|s| s.transitions.iter().map(move |t| (s, t))).collect();
     assert_eq!(ways.len(), all.len());
     for (state, t) in all {
@@ -266,7 +265,8 @@ proptest! {
 
 fn hierarq(args: &[&str]) -> (Option<i32>, String, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hierarq"));
-    let out = command.args(args).env("NO_COLOR", "1").current_dir(env!("CARGO_MANIFEST_DIR")).output().expect("it runs");
+    let out =
+        command.args(args).env("NO_COLOR", "1").current_dir(env!("CARGO_MANIFEST_DIR")).output().expect("it runs");
     let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();
     (out.status.code(), text(&out.stdout), text(&out.stderr))
 }

@@ -31,7 +31,11 @@ fn write(c: &Chart, out: &mut String) -> std::fmt::Result {
                 if s > 0 {
                     writeln!(out, "{:1$}subgraph cluster_s{s} {{", "", 2 * depth)?;
                     depth += 1;
-                    let title = if c.machine.states[s].is_final { format!("{} (final)", c.short(s)) } else { c.short(s).to_string() };
+                    let title = if c.machine.states[s].is_final {
+                        format!("{} (final)", c.short(s))
+                    } else {
+                        c.short(s).to_string()
+                    };
                     let lines: Vec<String> = std::iter::once(title).chain(c.about(s)).collect();
                     writeln!(out, "{:1$}label={2};", "", 2 * depth, quoted(&lines.join("\n")))?;
                     writeln!(out, "{:1$}style=rounded;", "", 2 * depth)?;

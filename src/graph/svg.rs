@@ -126,10 +126,7 @@ fn lane(c: &Chart, l: &Layout, lane: &Lane, colour: &str, out: &mut String) -> s
             escaped(edge.text)
         )?;
     }
-    writeln!(
-        out,
-        "<path d=\"M{tip:.1} {arrival:.1} l8 -4 v8 z\" fill=\"{colour}\"/>",
-    )
+    writeln!(out, "<path d=\"M{tip:.1} {arrival:.1} l8 -4 v8 z\" fill=\"{colour}\"/>",)
 }
 
 /// The dot at which a machine begins, or a state that holds others.

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use compiler::units;
 use dsl::tree::{
-    Block, Change, Item, ItemKind, Level, Member, MemberTask, Parameter, Spec, StateBody, TaskDefinition, Trigger, Unit, Value,
-    ValueKind,
+    Block, Change, Item, ItemKind, Level, Member, MemberTask, Parameter, Spec, StateBody, TaskDefinition, Trigger,
+    Unit, Value, ValueKind,
 };
 use lsp_types::{InlayHint, InlayHintLabel};
 

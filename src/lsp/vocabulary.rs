@@ -64,7 +64,10 @@ pub(super) static TRIGGERS: &[Word] = &[
         "reached",
         "`reached(TASK, 5 mm, 2 deg)`: the target of the task stands still, and each of its errors is at most its tolerance.",
     ),
-    word("fault", "`fault(any)`, `fault(KIND)`, `fault(stale(SIGNAL))`, `fault(infeasible(LEVEL))`, `fault(limit(TASK))`: a fault came."),
+    word(
+        "fault",
+        "`fault(any)`, `fault(KIND)`, `fault(stale(SIGNAL))`, `fault(infeasible(LEVEL))`, `fault(limit(TASK))`: a fault came.",
+    ),
 ];
 
 /// Kinds of fault, in the order of [`runtime::FaultKind::ALL`], and what they are.

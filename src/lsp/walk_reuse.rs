@@ -8,16 +8,8 @@ use super::mentions::{Class, Declaration, Slot, Taken, Walker, What};
 use super::origin::Elsewhere;
 
 /// What a spec can see of a file, class by class.
-pub(super) const VISIBLE: [Class; 8] = [
-    Class::Param,
-    Class::Let,
-    Class::Robot,
-    Class::Task,
-    Class::Stack,
-    Class::Signal,
-    Class::Event,
-    Class::Machine,
-];
+pub(super) const VISIBLE: [Class; 8] =
+    [Class::Param, Class::Let, Class::Robot, Class::Task, Class::Stack, Class::Signal, Class::Event, Class::Machine];
 
 /// What comes with a robot.
 pub(super) const PARTS: [Class; 5] = [Class::Arm, Class::Point, Class::Segment, Class::Group, Class::JointGroup];
@@ -116,7 +108,9 @@ impl Walker<'_> {
             let own = |before: &str| Some(key.1.strip_prefix(before)?.strip_prefix('.')?.to_string());
             let name = match (class, key.0) {
                 (Class::Robot, part) if PARTS.contains(&part) => Some(key.1.clone()),
-                (Class::Stack, Class::Level) | (Class::Machine, Class::State) => own(there).map(|level| format!("{here}.{level}")),
+                (Class::Stack, Class::Level) | (Class::Machine, Class::State) => {
+                    own(there).map(|level| format!("{here}.{level}"))
+                }
                 (Class::Task | Class::Stack, Class::Argument) => own(&owner).map(|p| format!("{word} {here}.{p}")),
                 _ => None,
             };

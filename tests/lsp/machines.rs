@@ -114,7 +114,7 @@ fn hover_and_definition() {
         ("mm) -> ne|ar", "state |near"),
         ("fault(any) -> stop|ped", "final state |stopped"),
         ("reached(re|ach", "task |reach"),
-        ("stack fol|low(speed: 2", "stack |follow"),
+        ("stack fol|low(speed: 2", "stack |follow(speed: rate"),
         ("follow(sp|eed: 2", "follow(|speed: rate"),
         ("machine harv|est  dur", "machine |harvest {"),
     ] {
@@ -189,7 +189,12 @@ fn completion() {
     let (mut e, doc) = opened();
     let mut version = 1;
     for (old, new, has, has_not) in [
-        ("on go -> work", "on | -> work", &["go", "found", "not_found", "seen", "reached", "fault"][..], &["fruit"][..]),
+        (
+            "on go -> work",
+            "on | -> work",
+            &["go", "found", "not_found", "seen", "reached", "fault"][..],
+            &["fruit"][..],
+        ),
         ("fault(any)", "fault(|)", &["any", "stale", "infeasible", "limit", "deadline"], &["go"]),
         ("stale(fruit)", "stale(|)", &["fruit", "ft"], &["go", "reach"]),
         ("present(fruit) for", "present(|) for", &["fruit", "ft"], &["go", "norm"]),
@@ -205,7 +210,12 @@ fn completion() {
         ("gripper close right", "gripper |", &["open", "close"], &["right"]),
         ("stack move_on\n", "stack |\n", &["move_on", "follow", "still"], &["reach"]),
         ("follow(speed: 2 /s)", "follow(|)", &["speed"], &["gain"]),
-        ("    initial far", "    |\n    initial far", &["blend", "on", "when", "after", "enter", "do", "state", "final"], &["initial", "rate"]),
+        (
+            "    initial far",
+            "    |\n    initial far",
+            &["blend", "on", "when", "after", "enter", "do", "state", "final"],
+            &["initial", "rate"],
+        ),
         ("  blend 0.5 s\n", "  |\n", &["blend", "state", "on"], &["initial"]),
         ("signal ft : wrench {", "signal ft : | {", &["event", "flag", "wrench", "point", "length"], &["arm", "fruit"]),
         ("{ timeout 0.1 s }", "{ | }", &["timeout"], &["blend"]),
@@ -253,7 +263,9 @@ fn symbols_tokens_and_hints() {
         let end = json!({ "line": line, "character": column + t[2] });
         kinds.push((under(MACHINE, &json!({ "start": start, "end": end })), t[3]));
     }
-    for word in [("machine", 0), ("state", 0), ("enter", 0), ("when", 0), ("fruit", 3), ("near", 5), ("capture", 4), ("any", 5)] {
+    for word in
+        [("machine", 0), ("state", 0), ("enter", 0), ("when", 0), ("fruit", 3), ("near", 5), ("capture", 4), ("any", 5)]
+    {
         assert!(kinds.contains(&word), "{word:?} in {kinds:?}");
     }
 }
@@ -271,8 +283,8 @@ fn yaml_has_the_same() {
     e.open(&doc, "yaml", &text);
     assert!(e.diagnostics(&doc, Some(1)).iter().all(|d| d["severity"] != 1));
     for (from, to) in [
-        ("on: found, to: wo|rk.near", "|work:"),
-        ("on: found, to: work.ne|ar", "|near:"),
+        ("on: found, to: \"wo|rk.near", "|work:"),
+        ("on: found, to: \"work.ne|ar", "|near:"),
         ("initial: lo|ok", "|look:"),
         ("on: g|o,", "|go:"),
         ("on: se|en", "emit |seen"),
@@ -287,7 +299,7 @@ fn yaml_has_the_same() {
         ("on: go, t|o: work", "leads to"),
         ("do: cap|ture", "`found` or `not_found`"),
         ("ex|it: gripper", "on leaving"),
-        ("on: found, to: work.ne|ar", "state `near`"),
+        ("on: found, to: \"work.ne|ar", "state `near`"),
     ] {
         let hover = e.at("textDocument/hover", &doc, &find(&text, place));
         assert!(hover["contents"]["value"].as_str().is_some_and(|v| v.contains(says)), "{place}: {hover}");
@@ -299,7 +311,7 @@ fn yaml_has_the_same() {
         (5, "type: wrench", "type: |", "flag"),
         (6, "fault(any)", "fault(|)", "deadline"),
         (7, "      look:\n", "      look:\n        |\n", "transitions"),
-        (8, "on: found, to: work.near", "on: found, to: |", "work.near"),
+        (8, "on: found, to: \"work.near\"", "on: found, to: |", "work.near"),
     ] {
         assert_eq!(text.matches(old).count(), 1, "{old}\n{text}");
         let marked = text.replacen(old, new, 1);

@@ -130,9 +130,7 @@ fn keys(value: &Value, at: &str, out: &mut Vec<(String, String)>) {
 #[test]
 fn machines_that_are_not_valid() {
     let validator = validator();
-    let machine = |state: Value| {
-        json!({ "hierarq": 1, "machines": { "m": { "initial": "a", "states": { "a": { "states": { "b": state } } } } } })
-    };
+    let machine = |state: Value| json!({ "hierarq": 1, "machines": { "m": { "initial": "a", "states": { "a": { "states": { "b": state } } } } } });
     for good in [
         json!({}),
         json!({ "final": true, "stack": "reach(left, goal: x)", "enter": ["say \"a\"", "log(b)"], "do": "capture(c)" }),

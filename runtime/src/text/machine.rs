@@ -97,7 +97,8 @@ fn body(
 
 /// `capture(head_camera): found, not_found`
 fn asked(p: &Program, a: &ActionProgram) -> String {
-    let words: Vec<String> = a.arguments.iter().map(|w| if is_word(w) { w.clone() } else { format!("{w:?}") }).collect();
+    let words: Vec<String> =
+        a.arguments.iter().map(|w| if is_word(w) { w.clone() } else { format!("{w:?}") }).collect();
     let mut text = format!("{}({})", a.verb, words.join(", "));
     let outcomes: Vec<&str> =
         a.outcomes.iter().filter_map(|o| p.interface.events.get(o.1)).map(String::as_str).collect();
