@@ -99,3 +99,13 @@ pub(super) static WRENCH_FIELDS: &[&str] = &["force", "moment"];
 
 /// What a frame has.
 pub(super) static FRAME_FIELDS: &[&str] = &["position", "orientation", "pose"];
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn all_kinds_of_fault_are_known() {
+        let known: Vec<&str> = super::FAULTS.iter().map(|f| f.name).collect();
+        let all: Vec<&str> = runtime::FaultKind::ALL.into_iter().map(runtime::FaultKind::word).collect();
+        assert_eq!((known[0], &known[1..]), ("any", all.as_slice()));
+    }
+}
