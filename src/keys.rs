@@ -11,11 +11,13 @@ use crate::catalogue::{presence, quantity, unit};
 pub fn describe(holds: &Holds) -> String {
     match holds {
         Holds::Number(q) => quantity(q),
+        Holds::Numbers(q) => format!("{}, or a list of them", quantity(q)),
         Holds::Vector(d) => format!("vector in {}", unit(*d)),
         Holds::OfJoint { speed: false } => "position in rad or m".to_string(),
         Holds::OfJoint { speed: true } => "speed in rad/s or m/s".to_string(),
         Holds::Bound => "number in the unit of the value".to_string(),
         Holds::Value => "number, vector or orientation".to_string(),
+        Holds::Sent => "number, vector, orientation or `{ force  moment }`".to_string(),
         Holds::Values => "list, or whole numbers from one to another".to_string(),
         Holds::Text => "text".to_string(),
         Holds::Urdf => "path of a file".to_string(),
@@ -33,6 +35,7 @@ pub fn describe(holds: &Holds) -> String {
         Holds::Locks => "joints, groups of joints, patterns, or `{ JOINT position .. }`".to_string(),
         Holds::Positions => "`{ JOINT position .. }` in rad or m".to_string(),
         Holds::Block(section) => section.name.to_string(),
+        Holds::Blocks(section) => format!("{}, or a list of such", section.name),
         Holds::LinkOr(section) => format!("link, or {}", section.name),
         Holds::Each(inner) => format!("by name: {}", describe(inner)),
         Holds::PerJoint(inner) => format!("by joint, group or pattern: {}", describe(inner)),

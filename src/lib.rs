@@ -27,3 +27,4 @@ pub mod lsp;
 pub mod project;
 pub mod report;
 pub mod schema;
+pub mod trial;

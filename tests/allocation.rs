@@ -41,6 +41,7 @@ fn a_tick_allocates_nothing() {
     drop(std::hint::black_box(Vec::<u8>::with_capacity(10)));
     assert!(ALLOCATIONS.load(Ordering::SeqCst) > before, "the counter counts");
 
+    machines();
     for name in common::EXAMPLES {
         let program = common::program(&format!("{name}.hq"));
         let mut controller = Controller::new(&program).expect("it can be executed");
@@ -56,4 +57,51 @@ fn a_tick_allocates_nothing() {
             robot.apply(&velocity);
         }
     }
+}
+
+/// A machine that changes between stacks at every turn, blends, begins and calls off actions, and answers faults.
+fn machines() {
+    let program = common::program_of(
+        "hierarq 1
+robot arm { urdf \"robots/arm7.urdf\"  rate 100 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }
+signal goal : point?  timeout 0.2 s
+signal go : event
+stack still { level limits hard { joint_position_limits  joint_velocity_limits } }
+task reach = frame_position(tool) { position goal  gain 2 /s }
+task wave = joint_position { target { joint_1 initial(joint(joint_1)) + 0.2 rad * sin(t/(1 s)) }  gain 5 /s }
+stack follow from still { add motion { reach } }
+stack waving from still { add motion { wave } }
+machine m {
+  initial a
+  blend 50 ms
+  on fault(any) -> a
+  state a { stack waving  initial b  when present(goal) for 30 ms -> c
+    state b { do capture(camera)  enter say \"hello\"  exit log \"gone\"  on go -> d  after 70 ms -> d }
+    state d { enter emit go  on go -> b } }
+  state c { stack follow  on reached(reach, 1 mm) -> a  after 90 ms -> a
+    when norm(frame(tool).position - [1, 1, 1] m) < 0.1 m -> a }
+}",
+    );
+    let mut controller = Controller::new(&program).expect("it can be executed");
+    let mut robot = SimulatedRobot::new(&program);
+    let (mut states, mut faults) = (std::collections::BTreeSet::new(), 0);
+    for k in 0..2000 {
+        let time = k as f64 * 0.01;
+        let q = robot.measure();
+        let observation = Observation { time, q };
+        let before = ALLOCATIONS.load(Ordering::SeqCst);
+        if k % 400 < 200 {
+            controller.signals().set(0, &[0.4, 0.1, 0.5], time);
+        }
+        if k % 7 == 0 {
+            controller.signals().raise(0);
+        }
+        let command = controller.step(&observation);
+        assert_eq!(ALLOCATIONS.load(Ordering::SeqCst), before, "the machine allocates at tick {k}");
+        faults += usize::from(command.fault.is_some());
+        let velocity = command.velocity.to_vec();
+        states.insert(controller.state_index());
+        robot.apply(&velocity);
+    }
+    assert_eq!((states.len(), faults > 0), (3, true), "{states:?}, {faults} faults");
 }

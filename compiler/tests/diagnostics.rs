@@ -21,6 +21,9 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("yaml", include_str!("cases/yaml.txt"), Spelling::Yaml),
     ("imports", include_str!("cases/imports.txt"), Spelling::Hq),
     ("reuse", include_str!("cases/reuse.txt"), Spelling::Hq),
+    ("scenarios", include_str!("cases/scenarios.txt"), Spelling::Hq),
+    ("scenarios_yaml", include_str!("cases/scenarios_yaml.txt"), Spelling::Yaml),
+    ("machines", include_str!("cases/machines.txt"), Spelling::Hq),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Spelling::Yaml),
 ];
 
@@ -92,6 +95,16 @@ fn state() {
 }
 
 #[test]
+fn scenarios() {
+    check("scenarios");
+}
+
+#[test]
+fn scenarios_yaml() {
+    check("scenarios_yaml");
+}
+
+#[test]
 fn frames() {
     check("frames");
 }
@@ -134,4 +147,9 @@ fn reuse() {
 #[test]
 fn reuse_yaml() {
     check("reuse_yaml");
+}
+
+#[test]
+fn machines() {
+    check("machines");
 }

@@ -69,3 +69,8 @@ pub fn print(spec: &tree::Spec, spelling: Spelling) -> String {
         Spelling::Yaml => print::yaml(spec),
     }
 }
+
+/// A formula on one line, as the printers write it in either spelling.
+pub fn formula_text(formula: &tree::Formula) -> String {
+    print::formula(formula)
+}

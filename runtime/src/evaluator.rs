@@ -217,8 +217,25 @@ impl Evaluator {
     /// # Errors
     /// A task cannot be built, which a compiled program excludes.
     pub fn new(program: &Program, stack: usize) -> Result<(Evaluator, Problem), ProgramError> {
+        Evaluator::of(program, &program.stacks[stack], None)
+    }
+
+    /// One task of a stack by itself, built as the stack has it. Its problem has the stack's levels, but for the rows of
+    /// other tasks.
+    ///
+    /// # Errors
+    /// The task cannot be built, which a compiled program excludes.
+    pub fn alone(program: &Program, stack: &StackProgram, task: usize) -> Result<(Evaluator, Problem), ProgramError> {
+        Evaluator::of(program, stack, Some(task))
+    }
+
+    fn of(
+        program: &Program,
+        stack_program: &StackProgram,
+        only: Option<usize>,
+    ) -> Result<(Evaluator, Problem), ProgramError> {
+        let wanted = |task: usize| only.is_none_or(|o| o == task);
         let model = program.robot.model.clone();
-        let stack_program = &program.stacks[stack];
         let built = build_tasks(&model, program.robot.period, &program.values.initial, &program.tasks, stack_program);
         let (mut tasks, mut members, mut shapes) = (Vec::new(), Vec::new(), Vec::new());
         let (mut margins, mut measures) = (0, 0);
@@ -230,6 +247,9 @@ impl Evaluator {
                 let place = format!("tasks[{}]", m.task);
                 let failed = |e: BuildError| crate::program::error(&place, e.message);
                 let Some(Built { task, .. }) = built.next() else { continue };
+                if !wanted(m.task) {
+                    continue;
+                }
                 let task = task.map_err(failed)?;
                 let Some(kind) = stdlib_tasks::find(&p.kind) else { continue };
                 let (row_info, measure_info) = (task.rows(), task.measures());
@@ -266,7 +286,7 @@ impl Evaluator {
             shapes.push(LevelShape { rows, hard: l.hard, damping: l.damping });
         }
         let mut problem = Problem::new(model.nv(), &shapes);
-        let weights = stack_program.levels.iter().flat_map(|l| &l.members).map(|m| m.weight);
+        let weights = stack_program.levels.iter().flat_map(|l| &l.members).filter(|m| wanted(m.task)).map(|m| m.weight);
         for (member, weight) in members.iter().zip(weights) {
             problem.levels[member.level].weight[member.rows.clone()].fill(weight);
         }
@@ -331,6 +351,11 @@ impl Evaluator {
     /// For each task, whether a row was undefined at the last tick and left free.
     pub fn undefined(&self) -> &[bool] {
         &self.undefined
+    }
+
+    /// Whether a task took something from the robot when the stack was entered, beside its parameters.
+    pub fn remembers_entry(&self, member: usize) -> bool {
+        self.tasks.get(member).is_some_and(|t| t.remembers_entry())
     }
 
     /// What each row of a task keeps in reserve against sampling in time; empty where its limit cannot bend.

@@ -15,6 +15,7 @@ pub mod simulate;
 pub mod simulated_robot;
 pub mod text;
 mod values;
+pub mod world;
 
 pub use controller::{Command, Controller, Observation, Request};
 pub use evaluator::{Built, Evaluator, LIMIT_TOLERANCE, Member, Moment, Rest, build_tasks};
@@ -23,3 +24,4 @@ pub use program::{Program, ProgramError};
 pub use signals::Signals;
 pub use simulate::{Recorder, RunError, Simulation, Tick};
 pub use simulated_robot::SimulatedRobot;
+pub use world::{Judge, World};

@@ -6,8 +6,9 @@ use solver::Solution;
 use crate::controller::{Controller, Observation};
 use crate::evaluator::{Evaluator, Moment};
 use crate::fault::Fault;
-use crate::program::{Program, ProgramError, Times};
+use crate::program::{Program, ProgramError, ScenarioProgram, Times};
 use crate::simulated_robot::SimulatedRobot;
+use crate::world::World;
 
 /// One tick, as recorders see it.
 pub struct Tick<'a> {
@@ -85,6 +86,7 @@ pub struct Simulation {
     controller: Controller,
     robot: SimulatedRobot,
     truth: Option<Truth>,
+    world: Option<World>,
     period: f64,
     ticks: usize,
 }
@@ -112,9 +114,22 @@ impl Simulation {
     /// # Errors
     /// The program cannot be executed.
     pub fn new(program: &Program) -> Result<Simulation, ProgramError> {
+        Simulation::among(program, None)
+    }
+
+    /// The same in the world of a scenario. The program is that of [`ScenarioProgram::program`].
+    ///
+    /// # Errors
+    /// The program cannot be executed.
+    pub fn in_world(program: &Program, scenario: &ScenarioProgram) -> Result<Simulation, ProgramError> {
+        Simulation::among(program, Some(scenario))
+    }
+
+    fn among(program: &Program, scenario: Option<&ScenarioProgram>) -> Result<Simulation, ProgramError> {
         let controller = Controller::new(program)?;
         let robot = SimulatedRobot::new(program);
-        let truth = if robot.is_perfect() && program.robot.home_is_legal() {
+        let seen = !scenario.is_some_and(|s| s.world.disturbs());
+        let truth = if robot.is_perfect() && program.robot.home_is_legal() && seen {
             None
         } else {
             Some(Truth {
@@ -124,7 +139,8 @@ impl Simulation {
             })
         };
         let ticks = (program.run.duration / program.robot.period).round() as usize;
-        Ok(Simulation { controller, robot, truth, period: program.robot.period, ticks })
+        let world = scenario.map(|s| World::new(program, s));
+        Ok(Simulation { controller, robot, truth, world, period: program.robot.period, ticks })
     }
 
     /// The controller.
@@ -147,17 +163,32 @@ impl Simulation {
         clock: &mut dyn FnMut() -> f64,
         go_on: &mut dyn FnMut(usize) -> bool,
     ) -> Result<(), RunError> {
+        // The command of the last tick that came in time, and its fault.
+        let (mut velocity, mut fault) = (vec![0.0; self.controller.velocity().len()], None);
         for index in 0..self.ticks {
             if !go_on(index) {
                 break;
             }
             let time = index as f64 * self.period;
-            let q = self.robot.measure();
-            let before = clock();
-            let command = self.controller.step(&Observation { time, q });
-            let elapsed = clock() - before;
-            let fault = command.fault;
-            let velocity = command.velocity.to_vec();
+            // The first tick tells the controller where it is: it cannot be late.
+            let late = index > 0 && self.world.as_ref().is_some_and(|w| w.is_late(time));
+            let mut elapsed = 0.0;
+            if !late {
+                if let Some(world) = &mut self.world {
+                    world.tell(&mut self.controller, self.robot.q(), time);
+                }
+                let measured = self.robot.measure();
+                let q = self.world.as_mut().map_or(measured, |w| w.observe(measured, time));
+                let before = clock();
+                let command = self.controller.step(&Observation { time, q });
+                elapsed = clock() - before;
+                fault = command.fault;
+                velocity.copy_from_slice(command.velocity);
+                if let Some(world) = &mut self.world {
+                    let requests = command.requests.to_vec();
+                    world.ask(&self.controller, &requests, time);
+                }
+            }
             let evaluator = match &mut self.truth {
                 Some(truth) => truth.tick(&self.controller, self.robot.q(), time, &velocity),
                 None => self.controller.evaluator(),

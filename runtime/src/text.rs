@@ -3,6 +3,7 @@
 mod leaves;
 mod machine;
 mod operations;
+mod scenarios;
 
 use std::fmt::Write;
 
@@ -15,7 +16,7 @@ use stdlib_tasks::task::Nature;
 
 use crate::controller::{Controller, Observation};
 use crate::evaluator::{Evaluator, build_tasks};
-use crate::program::{CaptureSource, IdleRow, Op, Program, StackProgram, Subject, TaskProgram};
+use crate::program::{CaptureSource, IdleRow, Op, Program, Simulator, StackProgram, Subject, TaskProgram};
 use leaves::{leaf, whole_leaf};
 use operations::operation;
 
@@ -38,16 +39,24 @@ fn write(p: &Program, out: &mut String) -> std::fmt::Result {
     machine::signals(p, out)?;
     machine::machine(p, out)?;
     let ticks = (p.run.duration / p.robot.period).round();
-    let subject = match p.run.subject {
-        Subject::Stack(stack) => format!("stack {}", p.stacks[stack].name),
-        Subject::Machine => format!("machine {}", p.machine.as_ref().map_or("", |m| m.states[0].name.as_str())),
-    };
+    let subject = subject(p, p.run.subject);
     writeln!(out, "\nrun {subject} for {} s, {ticks} ticks, solver {}", p.run.duration, p.run.solver.name())?;
-    let s = &p.run.simulator;
+    simulator(&p.run.simulator, out)?;
+    p.scenarios.iter().try_for_each(|s| scenarios::scenario(p, s, out))
+}
+
+fn simulator(s: &Simulator, out: &mut String) -> std::fmt::Result {
     if s.lag > 0.0 || s.noise > 0.0 {
         writeln!(out, "  simulator lag {} s, noise {} rad or m, seed {}", s.lag, s.noise, s.seed)?;
     }
     Ok(())
+}
+
+fn subject(p: &Program, subject: Subject) -> String {
+    match subject {
+        Subject::Stack(stack) => format!("stack {}", p.stacks[stack].name),
+        Subject::Machine => format!("machine {}", p.machine.as_ref().map_or("", |m| m.states[0].name.as_str())),
+    }
 }
 
 fn robot(p: &Program, out: &mut String) -> std::fmt::Result {

@@ -19,6 +19,7 @@ mod schema;
 mod solve;
 mod table;
 mod tasks;
+mod test;
 mod watch;
 
 use std::path::PathBuf;
@@ -47,6 +48,8 @@ enum Command {
     Graph(graph::Arguments),
     /// Run a spec, or a compiled program, on the simulated robot.
     Run(run::Arguments),
+    /// Run the scenarios of specs, and judge what is expected of them.
+    Test(test::Arguments),
     /// List the task types, or describe one in full.
     Tasks(tasks::Arguments),
     /// Explain a diagnostic code.
@@ -130,6 +133,7 @@ pub fn main() -> ExitCode {
         Command::Compile(a) => compile::run(&a),
         Command::Graph(a) => graph::run(&a),
         Command::Run(a) => run::run(&a),
+        Command::Test(a) => test::run(&a),
         Command::Tasks(a) => tasks::run(&a),
         Command::Explain(a) => explain::run(&a),
         Command::Fmt(a) => fmt::run(&a),

@@ -6,15 +6,17 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use hierarq::{project, report};
+use hierarq::{project, report, trial};
 use indicatif::{ProgressBar, ProgressStyle};
+use runtime::program::ScenarioProgram;
 use runtime::record::All;
 use runtime::record::csv::{CsvRecorder, header};
+use runtime::record::expectations::{is_good, records};
 use runtime::record::roster::Roster;
 use runtime::record::series::SeriesRecorder;
 use runtime::record::summary::{Summary, SummaryRecorder};
 use runtime::record::verify::{UNPROVEN, Verifier};
-use runtime::{Program, Simulation};
+use runtime::{Judge, Program, Simulation};
 use solver::Backend;
 
 use super::{Outcome, SpecOptions, output, table};
@@ -37,6 +39,9 @@ pub struct Arguments {
     /// Solve every tick with the other backend too, and report the largest difference.
     #[arg(long)]
     verify: bool,
+    /// Run this scenario of the spec, and judge its expectations.
+    #[arg(long, value_name = "NAME")]
+    scenario: Option<String>,
     /// Run for this long instead of what the spec says: `2s`, `500ms`; a bare number counts seconds.
     #[arg(long, value_name = "TIME", value_parser = super::duration, allow_hyphen_values = true)]
     duration: Option<f64>,
@@ -53,27 +58,49 @@ pub fn run(a: &Arguments) -> Outcome {
     let compiled = project::load(&a.spec, &a.options.settings());
     let Some(mut program) = compiled.program else { return output::refuse(&compiled.report, a.json) };
     output::show(&compiled.report);
-    if let Some(d) = a.duration {
-        program.run.duration = d;
-        if let Err(e) = program.check() {
-            return Outcome::Trouble(format!("--duration {d} s: {}", e.message));
-        }
+    let mut scenario = match &a.scenario {
+        Some(name) => match trial::find(&program, name) {
+            Ok(scenario) => Some(scenario.clone()),
+            Err(message) => return Outcome::Trouble(message),
+        },
+        None => None,
+    };
+    let run = scenario.as_mut().map_or(&mut program.run, |s| &mut s.run);
+    run.duration = a.duration.unwrap_or(run.duration);
+    run.solver = a.solver.unwrap_or(run.solver);
+    if let Some(s) = &scenario {
+        program = s.program(&program);
     }
-    if let Some(backend) = a.solver {
-        program.run.solver = backend;
+    if let Err(e) = program.check() {
+        let d = program.run.duration;
+        return Outcome::Trouble(format!("--duration {d} s: {}", e.message));
     }
     let folder = a.out.clone().unwrap_or_else(|| Path::new("out").join(&program.name));
     let unproven = |s: &Summary| s.verification.as_ref().is_some_and(|v| v.max_certificate > UNPROVEN);
-    match execute(&program, &a.spec.display().to_string(), &folder, a) {
-        Ok(summary) if summary.ok && !unproven(&summary) => Outcome::Good,
+    match execute(&program, scenario.as_ref(), &folder, a) {
+        Ok((summary, good)) if good && !unproven(&summary) => Outcome::Good,
         Ok(_) => Outcome::Failed,
         Err(trouble) => Outcome::Trouble(trouble),
     }
 }
 
-fn execute(program: &Program, spec: &str, folder: &Path, a: &Arguments) -> Result<Summary, String> {
-    let mut simulation = Simulation::new(program).map_err(|e| e.to_string())?;
+/// Runs, writes the files and shows what came of it; tells whether all is well.
+fn execute(
+    program: &Program,
+    scenario: Option<&ScenarioProgram>,
+    folder: &Path,
+    a: &Arguments,
+) -> Result<(Summary, bool), String> {
+    let mut simulation = match scenario {
+        Some(scenario) => Simulation::in_world(program, scenario),
+        None => Simulation::new(program),
+    }
+    .map_err(|e| e.to_string())?;
     let ticks = simulation.ticks();
+    let mut judge = match scenario {
+        Some(scenario) => Some(Judge::new(program, scenario, ticks).map_err(|e| e.to_string())?),
+        None => None,
+    };
     std::fs::create_dir_all(folder).map_err(|e| format!("cannot create {}: {e}", folder.display()))?;
     let path = |name: &str| folder.join(name);
     let failed = |p: &Path| {
@@ -106,6 +133,9 @@ fn execute(program: &Program, spec: &str, folder: &Path, a: &Arguments) -> Resul
     if let Some(verifier) = &mut verifier {
         all.0.push(verifier);
     }
+    if let Some(judge) = &mut judge {
+        all.0.push(judge);
+    }
     simulation.run(&mut all, &mut clock, &mut go_on).map_err(|e| format!("cannot write {}: {e}", log.display()))?;
     bar.finish_and_clear();
     let took = started.elapsed();
@@ -115,15 +145,20 @@ fn execute(program: &Program, spec: &str, folder: &Path, a: &Arguments) -> Resul
         ["report.html", "log.csv", "summary.json"].iter().map(|n| path(n).display().to_string()).collect();
     let mut summary = statistics.summary(program, simulation.controller(), outputs);
     summary.verification = verifier.map(|v| v.result().clone());
+    let mut good = summary.ok;
+    if let Some((judge, scenario)) = judge.zip(scenario) {
+        summary.expectations = records(scenario, &judge.finish(), program.robot.period);
+        good = is_good(scenario, &summary.expectations, &summary);
+    }
     let text = serde_json::to_string_pretty(&summary).map_err(|e| e.to_string())? + "\n";
     write(&path("summary.json"), &text)?;
-    write(&path("report.html"), &report::html(program, spec, &summary, &series))?;
+    write(&path("report.html"), &report::html(program, &a.spec.display().to_string(), &summary, &series))?;
     if a.json {
         output::print(&text);
     } else {
-        show(program, &summary, folder, took);
+        show(program, (&summary, good), folder, took);
     }
-    Ok(summary)
+    Ok((summary, good))
 }
 
 /// Bytes of a log from which on it is worth a word before the run.
@@ -160,20 +195,21 @@ fn progress(ticks: usize) -> ProgressBar {
     bar
 }
 
-fn show(program: &Program, summary: &Summary, folder: &Path, took: Duration) {
+fn show(program: &Program, (summary, good): (&Summary, bool), folder: &Path, took: Duration) {
     let order = report::task_order(program);
     let speed = summary.duration_s / took.as_secs_f64().max(1e-9);
     let t = &summary.tick_us;
     let verified = summary.verification.as_ref().map(table::verification).unwrap_or_default();
     let mark = if summary.ok { "held" } else { "FAILED" };
     output::print(&format!(
-        "\n{}\n{}\n{}{}{}{}\n{mark}: {}\n{}{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\n{verified}wrote {}\n",
+        "\n{}\n{}\n{}{}{}{}{}\n{mark}: {}\n{}{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\n{verified}wrote {}\n",
         program.title,
         table::tasks(summary, &order),
         table::levels(summary),
         table::held_back(summary),
         table::states(summary),
         table::answered(summary),
+        table::expectations(&summary.expectations, good),
         report::verdict(summary),
         table::hints(summary),
         summary.ticks,

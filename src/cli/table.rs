@@ -1,7 +1,9 @@
 //! The table at the end of a run.
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use runtime::expect::Verdict;
 use runtime::quantity::quantity;
+use runtime::record::expectations::ExpectationRecord;
 use runtime::record::summary::{LevelSummary, MARGIN_TOLERANCE, Summary, TaskSummary};
 use runtime::record::verify::{DIFFERENT, UNPROVEN, Verification};
 
@@ -30,6 +32,14 @@ fn share(x: f64) -> String {
 fn new_table(header: &[&str]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::UTF8_BORDERS_ONLY).set_header(header.to_vec());
+    table
+}
+
+/// A table no wider than the terminal.
+pub(super) fn wide_table(header: &[&str]) -> Table {
+    let mut table = new_table(header);
+    let width = u16::try_from(super::output::width()).unwrap_or(100);
+    table.set_content_arrangement(ContentArrangement::Dynamic).set_width(width);
     table
 }
 
@@ -159,4 +169,38 @@ pub fn verification(v: &Verification) -> String {
 /// What to do about limits that were passed.
 pub fn hints(summary: &Summary) -> String {
     summary.hints.iter().map(|h| format!("hint: {h}\n")).collect()
+}
+
+/// The cells of an expectation: verdict, margin, instant.
+pub fn expectation(e: &ExpectationRecord) -> [String; 3] {
+    let verdict = match e.verdict {
+        Verdict::Holds => "holds",
+        Verdict::Fails => "FAILS",
+        Verdict::Undecided => "UNDECIDED",
+    };
+    let unit = e.unit.as_deref().unwrap_or_default();
+    let size = e.margin.map_or_else(|| "-".to_string(), |m| margin(m, unit));
+    let at = e.worst_s.map_or_else(|| "-".to_string(), |s| format!("{s:.2} s"));
+    [verdict.to_string(), size, at]
+}
+
+/// What an expectation is called; of one that did not hold, since when something had no value.
+pub fn expected(e: &ExpectationRecord) -> String {
+    match e.undefined_s.filter(|_| e.verdict != Verdict::Holds) {
+        Some(s) => format!("{} (something in it has no value at {s:.2} s, and is false there)", e.title()),
+        None => e.title().to_string(),
+    }
+}
+
+/// What became of the expectations of a run; nothing where there were none. `good` says whether all is as expected.
+pub fn expectations(all: &[ExpectationRecord], good: bool) -> String {
+    if all.is_empty() {
+        return String::new();
+    }
+    let mut table = wide_table(&["expectation", "verdict", "margin", "at"]);
+    for e in all {
+        let [verdict, margin, at] = expectation(e);
+        table.add_row([expected(e), verdict, margin, at]);
+    }
+    format!("{table}\n{}\n", if good { "as expected" } else { "NOT as expected" })
 }

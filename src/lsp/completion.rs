@@ -17,7 +17,7 @@ use super::document::Document;
 use super::hover;
 use super::mentions::{Class, MARKER, Mentions, Slot, Taken};
 use super::urdf::Part;
-use super::vocabulary::{BUILT_IN, FAULTS, FRAME_FIELDS, PRESENT, TRIGGERS, VALUE_FIELDS};
+use super::vocabulary::{BUILT_IN, FAULTS, FRAME_FIELDS, MEASURED, PRESENT, TRIGGERS, VALUE_FIELDS};
 use crate::catalogue::describe;
 use crate::keys;
 
@@ -166,6 +166,11 @@ impl List<'_> {
             }
             Slot::Given(ty, left) => self.given(mentions, ty.as_deref(), left),
             Slot::Expression { auto, state } => self.expression(mentions, *auto, *state),
+            Slot::Expected => {
+                let measured: Vec<&str> = MEASURED.iter().map(|w| w.name).collect();
+                self.built_in(&measured, 0);
+                self.expression(mentions, false, true);
+            }
             Slot::Captured(actuals, prefix) => {
                 for actual in *actuals {
                     match actual.name.strip_prefix(prefix.as_str()) {

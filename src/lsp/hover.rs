@@ -14,7 +14,7 @@ use super::document::{Analysis, Document};
 use super::library::Source;
 use super::mentions::{Class, Mentions, What};
 use super::text::Text;
-use super::vocabulary::{FAULTS, TRIGGERS, find};
+use super::vocabulary::{FAULTS, MEASURED, TRIGGERS, find};
 use super::walk_machines::outcome_of;
 use crate::catalogue::{describe, presence};
 use crate::keys;
@@ -156,7 +156,7 @@ pub(super) fn task_kind(kind: &TaskKind) -> String {
 
 /// A function or a built-in name.
 pub(super) fn built_in(name: &str) -> Option<String> {
-    let triggers = TRIGGERS.iter().chain(FAULTS);
+    let triggers = TRIGGERS.iter().chain(FAULTS).chain(MEASURED);
     if let Some(known) = find(name).or_else(|| triggers.clone().find(|k| k.name == name)) {
         return Some(known.doc.to_string());
     }

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use compiler::units;
 use dsl::tree::{
-    Block, Change, Item, ItemKind, Level, Member, MemberTask, Parameter, Spec, StateBody, TaskDefinition, Trigger,
-    Unit, Value, ValueKind,
+    Block, Change, Formula, FormulaKind, Item, ItemKind, Level, Member, MemberTask, Parameter, Spec, StateBody,
+    TaskDefinition, Trigger, Unit, Value, ValueKind,
 };
 use lsp_types::{InlayHint, InlayHintLabel};
 
@@ -46,7 +46,10 @@ fn item(item: &Item, out: &mut Vec<(usize, String)>) {
         ItemKind::Import(_) => {}
         ItemKind::Signal(s) => block(&s.settings, out),
         ItemKind::Machine(m) => states(&m.body, out),
-        ItemKind::Scenario(s) => block(&s.body, out),
+        ItemKind::Scenario(s) => {
+            block(&s.body, out);
+            s.expects.iter().for_each(|e| formula(&e.formula, out));
+        }
         ItemKind::Param(p) => {
             value(&p.value, out);
             block(&p.range, out);
@@ -73,6 +76,28 @@ fn item(item: &Item, out: &mut Vec<(usize, String)>) {
             }
         }
         ItemKind::For(f) => f.body.iter().for_each(|i| self::item(i, out)),
+    }
+}
+
+fn formula(f: &Formula, out: &mut Vec<(usize, String)>) {
+    use FormulaKind as F;
+    match &f.kind {
+        F::Always(w, a) | F::Eventually(w, a) | F::Never(w, a) => {
+            w.from.iter().chain(&w.to).for_each(|v| value(v, out));
+            formula(a, out);
+        }
+        F::Until(a, w, b) => {
+            formula(a, out);
+            w.from.iter().chain(&w.to).for_each(|v| value(v, out));
+            formula(b, out);
+        }
+        F::After(a, b) | F::And(a, b) | F::Or(a, b) | F::Implies(a, b) => {
+            formula(a, out);
+            formula(b, out);
+        }
+        F::Not(a) => formula(a, out),
+        F::Value(v) => value(v, out),
+        F::Missing => {}
     }
 }
 

@@ -153,6 +153,8 @@ pub(super) enum Slot {
         /// What the robot does now may stand in it.
         state: bool,
     },
+    /// An expectation: an expression, and what is measured while a scenario runs.
+    Expected,
     /// What `initial(..)` can capture, behind this prefix.
     Captured(&'static [Actual], String),
     /// What a frame has.
@@ -245,7 +247,7 @@ impl Mentions {
 /// Reads a tree.
 pub(super) fn of(spec: &Spec, text: &str, spelling: Spelling, urdf: Option<&Urdf>, imports: &[Imported]) -> Mentions {
     let found = Mentions::default();
-    let mut walker = Walker { text, spelling, urdf, state: false, imports, scope: Vec::new(), found };
+    let mut walker = Walker { text, spelling, urdf, state: false, expected: false, imports, scope: Vec::new(), found };
     walker.spec(spec);
     let mut found = walker.found;
     found.all.sort_by_key(|m| (m.place.start, m.place.end));
@@ -259,6 +261,8 @@ pub(super) struct Walker<'t> {
     pub urdf: Option<&'t Urdf>,
     /// True inside an expression in which the robot's present state may stand.
     pub state: bool,
+    /// True inside an expectation.
+    pub expected: bool,
     /// The files that it imports.
     pub imports: &'t [Imported],
     /// Parameters and what repetitions run over, each with what it is looked up by; the innermost last.

@@ -27,6 +27,7 @@ mod walk;
 mod walk_expressions;
 mod walk_machines;
 mod walk_reuse;
+mod walk_scenarios;
 mod workspace;
 
 use std::io;

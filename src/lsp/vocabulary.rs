@@ -91,6 +91,18 @@ pub(super) static PRESENT: &[&str] = &["frame", "joint", "point", "distance", "p
 /// Those of them that are called: without brackets, such a name is that of something else.
 pub(super) static CALLED: &[&str] = &["frame", "joint", "point", "distance", "plane", "present"];
 
+/// What expectations measure while a scenario runs.
+pub(super) static MEASURED: &[Word] = &[
+    word(
+        "margin",
+        "`margin(TASK)`: the smallest margin of a limit at the robot's true configuration; negative where it is passed.",
+    ),
+    word("error", "`error(TASK)`, `error(TASK.PART)`: how far a target is from being met, or one of its parts."),
+    word("in", "`in(STATE)`: true while the machine is in a state, or in one inside it."),
+    word("fault", "`fault`, `fault(KIND)`: true while there is a fault, or one of a kind."),
+    word("speed", "`speed(JOINT)`: how fast a joint moves; never negative."),
+];
+
 /// What a pose and a vector have.
 pub(super) static VALUE_FIELDS: &[&str] = &["position", "orientation", "x", "y", "z"];
 
@@ -102,10 +114,15 @@ pub(super) static FRAME_FIELDS: &[&str] = &["position", "orientation", "pose"];
 
 #[cfg(test)]
 mod tests {
+    use runtime::FaultKind;
+
+    use super::*;
+
     #[test]
-    fn all_kinds_of_fault_are_known() {
-        let known: Vec<&str> = super::FAULTS.iter().map(|f| f.name).collect();
-        let all: Vec<&str> = runtime::FaultKind::ALL.into_iter().map(runtime::FaultKind::word).collect();
-        assert_eq!((known[0], &known[1..]), ("any", all.as_slice()));
+    fn words_are_those_of_the_compiler() {
+        let faults: Vec<&str> = std::iter::once("any").chain(FaultKind::ALL.map(FaultKind::word)).collect();
+        assert_eq!(FAULTS.iter().map(|w| w.name).collect::<Vec<_>>(), faults);
+        let measured: Vec<&str> = MEASURED.iter().map(|w| w.name).collect();
+        assert_eq!(measured, compiler::expr::MEASURES);
     }
 }

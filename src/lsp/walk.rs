@@ -1,6 +1,6 @@
 //! The declarations of a spec, word by word: what each key and each name in them means.
 
-use compiler::sections::{Holds, LEVEL, MEMBER, Named, PARAM, ROBOT, RUN, SPEC, STACK, Section};
+use compiler::sections::{Holds, LEVEL, MEMBER, Named, PARAM, ROBOT, RUN, SCENARIO, SPEC, STACK, Section, WAYPOINT};
 use dsl::Span;
 use dsl::tree::{Block, Entry, Item, ItemKind, Level, Member, MemberTask, Spec, Stack, Value, ValueKind};
 
@@ -152,7 +152,8 @@ impl Walker<'_> {
             }
             ItemKind::Scenario(s) => {
                 self.keyword("scenario", start, item.span);
-                self.scenario(s);
+                self.section(&s.body, &SCENARIO);
+                s.expects.iter().for_each(|e| self.formula(&e.formula));
             }
             ItemKind::Run(r) => {
                 self.keyword("run", start, item.span);
@@ -180,6 +181,8 @@ impl Walker<'_> {
             Holds::Number(_) | Holds::Vector(_) | Holds::OfJoint { .. } | Holds::Bound | Holds::Value => {
                 self.expression(value);
             }
+            Holds::Sent => self.anything(value),
+            Holds::Numbers(_) => items(value).iter().for_each(|v| self.expression(v)),
             Holds::Text | Holds::NewName => {
                 self.marked(word(value).unwrap_or(""), || Slot::Nothing);
             }
@@ -219,6 +222,20 @@ impl Walker<'_> {
                     self.marked(word(value).unwrap_or(""), || Slot::Nothing);
                 }
             },
+            Holds::Blocks(section) => {
+                for item in items(value) {
+                    match &item.kind {
+                        ValueKind::Block(block) => self.section(block, section),
+                        _ => {
+                            self.marked(word(item).unwrap_or(""), || Slot::Nothing);
+                        }
+                    }
+                }
+            }
+            Holds::List(Holds::Block(section)) if std::ptr::eq(*section, &WAYPOINT) => {
+                const PATH: &Holds = &Holds::Blocks(&WAYPOINT);
+                self.held(PATH, value);
+            }
             Holds::Each(inner) => entries(value).iter().for_each(|e| self.held(inner, &e.value)),
             Holds::PerJoint(inner) => self.joint_block(value, |w, v| w.held(inner, v)),
             // The readers take these; the tree has them in other places.

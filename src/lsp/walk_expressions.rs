@@ -1,5 +1,6 @@
 //! The words of expressions.
 
+use compiler::expr::MEASURES;
 use dsl::tree::{Value, ValueKind};
 use stdlib_tasks::task::Actual;
 
@@ -17,8 +18,8 @@ impl Walker<'_> {
     pub(super) fn typed(&mut self, value: &Value, actuals: &'static [Actual]) {
         match &value.kind {
             ValueKind::Name(name) => {
-                let state = self.state;
-                if self.marked(name, || Slot::Expression { auto: false, state }) || self.scoped(name, value.span) {
+                let slot = self.expression_slot();
+                if self.marked(name, || slot) || self.scoped(name, value.span) {
                 } else if self.has(Class::Let, name) {
                     self.note(name, value.span, What::Declared(Class::Let, name.clone()));
                 } else if self.has(Class::Signal, name) {
@@ -43,8 +44,8 @@ impl Walker<'_> {
                 }
             }
             ValueKind::Call(function, args) => {
-                let state = self.state;
-                if self.marked(&function.value, || Slot::Expression { auto: false, state }) {
+                let slot = self.expression_slot();
+                if self.marked(&function.value, || slot) {
                     return;
                 }
                 self.note(&function.value, function.span, What::BuiltIn(function.value.clone()));
@@ -53,6 +54,7 @@ impl Walker<'_> {
                     ("present", [one]) => self.signal_name(one),
                     ("frame", [one]) => self.frame(one),
                     ("joint", [one]) => self.joints(one),
+                    (name, [one]) if MEASURES.contains(&name) => self.measured(name, one),
                     ("point", [frame, offset]) => {
                         self.frame(frame);
                         self.typed(offset, actuals);
@@ -89,6 +91,11 @@ impl Walker<'_> {
             ValueKind::Block(_) => self.anything(value),
             ValueKind::Number(_) | ValueKind::Text(_) | ValueKind::Missing => {}
         }
+    }
+
+    /// What could stand where an expression does.
+    fn expression_slot(&self) -> Slot {
+        if self.expected { Slot::Expected } else { Slot::Expression { auto: false, state: self.state } }
     }
 
     /// What stands in `initial(..)`: a value of the task itself, or an expression of what the robot does.

@@ -2,9 +2,7 @@
 
 use compiler::sections::{Key, MACHINE, SIGNAL, STATE, Section, TRANSITION};
 use compiler::{VERBS, Verb, signal_types};
-use dsl::tree::{
-    Action, Block, Call, Item, Machine, Scenario, Signal, State, StateBody, Transition, Trigger, Value, ValueKind,
-};
+use dsl::tree::{Action, Block, Call, Item, Machine, Signal, State, StateBody, Transition, Trigger, Value, ValueKind};
 use dsl::{Span, Spanned, Spelling};
 
 use super::mentions::{Class, MARKER, Slot, Walker, What};
@@ -298,12 +296,6 @@ impl Walker<'_> {
             self.note(part, span, What::Declared(Class::State, key.clone()));
             start += part.len() + 1;
         }
-    }
-
-    /// A scenario: the machine that it is about.
-    pub(super) fn scenario(&mut self, s: &Scenario) {
-        let Some(machine) = s.body.get("machine").map(|e| &e.value) else { return };
-        self.machine_name(machine);
     }
 
     /// A machine by its name.

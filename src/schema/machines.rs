@@ -1,4 +1,4 @@
-//! Signals, machines, states inside states, scenarios.
+//! Signals, machines, states inside states.
 
 use compiler::sections::{self, SIGNAL, STATE, Section, TRANSITION};
 use serde_json::{Map, Value, json};
@@ -71,24 +71,4 @@ pub(super) fn signals() -> Value {
     signal["type"] = json!(["string", "object"]);
     signal["pattern"] = ty["pattern"].clone();
     section("", &signal)
-}
-
-/// Scenarios by name, which may be any text.
-pub(super) fn scenarios() -> Value {
-    let formula = json!({ "type": ["string", "object"], "minLength": 1, "maxProperties": 1 });
-    json!({
-        "type": ["object", "null"],
-        "description": "What the world does in a run, and what is expected of it.",
-        "additionalProperties": {
-            "type": "object",
-            "properties": {
-                "machine": described(values::name(), "The machine that runs."),
-                "expect": {
-                    "description": "Formulas that the run must satisfy; a label is the key of its formula.",
-                    "type": ["string", "array", "object"],
-                    "items": formula,
-                },
-            },
-        },
-    })
 }

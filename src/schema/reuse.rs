@@ -38,6 +38,7 @@ pub(super) fn repeats_of_sections() -> Value {
     parts.insert("lets".to_string(), lets());
     parts.insert("tasks".to_string(), tasks());
     parts.insert("stacks".to_string(), sections::stacks());
+    parts.insert("scenarios".to_string(), sections::scenarios());
     parts.insert("for".to_string(), repeats());
     json!({ "type": ["array", "null"], "items": object(parts, &["name", "in"], "A repetition.") })
 }

@@ -19,12 +19,10 @@ pub(super) fn all() -> Map<String, Value> {
         "signals" => machines::signals(),
         "machines" => machines::machines(),
         "for" => reuse::repeats(),
+        "scenarios" => scenarios(),
         _ => held(&key.holds),
     };
-    let mut all: Map<String, Value> =
-        SPEC.written(Spelling::Yaml).map(|key| (key.name.to_string(), described(one(key), key.doc))).collect();
-    all.entry("scenarios").or_insert_with(machines::scenarios);
-    all
+    SPEC.written(Spelling::Yaml).map(|key| (key.name.to_string(), described(one(key), key.doc))).collect()
 }
 
 /// The keys of a section in YAML.
@@ -53,6 +51,11 @@ fn held(holds: &Holds) -> Value {
         Holds::Vector(d) => values::vector(*d),
         Holds::OfJoint { .. } | Holds::Bound => json!({ "type": ["number", "string"] }),
         Holds::Value => json!({ "type": ["number", "string", "array"] }),
+        Holds::Numbers(q) => {
+            let one = values::scalar(q);
+            json!({ "anyOf": [one, { "type": "array", "minItems": 1, "items": one }] })
+        }
+        Holds::Sent => json!({ "type": ["number", "string", "array", "boolean", "object"] }),
         Holds::Values => json!({ "type": ["array", "string"] }),
         Holds::Flag => json!({ "enum": [true, false] }),
         Holds::Choice(words) => json!({ "enum": words }),
@@ -69,6 +72,10 @@ fn held(holds: &Holds) -> Value {
         // States stand inside states.
         Holds::Block(section) if std::ptr::eq(*section, &sections::STATE) => json!({ "$ref": "#/$defs/state" }),
         Holds::Block(section) => block(section),
+        Holds::Blocks(section) => {
+            let one = block(section);
+            json!({ "anyOf": [one, { "type": "array", "minItems": 1, "items": one }] })
+        }
         Holds::LinkOr(section) => {
             let mut either = block(section);
             either["type"] = json!(["string", "object"]);
@@ -119,6 +126,17 @@ fn change() -> Value {
     change["oneOf"] =
         json!([{ "required": ["replace", "tasks"] }, { "required": ["add", "tasks"] }, { "required": ["remove"] }]);
     change
+}
+
+/// Scenarios, whose names are any text, each with its expectations.
+pub(super) fn scenarios() -> Value {
+    let mut scenario = block(&sections::SCENARIO);
+    let labelled = json!({ "type": "object", "minProperties": 1, "additionalProperties": { "type": "string" } });
+    let formula = json!({ "anyOf": [{ "type": "string" }, labelled] });
+    let one = json!({ "anyOf": [formula, { "type": "array", "items": formula }] });
+    let text = scenario["properties"]["expect"]["description"].as_str().unwrap_or_default().to_string();
+    scenario["properties"]["expect"] = described(one, &text);
+    json!({ "type": ["object", "null"], "additionalProperties": scenario })
 }
 
 pub(super) fn stacks() -> Value {

@@ -249,6 +249,11 @@ pub trait Task: Send {
     /// Called once when a stack that holds the task becomes active.
     fn enter(&mut self, _state: &State) {}
 
+    /// Whether the task asks for something that it took from the robot when its stack was entered, beside its parameters.
+    fn remembers_entry(&self) -> bool {
+        false
+    }
+
     /// Writes the rows of this tick. Never allocates.
     ///
     /// # Errors

@@ -18,6 +18,7 @@ pub const EXAMPLES: &[&str] = &[
     "balance",
     "both_arms",
     "compliance",
+    "tested",
 ];
 
 /// A file of the `examples` folder.

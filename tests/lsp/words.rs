@@ -303,3 +303,66 @@ fn references_and_rename_reach_every_use() {
     assert_eq!((under(&text, &range["range"]), &range["placeholder"]), ("reach", &json!("reach")));
     assert_eq!(e.at("textDocument/prepareRename", &doc, &find(&text, "= virtual|_wall")), Json::Null);
 }
+
+const SCENARIO: &str = "hierarq 1
+robot r { urdf \"robots/arm7.urdf\"  rate 100 Hz  joints { wrist [joint_6, joint_7] } }
+task limits = joint_position_limits
+stack s { level one hard { limits } }
+scenario rough {
+  stack s
+  seed 7
+  lost { wrist { from 1 s  to 2 s } }
+  expect \"inside\" always margin(limits) >= 0
+  expect never speed(joint_3) > 1 rad/s
+}
+";
+
+#[test]
+fn words_of_scenarios() {
+    let mut e = Editor::ready();
+    let doc = uri("lsp_test.hq");
+    e.open(&doc, "hierarq", SCENARIO);
+    for (place, range, says) in [
+        ("|scenario rough", "scenario", "world of its own"),
+        ("se|ed 7", "seed", "whole number"),
+        ("lo|st {", "lost", "not a number"),
+        ("fr|om 1 s", "from", "From when"),
+        ("always mar|gin(", "margin", "smallest margin"),
+        ("speed(jo|int_3", "joint_3", "revolute"),
+        ("margin(li|mits)", "limits", "joint_position_limits"),
+    ] {
+        let hover = e.at("textDocument/hover", &doc, &find(SCENARIO, place));
+        assert_eq!(under(SCENARIO, &hover["range"]), range, "{place}: {hover}");
+        let value = hover["contents"]["value"].as_str().expect("Markdown");
+        assert!(value.contains(says), "{place}:\n{value}");
+    }
+    let there = e.at("textDocument/definition", &doc, &find(SCENARIO, "margin(li|mits)"));
+    assert_eq!(under(SCENARIO, &there["range"]), "limits", "{there}");
+    assert_eq!(there["range"]["start"]["line"], 2);
+    let params =
+        json!({ "textDocument": { "uri": doc }, "position": find(SCENARIO, "margin(li|mits)"), "newName": "rim" });
+    let changed = e.result("textDocument/rename", params);
+    let text = edited(SCENARIO, &changed["changes"][&doc]);
+    assert!(text.contains("task rim =") && text.contains("{ rim }") && text.contains("margin(rim)"), "{text}");
+    for (version, (old, new, has)) in [
+        ("seed 7", "se|", &["seed", "signals", "late"][..]),
+        ("margin(limits) >= 0", "|", &["margin", "error", "in", "fault", "speed", "frame"]),
+        ("margin(limits)", "margin(|)", &["limits"]),
+        ("speed(joint_3)", "speed(|)", &["joint_3", "wrist"]),
+        ("from 1 s  to", "|  to", &["from"]),
+        ("stack s\n  seed", "stack |\n  seed", &["s"]),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let marked = SCENARIO.replacen(old, new, 1);
+        let cursor = marked.find('|').expect("a cursor");
+        let text = marked.replacen('|', "", 1);
+        e.change(&doc, version as i64 + 2, json!([{ "text": text }]));
+        let offered = labels(&e.at("textDocument/completion", &doc, &position(&text, cursor)));
+        for label in has {
+            assert!(offered.iter().any(|o| o == label), "{new}: no `{label}` in {offered:?}");
+        }
+    }
+    e.goodbye();
+}

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::{hierarq, text};
 
 static EXAMPLES: &[&str] =
-    &["hello", "safety_tasks", "uncooperative_motion", "cooperative_motion", "swivel_angle", "both_arms"];
+    &["hello", "safety_tasks", "uncooperative_motion", "cooperative_motion", "swivel_angle", "both_arms", "tested"];
 
 fn printed() -> Value {
     let out = hierarq(&["schema"]);

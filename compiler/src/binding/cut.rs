@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use runtime::program::Op;
-use stdlib_tasks::dimension::NONE;
+use stdlib_tasks::dimension::{Dimension, NONE};
 use stdlib_tasks::expression::{Expression, Leaf};
 
 use super::Table;
@@ -40,6 +40,31 @@ pub(super) fn cut(graph: &Graph, table: &Table, typed: &Typed) -> Expression {
     }
     e.outputs = typed.nodes.iter().map(|n| index[n]).collect();
     e
+}
+
+/// The expression of one number with nothing cut off: `input` gives the place of what stands in it beside the robot's
+/// state, and none for what has no place there.
+pub(crate) fn whole(
+    graph: &Graph,
+    table: &Table,
+    (node, dimension): (usize, Dimension),
+    mut input: impl FnMut(Op) -> Option<usize>,
+) -> Option<Expression> {
+    let (ops, index) = graph.extract(&[node]);
+    let mut e = Expression { ops: vec![], inputs: vec![], leaves: vec![], outputs: vec![index[&node]], dimension };
+    let mut states: BTreeMap<usize, usize> = BTreeMap::new();
+    for op in ops {
+        let op = match op {
+            Op::State(k) => Op::State(state_number(table, k, &mut states, &mut e.leaves)),
+            Op::T | Op::Time | Op::Input(_) | Op::Signal(_) => {
+                e.inputs.push(input(op)?);
+                Op::Input(e.inputs.len() - 1)
+            }
+            op => op,
+        };
+        e.ops.push(op);
+    }
+    Some(e)
 }
 
 /// The number that number `k` of the robot's state has within one expression.

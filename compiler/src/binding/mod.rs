@@ -28,8 +28,9 @@ use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints};
 
 pub(crate) use condition::Condition;
+pub(crate) use cut::whole;
 use present::axes_of;
-use scope::TaskScope;
+pub(crate) use scope::TaskScope;
 pub use table::Table;
 
 /// What binding needs to know.

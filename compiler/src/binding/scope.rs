@@ -12,12 +12,12 @@ use crate::expr::{Frame, Graph, Kind, Meaning, Now, Scope, Typed};
 use crate::robot_binding::BoundRobot;
 
 /// The scope of a task's parameters: declared parameters, and what `initial(..)` can capture.
-pub(super) struct TaskScope<'s> {
+pub(crate) struct TaskScope<'s> {
     pub robot: &'s BoundRobot,
     pub params: &'s mut Params,
     pub table: &'s mut Table,
     /// The task; none for a named expression that all tasks may use.
-    pub owner: Option<Owner<'s>>,
+    pub(super) owner: Option<Owner<'s>>,
     pub moving: bool,
     /// Whether what the robot does now may stand in it.
     pub state: bool,
@@ -27,6 +27,28 @@ pub(super) struct TaskScope<'s> {
     pub asked: bool,
     /// Kind and dimension of parameters that were bound before and are expressions.
     pub forms: &'s BTreeMap<&'static str, (Kind, Dimension)>,
+}
+
+impl<'s> TaskScope<'s> {
+    /// That of an expression that belongs to no task: of what the robot does now, and of time.
+    pub fn free(
+        robot: &'s BoundRobot,
+        params: &'s mut Params,
+        table: &'s mut Table,
+        forms: &'s BTreeMap<&'static str, (Kind, Dimension)>,
+    ) -> Self {
+        TaskScope {
+            robot,
+            params,
+            table,
+            owner: None,
+            moving: true,
+            state: true,
+            capturing: false,
+            asked: false,
+            forms,
+        }
+    }
 }
 
 impl Scope for TaskScope<'_> {

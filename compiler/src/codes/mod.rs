@@ -1,7 +1,8 @@
 //! The compiler's diagnostic codes with their pages for `hierarq explain`, and messages that several places share.
 //!
 //! Families: `HQ01` form (in `dsl`), `HQ02` names, `HQ03` types and units, `HQ04` robot, `HQ05` safety,
-//! `HQ06` hierarchy and run, `HQ07` machines. Their pages are the `*.md` files beside this one; [`dsl::codes`] says how they are read.
+//! `HQ06` hierarchy and run, `HQ07` machines, `HQ08` scenarios. Their pages are the `*.md` files beside this one;
+//! [`dsl::codes`] says how they are read.
 
 use std::sync::LazyLock;
 
@@ -22,6 +23,7 @@ pub static PAGES: LazyLock<Vec<Page>> = LazyLock::new(|| {
         include_str!("safety.md"),
         include_str!("hierarchy.md"),
         include_str!("machine.md"),
+        include_str!("scenarios.md"),
     ];
     families.into_iter().flat_map(read).collect()
 });

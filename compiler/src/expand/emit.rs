@@ -59,6 +59,7 @@ impl Expander<'_> {
             let body = self.block(&run.body, &mut Frame::of(0));
             self.out.runs.push((dsl::tree::Run { body }, span));
         }
+        self.scenarios();
         self.unused(&all);
     }
 
@@ -86,10 +87,8 @@ impl Expander<'_> {
                 self.emit_task((m, i));
             }
             ItemKind::Stack(stack) => self.emit_stack((m, i), &stack),
-            ItemKind::Import(_) | ItemKind::For(_) | ItemKind::Run(_) => {}
+            ItemKind::Import(_) | ItemKind::For(_) | ItemKind::Run(_) | ItemKind::Scenario(_) => {}
             ItemKind::Machine(_) => self.emit_machine((m, i)),
-            // lowered separately
-            ItemKind::Scenario(_) => {}
         }
     }
 

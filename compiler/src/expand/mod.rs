@@ -17,13 +17,14 @@ mod levels;
 mod machines;
 mod module;
 mod repeat;
+mod scenarios;
 mod stacks;
 mod tasks;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use dsl::tree::{Let, Level, Machine, Param, Robot, Run, Signal, Spec, Stack, Task, Value};
+use dsl::tree::{Let, Level, Machine, Param, Robot, Run, Scenario, Signal, Spec, Stack, Task, Value};
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Spelling};
 
 use crate::lowering::Input;
@@ -79,6 +80,8 @@ pub(crate) struct Expanded {
     pub machines: Vec<Machine>,
     /// Runs.
     pub runs: Vec<(Run, Span)>,
+    /// Scenarios, each with its expectations as they were written.
+    pub scenarios: Vec<(Scenario, Vec<String>)>,
     /// What the spec imports by name, each with the place of that.
     pub imported: BTreeMap<(Class, String), Span>,
     /// Tasks that stand in levels and could not be expanded; the diagnostics said why.

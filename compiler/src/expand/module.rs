@@ -55,11 +55,9 @@ pub(super) fn declared(kind: &ItemKind) -> Option<(Class, &Spanned<String>)> {
         ItemKind::Robot(r) => Some((Class::Robot, &r.name)),
         ItemKind::Task(t) => Some((Class::Task, &t.name)),
         ItemKind::Stack(s) => Some((Class::Stack, &s.name)),
-        ItemKind::Import(_) | ItemKind::For(_) | ItemKind::Run(_) => None,
+        ItemKind::Import(_) | ItemKind::For(_) | ItemKind::Run(_) | ItemKind::Scenario(_) => None,
         ItemKind::Signal(s) => Some((Class::Value, &s.name)),
         ItemKind::Machine(m) => Some((Class::Machine, &m.name)),
-        // lowered separately
-        ItemKind::Scenario(_) => None,
     }
 }
 

@@ -47,8 +47,7 @@ impl Expander<'_> {
                     }
                     ItemKind::Signal(s) => ItemKind::Signal(self.copied_signal(s, &mut inner)),
                     ItemKind::Machine(m) => ItemKind::Machine(self.copied_machine(m, &mut inner)),
-                    // lowered separately
-                    ItemKind::Scenario(_) => continue,
+                    ItemKind::Scenario(s) => ItemKind::Scenario(self.copied_scenario(s, &mut inner)),
                     // The reader has refused the others.
                     ItemKind::Import(_) | ItemKind::Robot(_) | ItemKind::Run(_) => continue,
                 };

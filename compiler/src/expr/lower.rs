@@ -65,7 +65,28 @@ pub trait Scope {
     fn frame(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame>;
     /// What the robot does now. `None` where it has no meaning here; the diagnostics say why.
     fn now(&mut self, graph: &mut Graph, what: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed>;
+    /// What is measured in a scenario: a call of one of [`MEASURES`]. `None` where it has no meaning here; the
+    /// diagnostics say why.
+    fn measured(
+        &mut self,
+        _graph: &mut Graph,
+        function: &Spanned<String>,
+        _args: &[Value],
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Typed> {
+        let text = format!("`{}(..)` has no meaning here", function.value);
+        diagnostics.push(
+            Diagnostic::error("HQ0312", span, text)
+                .note("it is measured from outside while a scenario runs, and no controller knows it")
+                .help("write it behind `expect` in a scenario"),
+        );
+        None
+    }
 }
+
+/// The functions that expectations know, of what is measured while a scenario runs.
+pub const MEASURES: &[&str] = &["margin", "error", "in", "fault", "speed"];
 
 /// A value cannot be typed; the diagnostics say why.
 pub struct Failed;
@@ -292,6 +313,9 @@ impl Lowering<'_> {
         }
         if PRESENT.contains(&function.value.as_str()) {
             return self.present(function, args, span);
+        }
+        if MEASURES.contains(&function.value.as_str()) {
+            return self.scope.measured(self.graph, function, args, span, self.diagnostics).ok_or(Failed);
         }
         let Some(known) = FUNCTIONS.iter().find(|f| f.name == function.value) else {
             let names = FUNCTIONS.iter().map(|f| f.name).chain(["initial", "present"]).chain(PRESENT.iter().copied());

@@ -20,7 +20,7 @@ pub use functions::{FUNCTIONS, Function};
 pub use graph::Graph;
 pub use helps::bracketed;
 pub use interval::Interval;
-pub use lower::{Lowering, Meaning, Scope, Symbol};
+pub use lower::{Lowering, MEASURES, Meaning, Scope, Symbol};
 pub(crate) use poses::root;
 pub(crate) use present::PRESENT;
 pub use present::{Now, Plane};

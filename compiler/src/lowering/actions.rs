@@ -122,7 +122,8 @@ pub(super) fn verb(a: &Action) -> Result<&'static Verb, Option<Box<Diagnostic>>>
     }
     let word = crate::forms::text_of(&a.args[0]);
     if !verb.words.is_empty() && !word.is_some_and(|w| verb.words.contains(&w)) {
-        let text = format!("`{}` is followed by {}", verb.name, list(verb.words.iter().copied(), 8));
+        let words: Vec<String> = verb.words.iter().map(|w| format!("`{w}`")).collect();
+        let text = format!("`{}` is followed by {}", verb.name, words.join(" or "));
         let d = Diagnostic::error("HQ0304", a.args[0].span, text);
         return Err(Some(Box::new(match word.and_then(|w| suggest(w, verb.words.iter().copied())) {
             Some(near) => d.help(format!("did you mean `{near}`?")),

@@ -34,6 +34,8 @@ pub(crate) struct TransitionPlace {
     pub trigger: Span,
     /// Its target.
     pub target: Span,
+    /// Whether it, or what is around it, says how the command goes over.
+    pub blend: bool,
     /// The value of a condition that never changes.
     pub constant: Option<bool>,
     /// Signals that are present when it is taken.
@@ -216,11 +218,17 @@ impl Lowerer<'_> {
             let blend = self.blend(i, t, flat);
             let (Some(target), Some((trigger, condition, at))) = (target, found) else { continue };
             let text = super::wording::trigger(t);
-            out.push(TransitionProgram { trigger, text, target, blend });
+            out.push(TransitionProgram { trigger, text, target, blend: blend.unwrap_or(0.0) });
             let (constant, demands) = condition.map_or((None, Vec::new()), |c| {
                 (c.constant, c.demands.into_iter().filter_map(|at| self.interface.signal_of(at)).collect())
             });
-            places.push(TransitionPlace { trigger: at, target: t.target.span, constant, demands });
+            places.push(TransitionPlace {
+                trigger: at,
+                target: t.target.span,
+                blend: blend.is_some(),
+                constant,
+                demands,
+            });
         }
         (out, places)
     }
@@ -259,15 +267,15 @@ impl Lowerer<'_> {
         None
     }
 
-    /// How long the command goes over: what the transition says, or the state that it leads from, or those around that.
-    fn blend(&mut self, i: usize, t: &Transition, flat: &[Flat]) -> f64 {
+    /// How long the command goes over: what the transition says, or the state that it leads from, or those around that. None where nothing does.
+    fn blend(&mut self, i: usize, t: &Transition, flat: &[Flat]) -> Option<f64> {
         let mut own = t.settings.get("blend");
         let mut around = Some(i);
         while let (None, Some(k)) = (own, around) {
             own = flat[k].body.settings.get("blend");
             around = flat[k].parent;
         }
-        let Some(e) = own else { return 0.0 };
+        let e = own?;
         let before = self.diagnostics.len();
         let found = self.duration(&e.value, "a blend");
         // One of a state is said once, with the first transition.
@@ -276,7 +284,7 @@ impl Lowerer<'_> {
         if repeated {
             self.diagnostics.truncate(before);
         }
-        found.unwrap_or(0.0)
+        found
     }
 
     /// A constant time of zero or more, in s.

@@ -2,16 +2,20 @@
 
 mod actions;
 mod declared;
+mod expectations;
 mod given;
 mod in_place;
 mod machine;
 mod measures;
+mod predicates;
 mod run;
+mod scenario;
 mod signals;
 mod stack;
 mod triggers;
 mod values;
 mod wording;
+mod world;
 
 use std::path::{Path, PathBuf};
 
@@ -138,6 +142,8 @@ struct Lowerer<'a> {
     interface: Interface,
     /// Tasks that a misspelt name in a stack probably meant.
     meant: Vec<String>,
+    /// Parts of expectations so far.
+    expected: usize,
     /// Tasks that could not be expanded.
     failed: std::collections::BTreeSet<String>,
 }
@@ -159,6 +165,7 @@ impl<'a> Lowerer<'a> {
             params: Params::default(),
             interface: Interface::default(),
             meant: Vec::new(),
+            expected: 0,
             failed: std::collections::BTreeSet::new(),
         }
     }
@@ -245,11 +252,15 @@ impl<'a> Lowerer<'a> {
             _ => None,
         };
         let complete = robot.is_some() && bound.iter().all(Option::is_some) && expanded.whole;
-        self.unused(&declared, expanded, complete);
         if self.diagnostics.iter().any(|d| d.severity == dsl::Severity::Error) {
+            // Scenarios were not looked at, and may use what nothing else does.
+            self.unused(&declared, expanded, complete && expanded.scenarios.is_empty());
             return None;
         }
-        let (program, places) = self.program(&robot?, &definitions, bound, (&declared, stacks), (run?, machine))?;
+        let robot = robot?;
+        let (mut program, places) = self.program(&robot, &definitions, bound, (&declared, stacks), (run?, machine))?;
+        program.scenarios = self.scenarios(expanded, &program, &robot);
+        self.unused(&declared, expanded, complete);
         let ground = Ground::new(&self.graph, &self.table, &program.robot.model);
         checks::program(&ground, &program, &places, self.diagnostics);
         if let Some(places) = &places.machine {
@@ -323,6 +334,7 @@ impl<'a> Lowerer<'a> {
             stacks,
             machine,
             run: run.0,
+            scenarios: Vec::new(),
         };
         Some((
             program,

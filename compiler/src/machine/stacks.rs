@@ -47,9 +47,8 @@ impl Checked<'_> {
 
     /// Whether a stack holds a task that says the same under another name.
     fn alike(&self, stack: usize, task: usize) -> bool {
-        let wanted = &self.program.tasks[task];
         let members = self.program.stacks[stack].levels.iter().filter(|l| l.hard).flat_map(|l| &l.members);
-        members.map(|m| &self.program.tasks[m.task]).any(|t| t.kind == wanted.kind && t.params == wanted.params)
+        members.into_iter().any(|m| self.program.alike(m.task, task))
     }
 
     fn nature(&self, task: usize) -> Option<Nature> {
@@ -61,7 +60,7 @@ impl Checked<'_> {
         let mut found = Vec::new();
         for &s in &self.reached {
             for (i, t) in self.machine.states[s].transitions.iter().enumerate() {
-                if is_fault(&t.trigger) || is_dead(self.places, s, i) || t.blend > 0.0 {
+                if is_fault(&t.trigger) || is_dead(self.places, s, i) || self.places.transitions[s][i].blend {
                     continue;
                 }
                 let to = self.machine.leaf(t.target);
@@ -76,12 +75,13 @@ impl Checked<'_> {
         let Some(&first) = found.first() else { return };
         let text = match found.len() {
             1 => "here the velocity may jump".to_string(),
+            2 => "here the velocity may jump, and at one other transition".to_string(),
             n => format!("here the velocity may jump, and at {} other transitions", n - 1),
         };
         diagnostics.push(
             Diagnostic::warning("HQ0709", first, text)
                 .note("another stack takes over at once, and asks for another velocity")
-                .help("write `blend 0.3 s` in the machine, in a state or behind a transition; `blend 0 s` in a state around it where it is meant"),
+                .help("write `blend 0.3 s` in the machine, in a state or behind a transition; `blend 0 s` where it is meant"),
         );
     }
 }

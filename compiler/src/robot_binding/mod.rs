@@ -13,7 +13,7 @@ use dsl::tree::{Block, Robot, Value, ValueKind};
 use dsl::{Diagnostic, Sources, Span, Spanned};
 use robot::{Base, LinkId, Model};
 use stdlib_tasks::bound::{Arm, Geometry};
-use stdlib_tasks::dimension::RATE;
+use stdlib_tasks::dimension::{RATE, TIME};
 
 use crate::constants::Constants;
 use crate::forms::{block_of, check_keys, text_of};
@@ -193,7 +193,19 @@ pub fn bind(robot: &Robot, files: &mut Files, constants: &mut Constants) -> Opti
         );
     }
     let period = period.unwrap_or(0.01);
-    let deadline = 2.0 * period;
+    let deadline = match robot.body.get("deadline") {
+        Some(e) => b.constants.scalar(&e.value, TIME, b.diagnostics).map(|d| (d, e.value.span)),
+        None => None,
+    };
+    if let Some((d, at)) = deadline.filter(|d| d.0 <= period) {
+        let text = format!("a deadline is longer than a period, and this is {d} s");
+        b.diagnostics.push(
+            Diagnostic::error("HQ0308", at, text)
+                .label(rate_span, format!("a period of {period} s"))
+                .help(format!("write for instance `deadline {} ms`, or leave it out for two periods", 2e3 * period)),
+        );
+    }
+    let deadline = deadline.map_or(2.0 * period, |d| d.0);
     let (model, failed) = (b.model, b.failed);
     Some(BoundRobot {
         name: robot.name.clone(),

@@ -23,8 +23,8 @@ pub static MACHINE: Section = Section {
     name: "a machine",
     keys: &[
         Key::required("initial", Holds::Name(Named::State), "The state in which it begins."),
-        Key::or("blend", Holds::Number(Quantity::at_least(TIME, 0.0)), "0 s", BLEND),
-        Key::optional("transitions", Holds::Declarations, TRANSITIONS).at(super::Place::Yaml),
+        Key::optional("blend", Holds::Number(Quantity::at_least(TIME, 0.0)), BLEND),
+        Key::optional("transitions", Holds::List(&Holds::Block(&TRANSITION)), TRANSITIONS).at(super::Place::Yaml),
         Key::required("states", Holds::Each(&Holds::Block(&STATE)), "States by name.").at(super::Place::Yaml),
         Key::required("state", Holds::Block(&STATE), "A state: `state NAME { stack NAME  on EVENT -> NEXT }`.")
             .at(super::Place::Hq),
@@ -35,8 +35,7 @@ pub static MACHINE: Section = Section {
 };
 
 const FINAL: &str = "A state in which the machine has come to its end: `final state NAME { stack NAME }`.";
-const BLEND: &str =
-    "How long the command takes to go over to that of another stack, for the transitions that stand in here.";
+const BLEND: &str = "How long the command takes to go over to that of another stack, for the transitions that stand in here; where left out, what the state around it says, else it goes over at once.";
 const TRANSITIONS: &str = "Ways out, in order: `- { on: found, to: grasp }`, `- { when: CONDITION, for: 3 s, to: grasp, blend: 1 s }`, `- { after: 10 s, to: ask }`.";
 
 /// A state.
@@ -45,7 +44,7 @@ pub static STATE: Section = Section {
     keys: &[
         Key::optional("stack", Holds::Name(Named::Stack), "The stack that runs in it: `stack NAME`, or `stack NAME(..)` for one with parameters. Without one, that of the state around it goes on, or the robot stands.").at(super::Place::Word),
         Key::optional("initial", Holds::Name(Named::State), "The state inside it that is entered with it."),
-        Key::or("blend", Holds::Number(Quantity::at_least(TIME, 0.0)), "that of the state around it", BLEND),
+        Key::optional("blend", Holds::Number(Quantity::at_least(TIME, 0.0)), BLEND),
         Key::optional("final", Holds::Flag, "The machine has come to its end in it.").at(super::Place::Yaml),
         Key::optional("enter", Holds::Declarations, "What is done on entering: `enter say \"text\"`.").at(super::Place::Word),
         Key::optional("do", Holds::Declarations, "What is begun on entering and called off on leaving: `do capture(head_camera)`.").at(super::Place::Word),
@@ -53,7 +52,7 @@ pub static STATE: Section = Section {
         Key::optional("on", Holds::Declarations, "A way out when something happens: `on EVENT -> STATE`, `on reached(TASK, 5 mm, 2 deg) -> STATE`, `on fault(KIND) -> STATE`.").at(super::Place::Hq),
         Key::optional("when", Holds::Declarations, "A way out while something holds: `when CONDITION for 3 s -> STATE`.").at(super::Place::Hq),
         Key::optional("after", Holds::Declarations, "A way out after a time in the state: `after 10 s -> STATE`.").at(super::Place::Hq),
-        Key::optional("transitions", Holds::Declarations, TRANSITIONS).at(super::Place::Yaml),
+        Key::optional("transitions", Holds::List(&Holds::Block(&TRANSITION)), TRANSITIONS).at(super::Place::Yaml),
         Key::optional("state", Holds::Block(&STATE), "A state inside it.").at(super::Place::Hq),
         Key::optional("final", Holds::Block(&STATE), FINAL).at(super::Place::Hq),
         Key::optional("states", Holds::Each(&Holds::Block(&STATE)), "States inside it, by name.").at(super::Place::Yaml),
@@ -76,10 +75,9 @@ pub static TRANSITION: Section = Section {
         Key::optional("after", Holds::Number(Quantity::at_least(TIME, 0.0)), "Time in the state.")
             .at(super::Place::Yaml),
         Key::required("to", Holds::Name(Named::State), "The state that it leads to.").at(super::Place::Yaml),
-        Key::or(
+        Key::optional(
             "blend",
             Holds::Number(Quantity::at_least(TIME, 0.0)),
-            "that of the state",
             "How long the command takes to go over to that of another stack.",
         ),
     ],

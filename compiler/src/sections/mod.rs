@@ -6,6 +6,7 @@
 
 mod machine;
 mod robot;
+mod scenario;
 mod spec;
 mod stack;
 
@@ -15,6 +16,7 @@ use stdlib_tasks::params::{Presence, Quantity};
 
 pub use machine::{MACHINE, SIGNAL, STATE, TRANSITION};
 pub use robot::{ARM, BASES, LIMIT, POINT, ROBOT, SEGMENT};
+pub use scenario::{LATE, LOST, OUTCOME, PUSH, SCENARIO, SCENARIO_SIMULATOR, SIGNAL_SCRIPT, WAYPOINT};
 pub use spec::{PARAM, REPEAT, RUN, SIMULATOR, SPEC};
 pub use stack::{CHANGE, LEVEL, MEMBER, STACK};
 
@@ -38,6 +40,14 @@ pub static ALL: &[&Section] = &[
     &REPEAT,
     &RUN,
     &SIMULATOR,
+    &SCENARIO,
+    &SCENARIO_SIMULATOR,
+    &SIGNAL_SCRIPT,
+    &WAYPOINT,
+    &OUTCOME,
+    &PUSH,
+    &LATE,
+    &LOST,
 ];
 
 /// A block of the language with keys of its own.
@@ -82,6 +92,8 @@ pub enum Place {
 pub enum Holds {
     /// A constant number.
     Number(Quantity),
+    /// One constant number, or a list of them.
+    Numbers(Quantity),
     /// Three constant numbers.
     Vector(Dimension),
     /// A position of a joint in rad or m, or with `speed` its speed in rad/s or m/s.
@@ -93,6 +105,8 @@ pub enum Holds {
     Bound,
     /// A number, a vector, an orientation.
     Value,
+    /// A constant value of a signal: a number, a vector, an orientation, or the parts of a wrench.
+    Sent,
     /// What a repetition runs over: a list, or whole numbers.
     Values,
     /// A text.
@@ -119,6 +133,8 @@ pub enum Holds {
     Positions,
     /// A block.
     Block(&'static Section),
+    /// A block, or several in an order.
+    Blocks(&'static Section),
     /// A link, or a block.
     LinkOr(&'static Section),
     /// Names that the user chooses, each with one of these.
@@ -222,7 +238,7 @@ mod tests {
 
     fn reaches(holds: &Holds, wanted: &Section) -> bool {
         match holds {
-            Holds::Block(s) | Holds::LinkOr(s) => std::ptr::eq(*s, wanted),
+            Holds::Block(s) | Holds::Blocks(s) | Holds::LinkOr(s) => std::ptr::eq(*s, wanted),
             Holds::Each(h) | Holds::PerJoint(h) | Holds::List(h) => reaches(h, wanted),
             _ => false,
         }

@@ -1,6 +1,6 @@
 //! The keys of a robot and of its parts.
 
-use stdlib_tasks::dimension::{LENGTH, RATE};
+use stdlib_tasks::dimension::{LENGTH, RATE, TIME};
 use stdlib_tasks::params::Quantity;
 
 use super::{Holds, Key, Named, Place, Section};
@@ -60,6 +60,11 @@ pub static ROBOT: Section = Section {
             "limits",
             Holds::PerJoint(&Holds::Block(&LIMIT)),
             "Limits that replace those of the URDF: `elbow { lower 0 rad  upper 2 rad  velocity 1 rad/s }`.",
+        ),
+        Key::optional(
+            "deadline",
+            Holds::Number(Quantity::above(TIME, 0.0)),
+            "A tick that comes later than this after the one before is the fault `deadline`: more than a period, two where left out.",
         ),
         Key::or(
             "tracking_gain",

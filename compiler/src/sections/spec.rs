@@ -5,6 +5,7 @@ use stdlib_tasks::params::Quantity;
 
 use super::machine::{MACHINE, SIGNAL};
 use super::robot::ROBOT;
+use super::scenario::SCENARIO;
 use super::stack::STACK;
 use super::{Holds, Key, Named, Place, Section};
 
@@ -102,6 +103,19 @@ pub static SPEC: Section = Section {
             "for",
             Holds::List(&Holds::Block(&REPEAT)),
             "Declarations that are repeated: `- { name: side, in: [left, right], tasks: { .. } }`.",
+        )
+        .at(Place::Yaml),
+        Key::optional(
+            "scenario",
+            Holds::Block(&SCENARIO),
+            "A run in a world of its own, and what is expected of it: `scenario NAME { stack NAME  expect always margin(TASK) \
+             >= 0 m }`.",
+        )
+        .at(Place::Hq),
+        Key::optional(
+            "scenarios",
+            Holds::Each(&Holds::Block(&SCENARIO)),
+            "Runs in worlds of their own, by name, and what is expected of them.",
         )
         .at(Place::Yaml),
         Key::optional("run", Holds::Block(&RUN), "What `hierarq run` does: `run { stack NAME  duration 10 s }`.")

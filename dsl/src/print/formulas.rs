@@ -6,7 +6,7 @@ use crate::transitions::begins_part;
 use crate::tree::{Action, Formula, FormulaKind, Transition, Trigger, Value, ValueKind, Window};
 
 /// A formula, with brackets where they are needed.
-pub(super) fn text(it: &Formula) -> String {
+pub(crate) fn text(it: &Formula) -> String {
     let mut out = String::new();
     write(it, &mut out);
     out

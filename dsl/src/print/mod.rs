@@ -12,7 +12,7 @@ mod yaml_levels;
 mod yaml_machines;
 mod yaml_reuse;
 
-pub(crate) use formulas::trigger_text;
+pub(crate) use formulas::{text as formula, trigger_text};
 pub(crate) use hq::print as hq;
 pub(crate) use yaml::print as yaml;
 

@@ -160,7 +160,8 @@ fn transition(it: &Transition, indent: usize, lines: &mut Lines) {
         if let Some(hold) = formulas::hold(it) {
             parts.push(("for".to_owned(), scalar(&formulas::guarded(hold), flow)));
         }
-        parts.push(("to".to_owned(), key(&it.target)));
+        let plain = it.target.split('.').all(|part| key(part) == part);
+        parts.push(("to".to_owned(), if plain { it.target.value.clone() } else { format!("\"{}\"", it.target.value) }));
         parts
     };
     let mut line = OneLine::new(WIDTH.saturating_sub(lines.column() + 2));

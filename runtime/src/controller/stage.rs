@@ -12,13 +12,11 @@
 //! that the stack left has too, above the first one in which the two differ. At x = 0 that is v, up to what these levels
 //! demand; at x = 1 it is v_B. A hard level therefore holds at every tick of a blend as at every other. Source: ours.
 
-use std::collections::BTreeSet;
-
 use solver::{HierarchicalSolver, LevelStatus, Problem, Solution, Status};
 
 use crate::evaluator::{Evaluator, Moment};
 use crate::fault::Fault;
-use crate::program::{LevelProgram, Op, Program, ProgramError, StackProgram};
+use crate::program::{LevelProgram, Program, ProgramError, StackProgram};
 
 /// The way over from another velocity.
 struct Blend {
@@ -61,12 +59,13 @@ fn value_names(program: &Program, stack: &StackProgram) -> Vec<(std::ops::Range<
     tasks.flat_map(named).collect()
 }
 
-/// Whether what a task asks for depends on when its stack was entered, or on where.
-fn depends_on_entry(program: &Program, task: usize) -> bool {
-    let places: BTreeSet<usize> =
-        program.tasks[task].params.values().flat_map(|b| b.slots()).flat_map(|s| s.at..s.at + s.len).collect();
-    let ops = program.values.tape.only(&places).ops;
-    ops.iter().any(|op| matches!(op, Op::T | Op::Input(_)))
+/// Whether two levels ask for the same.
+fn same_level(program: &Program, a: &LevelProgram, b: &LevelProgram) -> bool {
+    let members = || a.members.iter().zip(&b.members);
+    a.hard == b.hard
+        && a.damping == b.damping
+        && a.members.len() == b.members.len()
+        && members().all(|(x, y)| x.weight == y.weight && program.alike(x.task, y.task))
 }
 
 /// How many levels two stacks have in common, from the top. Soft levels that ask for something else when they are entered
@@ -75,8 +74,8 @@ fn in_common(program: &Program, a: &StackProgram, b: &StackProgram) -> usize {
     if a.locked != b.locked {
         return 0;
     }
-    let lasting = |l: &LevelProgram| l.hard || !l.members.iter().any(|m| depends_on_entry(program, m.task));
-    a.levels.iter().zip(&b.levels).take_while(|(a, b)| a == b && lasting(a)).count()
+    let lasting = |l: &LevelProgram| l.hard || !l.members.iter().any(|m| program.depends_on_entry(m.task));
+    a.levels.iter().zip(&b.levels).take_while(|(a, b)| same_level(program, a, b) && lasting(a)).count()
 }
 
 impl Stage {

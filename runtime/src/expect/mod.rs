@@ -17,6 +17,7 @@ mod wedge;
 mod window;
 
 pub use formula::{Formula, MAX_NODES, Node, Unit};
+pub use network::MAX_KEPT;
 pub use online::{Monitor, PushError};
 pub use value::{Interval, Value};
 pub use verdict::{Outcome, Verdict};

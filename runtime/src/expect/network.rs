@@ -12,8 +12,8 @@ use super::verdict::Sense;
 use super::window::Window;
 use crate::program::{ProgramError, error};
 
-/// The most values that one network keeps.
-const MAX_KEPT: usize = 1 << 23;
+/// The most values that one network keeps, and those of all expectations of a scenario together.
+pub const MAX_KEPT: usize = 1 << 23;
 
 /// What happens to a network: a tick, or the end.
 pub(super) struct Step<'a> {
@@ -81,6 +81,8 @@ struct Operation {
 #[derive(Clone, Debug)]
 pub(super) struct Network {
     operations: Vec<Operation>,
+    /// How many values it keeps.
+    pub kept: usize,
 }
 
 impl Network {
@@ -111,7 +113,7 @@ impl Network {
             });
             operations.push(Operation { action, operands, taken: 0, now: Interval::unknown(0), ring: Ring::default() });
         }
-        Ok(Network { operations })
+        Ok(Network { operations, kept: kept.count })
     }
 
     /// Takes a tick, or the end, through all operations.

@@ -61,6 +61,11 @@ impl Monitor {
         })
     }
 
+    /// How many values it keeps from tick to tick; a scenario may keep [`super::MAX_KEPT`] of them.
+    pub fn kept(&self) -> usize {
+        self.number.kept.max(self.truth.kept)
+    }
+
     /// The next tick. Allocates nothing, and takes constant time on average.
     ///
     /// # Errors

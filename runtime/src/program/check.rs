@@ -5,7 +5,7 @@
 
 use stdlib_tasks::bound::{Bound, Geometry, Slot};
 
-use super::{CaptureSource, FORMAT, Op, Program, Subject};
+use super::{CaptureSource, FORMAT, Op, Program, RunProgram, Subject};
 
 /// Why a program cannot be executed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -66,18 +66,23 @@ impl Program {
             }
         }
         self.check_machine()?;
-        let run = &self.run;
+        self.check_run(&self.run, "run")?;
+        self.check_scenarios()
+    }
+
+    pub(super) fn check_run(&self, run: &RunProgram, place: &str) -> Result<(), ProgramError> {
+        let at = |part: &str| format!("{place}.{part}");
         match run.subject {
-            Subject::Stack(stack) => ensure(stack < self.stacks.len(), "run.subject", "no such stack")?,
-            Subject::Machine => ensure(self.machine.is_some(), "run.subject", "there is no machine")?,
+            Subject::Stack(stack) => ensure(stack < self.stacks.len(), &at("subject"), "no such stack")?,
+            Subject::Machine => ensure(self.machine.is_some(), &at("subject"), "there is no machine")?,
         }
-        ensure(run.duration.is_finite() && run.duration > 0.0, "run.duration", "not a positive time")?;
-        ensure(run.duration / self.robot.period >= 0.5, "run.duration", "shorter than one tick")?;
-        ensure(run.duration / self.robot.period <= 1e9, "run.duration", "more than a thousand million ticks")?;
+        ensure(run.duration.is_finite() && run.duration > 0.0, &at("duration"), "not a positive time")?;
+        ensure(run.duration / self.robot.period >= 0.5, &at("duration"), "shorter than one tick")?;
+        ensure(run.duration / self.robot.period <= 1e9, &at("duration"), "more than a thousand million ticks")?;
         let s = &run.simulator;
         ensure(
             s.lag.is_finite() && s.lag >= 0.0 && s.noise.is_finite() && s.noise >= 0.0,
-            "run.simulator",
+            &at("simulator"),
             "negative or not finite",
         )
     }

@@ -4,9 +4,12 @@
 //! and run without the spec it came from; [`Program::check`] makes sure that one that was read from a file cannot make
 //! the controller panic.
 
+mod alike;
 mod check;
 mod check_machine;
+mod check_scenario;
 mod machine;
+mod scenario;
 mod signal;
 mod tape;
 
@@ -18,6 +21,10 @@ use stdlib_tasks::expression::Expression;
 pub use check::ProgramError;
 pub(crate) use check::error;
 pub use machine::{ActionProgram, FaultPattern, MachineProgram, StateProgram, TransitionProgram, Trigger};
+pub use scenario::{
+    ExpectationProgram, Force, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate, PredicateTable,
+    PushScript, ScenarioProgram, SignalScript, WorldProgram,
+};
 pub use signal::{Interface, MAX_SIGNAL, SignalProgram};
 pub use tape::{Op, Output, Tape, Times};
 
@@ -47,6 +54,9 @@ pub struct Program {
     pub machine: Option<MachineProgram>,
     /// What `run` does.
     pub run: RunProgram,
+    /// Runs in worlds of their own, with what is expected of them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub scenarios: Vec<ScenarioProgram>,
 }
 
 impl Program {

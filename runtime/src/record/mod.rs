@@ -1,6 +1,7 @@
 //! What is kept of a run: every tick as CSV, a summary, and thinned series for plots.
 
 pub mod csv;
+pub mod expectations;
 pub mod held_back;
 pub mod roster;
 pub mod series;

@@ -12,6 +12,7 @@ use crate::fault::FaultKind;
 use crate::program::{Program, Subject};
 use crate::quantity::quantity;
 use crate::record::csv;
+use crate::record::expectations::ExpectationRecord;
 use crate::record::held_back::{HeldBack, HeldBackRecorder};
 use crate::record::roster::{Roster, RosterLevel};
 use crate::record::verify::Verification;
@@ -32,6 +33,12 @@ pub struct Summary {
     pub duration_s: f64,
     /// True where every fault was answered and no margin fell below zero (by more than [`MARGIN_TOLERANCE`]).
     pub ok: bool,
+    /// True where a fault that no transition answers keeps the robot still.
+    #[serde(skip)]
+    pub halted: bool,
+    /// What became of the expectations of a scenario.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub expectations: Vec<ExpectationRecord>,
     /// Faults, in order. One that no transition answers keeps the robot still until the end.
     pub faults: Vec<FaultRecord>,
     /// States that the machine was in, in order; empty where none ran.
@@ -358,6 +365,8 @@ impl SummaryRecorder {
             ticks: self.ticks,
             duration_s: self.ticks as f64 * program.robot.period,
             ok: !self.halted && !passed,
+            halted: self.halted,
+            expectations: Vec::new(),
             faults: self.faults.clone(),
             states: self.states.clone(),
             tasks,

@@ -68,6 +68,10 @@ impl Task for Hold {
         }
     }
 
+    fn remembers_entry(&self) -> bool {
+        true
+    }
+
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let [linear, angular] = self.gain.of(state.values);
         for (i, (target, (_, link))) in self.targets.iter().zip(&self.frames).enumerate() {

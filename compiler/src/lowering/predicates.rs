@@ -1,0 +1,387 @@
+//! The least parts of expectations: numbers that say by how much something is true, of what is measured while a scenario
+//! runs and of what expressions know anyway.
+
+use std::collections::BTreeSet;
+
+use dsl::tree::{BinaryOp, Value, ValueKind};
+use dsl::{Diagnostic, Span, Spanned};
+use runtime::FaultKind;
+use runtime::expect::formula::Unit;
+use runtime::program::{MachineProgram, Measure, Op, Predicate, PredicateTable, Program};
+use stdlib_tasks::dimension::{Dimension, NONE, RATE};
+use stdlib_tasks::task::{Context, Nature, Task};
+
+use crate::binding::{Table, TaskScope, whole};
+use crate::constants::joint_dimension;
+use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Symbol, Typed};
+use crate::forms::path_of;
+use crate::names::{list, suggest};
+use crate::robot_binding::unknown_joint;
+
+/// What can be measured of a task.
+pub(super) struct Shape {
+    /// Target or limit.
+    nature: Nature,
+    /// The dimension that all rows share, if they do.
+    margin: Option<Dimension>,
+    /// It asks for something that it took from the robot when its stack was entered.
+    pub remembers_entry: bool,
+    /// Parts of the error.
+    parts: Vec<(String, Dimension)>,
+}
+
+/// What can be measured of the tasks of a program; none for one that cannot be built, which was reported.
+pub(super) fn shapes(program: &Program) -> Vec<Option<Shape>> {
+    let (model, values, period) = (&program.robot.model, &program.values.initial, program.robot.period);
+    let shape = |kind: &str, task: &dyn Task| {
+        let rows = task.rows();
+        let first = rows.first().map(|r| r.dimension);
+        Some(Shape {
+            nature: stdlib_tasks::find(kind)?.nature,
+            remembers_entry: task.remembers_entry(),
+            margin: first.filter(|d| rows.iter().all(|r| r.dimension == *d)),
+            parts: task.measures().into_iter().map(|m| (m.name, m.dimension)).collect(),
+        })
+    };
+    let mut all: Vec<Option<Shape>> = program.tasks.iter().map(|_| None).collect();
+    // A task is built for the stack that it stands in.
+    let mut stands = vec![false; all.len()];
+    for stack in &program.stacks {
+        let built = runtime::build_tasks(model, period, values, &program.tasks, stack);
+        for (m, built) in stack.levels.iter().flat_map(|l| &l.members).zip(built) {
+            if let (Ok(task), false) = (built.task, std::mem::replace(&mut stands[m.task], true)) {
+                all[m.task] = shape(&program.tasks[m.task].kind, task.as_ref());
+            }
+        }
+    }
+    let speed = vec![f64::INFINITY; model.nv()];
+    let context = Context { model, values, period, speed: &speed };
+    for ((shape_of, t), _) in all.iter_mut().zip(&program.tasks).zip(&stands).filter(|(_, stands)| !**stands) {
+        let built = stdlib_tasks::find(&t.kind).and_then(|kind| (kind.build)(&t.params, &context).ok());
+        *shape_of = built.and_then(|task| shape(&t.kind, task.as_ref()));
+    }
+    all
+}
+
+/// The scope of an expectation.
+pub(super) struct Watch<'s> {
+    /// What every expression may name.
+    pub inner: TaskScope<'s>,
+    /// The program, but for its scenarios.
+    pub program: &'s Program,
+    /// See [`shapes`].
+    pub shapes: &'s [Option<Shape>],
+    /// What is measured. The numbers of measures stand behind those of signals.
+    pub measures: &'s mut Vec<Measure>,
+    /// Measures of which only the sign means something.
+    pub mixed: &'s mut BTreeSet<usize>,
+    /// That there is a fault: a node, for the name `fault`.
+    pub fault: usize,
+    /// Tasks that were named.
+    pub named: &'s mut BTreeSet<usize>,
+}
+
+/// The number of a measure in the graph.
+pub(super) fn measure(graph: &mut Graph, program: &Program, measures: &mut Vec<Measure>, wanted: Measure) -> usize {
+    let k = measures.iter().position(|m| *m == wanted).unwrap_or_else(|| {
+        measures.push(wanted);
+        measures.len() - 1
+    });
+    graph.push(Op::Signal(program.interface.width() + k))
+}
+
+fn typed(node: usize, kind: Kind, dimension: Dimension, span: Span) -> Typed {
+    Typed { kind, dimension, nodes: vec![node], bare: false, axes: Axes::default(), span }
+}
+
+/// What is wrong; none where it was reported elsewhere.
+type Refused = Option<Box<Diagnostic>>;
+
+fn refuse<T>(d: Diagnostic) -> Result<T, Refused> {
+    Err(Some(Box::new(d)))
+}
+
+/// A name that nothing has, with the nearest that something has.
+fn unknown<'n>(what: &str, name: &str, at: Span, names: impl Iterator<Item = &'n str> + Clone) -> Diagnostic {
+    let d = Diagnostic::error("HQ0201", at, format!("there is no {what} `{name}`"));
+    match suggest(name, names.clone()) {
+        Some(near) => d.help(format!("did you mean `{near}`?")),
+        None if names.clone().next().is_none() => d.help(format!("this spec has no {what}")),
+        None => d.help(format!("there is {}", list(names, 12))),
+    }
+}
+
+impl Watch<'_> {
+    /// The task that a path begins with, and what is left of the path.
+    fn task<'p>(&self, path: &'p str, at: Span) -> Result<(usize, &'p str), Refused> {
+        let tasks = &self.program.tasks;
+        let rest = |name: &str| {
+            let rest = path.strip_prefix(name)?;
+            if rest.is_empty() { Some(rest) } else { rest.strip_prefix('.') }
+        };
+        let found = tasks.iter().enumerate().filter_map(|(i, t)| Some((t.name.len(), i, rest(&t.name)?))).max();
+        match found {
+            Some((_, i, rest)) => Ok((i, rest)),
+            None => {
+                let name = path.split('.').next().unwrap_or(path);
+                refuse(unknown("task", name, at, tasks.iter().map(|t| t.name.as_str())))
+            }
+        }
+    }
+
+    fn margin(&mut self, path: &str, at: Span) -> Result<(Measure, Dimension), Refused> {
+        let (task, rest) = self.task(path, at)?;
+        self.named.insert(task);
+        let name = &self.program.tasks[task].name;
+        let Some(shape) = &self.shapes[task] else { return Err(None) };
+        if shape.nature != Nature::Limit {
+            let d = Diagnostic::error("HQ0304", at, format!("`{name}` is a target, and only limits have a margin"));
+            return refuse(d.help(format!("write `error({name})`")));
+        }
+        if !rest.is_empty() {
+            let d = Diagnostic::error("HQ0201", at, format!("the margin of `{name}` has no part `{rest}`"));
+            return refuse(d.help(format!("write `margin({name})` for the smallest of its rows")));
+        }
+        Ok((Measure::Margin(task), shape.margin.unwrap_or(NONE)))
+    }
+
+    fn error(&mut self, path: &str, at: Span) -> Result<(Measure, Dimension), Refused> {
+        let (task, rest) = self.task(path, at)?;
+        self.named.insert(task);
+        let name = &self.program.tasks[task].name;
+        let Some(shape) = &self.shapes[task] else { return Err(None) };
+        if shape.nature != Nature::Target {
+            let d = Diagnostic::error("HQ0304", at, format!("`{name}` is a limit, and only targets have an error"));
+            return refuse(d.help(format!("write `margin({name})`")));
+        }
+        let parts = || shape.parts.iter().map(|p| p.0.as_str());
+        let several = || format!("its parts are {}: write `error({name}.PART)`", list(parts(), 12));
+        if rest.is_empty() {
+            let Some((_, first)) = shape.parts.first() else {
+                let d = Diagnostic::error("HQ0304", at, format!("`{name}` reports no error"));
+                return refuse(d.help("compare what it is about by an expression"));
+            };
+            if shape.parts.iter().any(|p| p.1 != *first) {
+                let text = format!("the errors of `{name}` have several units, and no common size");
+                return refuse(Diagnostic::error("HQ0304", at, text).help(several()));
+            }
+            let part = (shape.parts.len() == 1).then_some(0);
+            return Ok((Measure::Error { task, part }, *first));
+        }
+        // The frame may be left out where there is only one: `position` for `tool.position`.
+        let end = |p: &str| p.rsplit('.').next() == Some(rest);
+        let alone = if parts().filter(|p| end(p)).count() == 1 { parts().position(end) } else { None };
+        match parts().position(|p| p == rest).or(alone) {
+            Some(part) => Ok((Measure::Error { task, part: Some(part) }, shape.parts[part].1)),
+            None => {
+                let d = Diagnostic::error("HQ0201", at, format!("the error of `{name}` has no part `{rest}`"));
+                refuse(match suggest(rest, parts().flat_map(|p| [p, p.rsplit('.').next().unwrap_or(p)])) {
+                    Some(near) => d.help(format!("did you mean `{near}`?")),
+                    None if shape.parts.len() > 1 => d.help(several()),
+                    None => d.help(format!("write `error({name})`")),
+                })
+            }
+        }
+    }
+
+    /// A state by its path, or by the end of it where that is said of one state only.
+    fn state(&self, path: &str, at: Span) -> Result<Measure, Refused> {
+        let Some(MachineProgram { states, .. }) = &self.program.machine else {
+            let d = Diagnostic::error("HQ0201", at, "there are no states, because this spec has no machine");
+            return refuse(d.help("declare one: `machine NAME { initial STATE  state STATE { .. } }`"));
+        };
+        let names = || states.iter().skip(1).map(|s| s.name.as_str());
+        let end = format!(".{path}");
+        let of =
+            |good: &dyn Fn(&str) -> bool| (1..states.len()).filter(|&i| good(&states[i].name)).collect::<Vec<usize>>();
+        match (of(&|n| n == path).as_slice(), of(&|n| n.ends_with(&end)).as_slice()) {
+            ([state], _) | ([], [state]) => Ok(Measure::In(*state)),
+            ([], [_, _, ..]) => {
+                let d = Diagnostic::error("HQ0201", at, format!("several states are called `{path}`"));
+                refuse(d.help("write the path, `OUTER.INNER`"))
+            }
+            _ => refuse(unknown("state", path, at, names())),
+        }
+    }
+
+    fn speed(&self, path: &str, at: Span) -> Result<(Measure, Dimension), Refused> {
+        let model = &self.inner.robot.model;
+        let dof = model.dof(path).filter(|&d| model.dofs[d].q_index.is_some());
+        let Some(dof) = dof else {
+            return refuse(unknown_joint(model, path, at, &[], &self.inner.robot.joint_groups.locked));
+        };
+        match joint_dimension(model, dof).times(RATE) {
+            Some(dimension) => Ok((Measure::Speed(dof), dimension)),
+            None => Err(None),
+        }
+    }
+
+    fn of(
+        &mut self,
+        function: &Spanned<String>,
+        args: &[Value],
+        span: Span,
+    ) -> Result<(Measure, Kind, Dimension), Refused> {
+        let form = match function.value.as_str() {
+            "margin" => "margin(TASK)",
+            "error" => "error(TASK)` or `error(TASK.PART)",
+            "in" => "in(STATE)",
+            "fault" => "fault(KIND)",
+            _ => "speed(JOINT)",
+        };
+        let [argument] = args else {
+            let text = format!("`{}` takes one name, not {} arguments", function.value, args.len());
+            return refuse(Diagnostic::error("HQ0310", span, text).help(format!("the form is `{form}`")));
+        };
+        let (at, Some(path)) = (argument.span, path_of(argument)) else {
+            if matches!(argument.kind, ValueKind::Missing) {
+                return Err(None);
+            }
+            let d = Diagnostic::error("HQ0304", argument.span, "a name is needed here");
+            return refuse(d.help(format!("the form is `{form}`; a name with other signs in it stands in quotes")));
+        };
+        let scalar = |(measure, dimension)| (measure, Kind::Scalar, dimension);
+        let truth = |measure| (measure, Kind::Truth, NONE);
+        match function.value.as_str() {
+            "margin" => self.margin(&path, at).map(scalar),
+            "error" => self.error(&path, at).map(scalar),
+            "in" => self.state(&path, at).map(truth),
+            "speed" => self.speed(&path, at).map(scalar),
+            _ if path == "any" => Ok(truth(Measure::Fault(None))),
+            _ => match FaultKind::ALL.into_iter().find(|k| k.word() == path) {
+                Some(kind) => Ok(truth(Measure::Fault(Some(kind)))),
+                None => refuse(unknown("kind of fault", &path, at, FaultKind::ALL.into_iter().map(FaultKind::word))),
+            },
+        }
+    }
+}
+
+impl Scope for Watch<'_> {
+    fn name(&mut self, name: &str) -> Meaning {
+        match self.inner.name(name) {
+            Meaning::Unknown if name == "fault" => {
+                let value = typed(self.fault, Kind::Truth, NONE, Span::default());
+                Meaning::Value(Symbol { value, declared: Span::default() })
+            }
+            meaning => meaning,
+        }
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.inner.names()
+    }
+
+    fn presence(&mut self, name: &str) -> Option<usize> {
+        self.inner.presence(name)
+    }
+
+    fn initial(&mut self, _: &mut Graph, _: &Value, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
+        diagnostics.push(
+            Diagnostic::error("HQ0311", span, "`initial(..)` has no meaning in an expectation")
+                .note("it captures a value when a stack becomes active, and an expectation belongs to no stack")
+                .help("write the value that is meant as a constant"),
+        );
+        None
+    }
+
+    fn frame(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame> {
+        self.inner.frame(name, diagnostics)
+    }
+
+    fn now(&mut self, graph: &mut Graph, what: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
+        self.inner.now(graph, what, span, diagnostics)
+    }
+
+    fn measured(
+        &mut self,
+        graph: &mut Graph,
+        function: &Spanned<String>,
+        args: &[Value],
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Typed> {
+        match self.of(function, args, span) {
+            Ok((wanted, kind, dimension)) => {
+                let mixed = matches!(&wanted, Measure::Margin(t) if self.shapes[*t].as_ref().is_some_and(|s| s.margin.is_none()));
+                let node = measure(graph, self.program, self.measures, wanted);
+                if mixed {
+                    self.mixed.insert(node);
+                }
+                Some(typed(node, kind, dimension, span))
+            }
+            Err(d) => {
+                diagnostics.extend(d.map(|d| *d));
+                None
+            }
+        }
+    }
+}
+
+/// A number and what it is: of a comparison the difference of its sides, positive where it holds.
+pub(super) fn number(
+    value: &Value,
+    graph: &mut Graph,
+    scope: &mut Watch,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<(usize, Unit)> {
+    let mut lower = |value: &Value, diagnostics: &mut Vec<Diagnostic>| {
+        Lowering { graph: &mut *graph, scope: &mut *scope, diagnostics }.value(value).ok()
+    };
+    let whole = lower(value, diagnostics)?;
+    if whole.kind != Kind::Truth {
+        let is = whole.kind.describe();
+        let d = Diagnostic::error("HQ0304", value.span, format!("an expectation is true or false, and this is {is}"));
+        diagnostics.push(d.here(is).help("compare it: write for instance `.. >= 0 m` behind it"));
+        return None;
+    }
+    let ValueKind::Binary(op, left, right) = &value.kind else { return Some((whole.nodes[0], Unit::Truth)) };
+    if !op.value.compares() {
+        return Some((whole.nodes[0], Unit::Truth));
+    }
+    // What is to be said of the sides was said of the whole.
+    let mut said = Vec::new();
+    let (a, b) = (lower(left, &mut said)?, lower(right, &mut said)?);
+    let (more, less) = match op.value {
+        BinaryOp::Less | BinaryOp::LessEqual => (&b, &a),
+        _ => (&a, &b),
+    };
+    let node = graph.push(Op::Sub(more.nodes[0], less.nodes[0]));
+    let is_zero = |t: &Typed| graph.constant(t.nodes[0]) == Some(0.0) && t.dimension == NONE;
+    let dimension = match (is_zero(&a) || a.bare, is_zero(&b) || b.bare) {
+        (true, _) => b.dimension,
+        (_, true) => a.dimension,
+        _ => a.dimension.join(b.dimension),
+    };
+    let mixed = !scope.mixed.is_empty() && {
+        let (_, index) = graph.extract(&[node]);
+        scope.mixed.iter().any(|n| index.contains_key(n))
+    };
+    Some((node, if mixed { Unit::Mixed } else { Unit::Quantity(dimension) }))
+}
+
+/// A predicate of a node; `used` are the measures that predicates read, in the order of their numbers.
+pub(super) fn predicate(
+    (node, unit): (usize, Unit),
+    (graph, table): (&Graph, &Table),
+    (program, measures): (&Program, &[Measure]),
+    used: &mut Vec<Measure>,
+) -> Option<Predicate> {
+    let width = program.interface.width();
+    let layout = PredicateTable { signals: width, measures: 0 };
+    let dimension = if let Unit::Quantity(d) = unit { d } else { NONE };
+    let value = whole(graph, table, (node, dimension), |op| match op {
+        Op::T => Some(PredicateTable::T),
+        Op::Time => Some(PredicateTable::TIME),
+        Op::Signal(k) if k < width => Some(layout.signal(k)),
+        Op::Signal(k) => {
+            let wanted = measures.get(k - width)?;
+            let at = used.iter().position(|m| m == wanted).unwrap_or_else(|| {
+                used.push(wanted.clone());
+                used.len() - 1
+            });
+            Some(layout.measure(at))
+        }
+        _ => None,
+    })?;
+    Some(Predicate { value, unit })
+}

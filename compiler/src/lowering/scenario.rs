@@ -1,0 +1,233 @@
+//! Scenarios: what runs, from where, for how long.
+
+use std::collections::BTreeMap;
+
+use dsl::tree::{Block, Scenario};
+use dsl::{Diagnostic, Span};
+use runtime::program::{Program, RunProgram, ScenarioProgram, Subject, WorldProgram};
+use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, TIME};
+
+use super::Lowerer;
+use super::declared::twice;
+use super::predicates::shapes;
+use crate::constants::{Constants, joint_dimension};
+use crate::expand::Expanded;
+use crate::forms::{block_of, check_keys, text_of};
+use crate::names::{list, suggest};
+use crate::robot_binding::{BoundRobot, joints};
+use crate::sections::{SCENARIO, SCENARIO_SIMULATOR};
+use crate::units;
+
+/// The largest seed: from there on not every whole number can be written.
+const MAX_SEED: f64 = 9e15;
+
+impl Lowerer<'_> {
+    /// The scenarios of a spec whose program is done but for them.
+    pub(super) fn scenarios(
+        &mut self,
+        expanded: &Expanded,
+        program: &Program,
+        robot: &BoundRobot,
+    ) -> Vec<ScenarioProgram> {
+        if expanded.scenarios.is_empty() {
+            return Vec::new();
+        }
+        let shapes = shapes(program);
+        let mut measures = Vec::new();
+        let mut all: Vec<ScenarioProgram> = Vec::new();
+        let mut names: BTreeMap<&str, Span> = BTreeMap::new();
+        for (s, texts) in &expanded.scenarios {
+            if let Some(first) = names.get(s.name.value.as_str()) {
+                self.push(twice(&s.name, *first));
+                continue;
+            }
+            names.insert(&s.name.value, s.name.span);
+            let Some(mut scenario) = self.scenario(s, program, robot) else { continue };
+            let known = (program, robot, shapes.as_slice());
+            self.expectations((&s.expects, texts), &mut scenario, known, &mut measures);
+            all.push(scenario);
+        }
+        all
+    }
+
+    /// A scenario without its expectations.
+    fn scenario(&mut self, s: &Scenario, program: &Program, robot: &BoundRobot) -> Option<ScenarioProgram> {
+        check_keys(&s.body, &SCENARIO, self.diagnostics);
+        let mut run = program.run.clone();
+        let subject = self.subject(&s.body, program);
+        run.simulator.seed = 0;
+        for e in &s.body.entries {
+            match e.key.value.as_str() {
+                "duration" => {
+                    if let Some(d) = self.scenario_number(&e.value, TIME) {
+                        run.duration = d;
+                        self.duration_fits(d, e.value.span, robot);
+                    }
+                }
+                "seed" => {
+                    if let Some(x) = self.scenario_number(&e.value, NONE) {
+                        if x.fract() != 0.0 || x > MAX_SEED {
+                            let text = format!("a seed is a whole number from 0, and this is {x}");
+                            let d = Diagnostic::error("HQ0308", e.value.span, text);
+                            self.push(d.help("write for instance `seed 7`"));
+                        }
+                        run.simulator.seed = x as u64;
+                    }
+                }
+                "simulator" => {
+                    if let Some(b) = block_of(&e.value, "`simulator`", self.diagnostics) {
+                        self.scenario_simulator(b, &mut run);
+                    }
+                }
+                _ => {}
+            }
+        }
+        run.subject = subject?;
+        Some(ScenarioProgram {
+            name: s.name.value.clone(),
+            start: self.start(&s.body, robot),
+            world: self.world(&s.body, program, robot),
+            run,
+            measures: Vec::new(),
+            predicates: Vec::new(),
+            expectations: Vec::new(),
+        })
+    }
+
+    /// What runs. `None` where it cannot be had; the diagnostics say why.
+    fn subject(&mut self, body: &Block, program: &Program) -> Option<Subject> {
+        let name = |key: &str| body.get(key).map(|e| (e.key.span, &e.value));
+        match (name("stack"), name("machine")) {
+            (Some((at, _)), Some((other, _))) => {
+                let d = Diagnostic::error("HQ0207", other, "a scenario runs a stack or a machine, not both");
+                self.push(d.label(at, "a stack is named here").help("keep one of the two"));
+                None
+            }
+            (Some((_, value)), None) => {
+                let names = program.stacks.iter().map(|s| s.name.as_str());
+                self.named_subject(value, "stack", names).map(Subject::Stack)
+            }
+            (None, Some((_, value))) => {
+                let names = program.machine.iter().filter_map(|m| m.states.first()).map(|s| s.name.as_str());
+                self.named_subject(value, "machine", names).map(|_| Subject::Machine)
+            }
+            (None, None) => Some(program.run.subject),
+        }
+    }
+
+    fn named_subject<'n>(
+        &mut self,
+        value: &dsl::tree::Value,
+        what: &str,
+        mut names: impl Iterator<Item = &'n str> + Clone,
+    ) -> Option<usize> {
+        let Some(name) = text_of(value) else {
+            if !matches!(value.kind, dsl::tree::ValueKind::Missing) {
+                let d = Diagnostic::error("HQ0304", value.span, format!("`{what}` is the name of a {what}"));
+                self.push(d.help(format!("write the name that stands behind `{what}` where it is declared")));
+            }
+            return None;
+        };
+        let all = names.clone();
+        let found = names.position(|n| n == name);
+        if found.is_none() {
+            let d = Diagnostic::error("HQ0201", value.span, format!("there is no {what} `{name}`"));
+            self.push(match suggest(name, all.clone()) {
+                Some(near) => d.help(format!("did you mean `{near}`?")),
+                None if all.clone().next().is_none() => d.help(format!("this spec declares no {what}")),
+                None => d.help(format!("declared are {}", list(all, 8))),
+            });
+        }
+        found
+    }
+
+    fn scenario_simulator(&mut self, block: &Block, run: &mut RunProgram) {
+        check_keys(block, &SCENARIO_SIMULATOR, self.diagnostics);
+        for e in &block.entries {
+            match e.key.value.as_str() {
+                "lag" => run.simulator.lag = self.scenario_number(&e.value, TIME).unwrap_or(0.0),
+                "noise" => run.simulator.noise = self.scenario_number(&e.value, ANGLE).unwrap_or(0.0),
+                _ => {}
+            }
+        }
+    }
+
+    /// A constant number that is zero or more.
+    pub(super) fn scenario_number(&mut self, value: &dsl::tree::Value, wanted: Dimension) -> Option<f64> {
+        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+        let x = constants.scalar(value, wanted, self.diagnostics)?;
+        if x < 0.0 {
+            let unit = units::written(wanted);
+            let text = format!("zero or more is needed here, and this is {x} {unit}");
+            self.push(Diagnostic::error("HQ0308", value.span, text.trim_end()).help("write a number from 0"));
+            return None;
+        }
+        Some(x)
+    }
+
+    fn duration_fits(&mut self, duration: f64, at: Span, robot: &BoundRobot) {
+        let ticks = duration / robot.period;
+        let tick = format!("one tick is {} s", robot.period);
+        if ticks > 1e9 {
+            let d = Diagnostic::error("HQ0605", at, "the run would have more than a thousand million ticks");
+            self.push(d.label(robot.rate_span, tick).help("shorten the run"));
+        } else if ticks < 0.5 {
+            let d = Diagnostic::error("HQ0308", at, "the run is shorter than one tick, so nothing would happen");
+            self.push(d.label(robot.rate_span, tick).help("make the run longer"));
+        }
+    }
+
+    /// Where the robot stands at the beginning.
+    fn start(&mut self, body: &Block, robot: &BoundRobot) -> Vec<f64> {
+        let mut q = robot.home.clone();
+        let Some(block) = body.get("start").and_then(|e| block_of(&e.value, "`start`", self.diagnostics)) else {
+            return q;
+        };
+        let model = &robot.model;
+        let base: &[&str] = match model.base {
+            robot::Base::Fixed => &[],
+            robot::Base::Planar | robot::Base::Unicycle => &["base_x", "base_y", "base_yaw"],
+            robot::Base::Floating => &["base_x", "base_y", "base_z"],
+        };
+        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+        for e in &block.entries {
+            if let Some(i) = base.iter().position(|n| *n == e.key.value) {
+                let dimension = if e.key.value == "base_yaw" { ANGLE } else { LENGTH };
+                q[i] = constants.scalar(&e.value, dimension, self.diagnostics).unwrap_or(q[i]);
+                continue;
+            }
+            let key = dsl::tree::Value { kind: dsl::tree::ValueKind::Text(e.key.value.clone()), span: e.key.span };
+            let found = joints(std::slice::from_ref(&key), model, &robot.joint_groups, self.diagnostics);
+            let Some(dofs) = found else { continue };
+            let dofs: Vec<usize> = dofs.into_iter().filter(|&d| model.dofs[d].q_index.is_some()).collect();
+            let values = constants.per_joint(&e.value, &dofs, model, self.diagnostics).unwrap_or_default();
+            for (&dof, (x, at)) in dofs.iter().zip(values) {
+                let d = &model.dofs[dof];
+                let Some(i) = d.q_index else { continue };
+                q[i] = x;
+                if x < d.lower || x > d.upper {
+                    let unit = units::written(joint_dimension(model, dof));
+                    let text = format!("`{}` starts at {x} {unit}, outside its limits", d.name);
+                    let d = Diagnostic::error("HQ0404", at, text)
+                        .here(format!("allowed are {} to {} {unit}", d.lower, d.upper))
+                        .help("move the joint inside its limits");
+                    self.diagnostics.push(d);
+                    break;
+                }
+            }
+        }
+        q
+    }
+
+    /// What the world does.
+    fn world(&mut self, body: &Block, program: &Program, robot: &BoundRobot) -> WorldProgram {
+        WorldProgram {
+            signals: self.signal_scripts(body, program),
+            events: self.scenario_events(body, program),
+            outcomes: self.outcome_scripts(body, program),
+            pushes: self.push_scripts(body, program, robot),
+            late: self.late_ticks(body),
+            lost: self.lost_readings(body, robot),
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! Judges the expectations of a scenario while it runs.
+
+use robot::{Data, Model};
+use stdlib_tasks::expression::Evaluation;
+use stdlib_tasks::task::State;
+
+use super::measures::Measures;
+use crate::expect::formula::Unit;
+use crate::expect::{MAX_KEPT, Monitor, Outcome};
+use crate::program::{PredicateTable, Program, ProgramError, ScenarioProgram, error};
+use crate::simulate::{Recorder, Tick};
+
+/// A recorder that knows at the end what became of each expectation.
+pub struct Judge {
+    model: Model,
+    data: Data,
+    measures: Measures,
+    predicates: Vec<(Evaluation, Unit)>,
+    monitors: Vec<Monitor>,
+    layout: PredicateTable,
+    /// What predicates read, and rates of nothing.
+    table: Vec<f64>,
+    rates: Vec<f64>,
+    /// One number for each predicate.
+    row: Vec<f64>,
+}
+
+impl Judge {
+    /// For a scenario of a checked program, in a run of so many ticks.
+    ///
+    /// # Errors
+    /// A formula would need too much memory, which the compiler excludes.
+    pub fn new(program: &Program, scenario: &ScenarioProgram, ticks: usize) -> Result<Judge, ProgramError> {
+        let model = program.robot.model.clone();
+        let units = scenario.units();
+        let ticks = u32::try_from(ticks).unwrap_or(u32::MAX);
+        let layout = scenario.table(program);
+        let (mut monitors, mut kept) = (Vec::with_capacity(scenario.expectations.len()), 0_usize);
+        for e in &scenario.expectations {
+            let monitor = Monitor::new(&e.formula, &units, ticks)?;
+            kept = kept.saturating_add(monitor.kept());
+            if kept > MAX_KEPT {
+                return Err(error("expectations", "their windows have too many ticks to be watched together"));
+            }
+            monitors.push(monitor);
+        }
+        Ok(Judge {
+            data: Data::new(&model),
+            measures: Measures::new(program, &scenario.measures)?,
+            predicates: scenario.predicates.iter().map(|p| (Evaluation::new(&p.value, &model), p.unit)).collect(),
+            monitors,
+            table: vec![f64::NAN; layout.width()],
+            rates: vec![0.0; layout.width()],
+            row: vec![f64::NAN; units.len()],
+            layout,
+            model,
+        })
+    }
+
+    /// What became of each expectation, in the order written.
+    pub fn finish(self) -> Vec<Outcome> {
+        self.monitors.into_iter().map(Monitor::finish).collect()
+    }
+}
+
+impl Recorder for Judge {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        let Judge { model, data, measures, predicates, layout, table, rates, row, .. } = self;
+        table[PredicateTable::T] = tick.time - tick.controller.stage_entered();
+        table[PredicateTable::TIME] = tick.time;
+        let signals = tick.controller.signal_table();
+        table[layout.signal(0)..layout.measure(0)].copy_from_slice(signals);
+        measures.tick(tick, &mut table[layout.measure(0)..]);
+        model.forward(tick.q, data);
+        let state = State { model, data, q: tick.q, values: table, rates, velocity: tick.command };
+        for ((value, unit), out) in predicates.iter_mut().zip(row.iter_mut()) {
+            let number = if value.forward(&state).is_ok() { value.value(0) } else { f64::NAN };
+            *out = match unit {
+                // Of a truth value only the sign counts.
+                Unit::Truth if number > 0.0 => f64::INFINITY,
+                Unit::Truth if number <= 0.0 => f64::NEG_INFINITY,
+                _ => number,
+            };
+        }
+        for monitor in &mut self.monitors {
+            monitor.push(&self.row).map_err(std::io::Error::other)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,155 @@
+//! What expectations are told of at each tick, at the robot's true configuration.
+//!
+//! A task is looked at by itself, whether its stack runs or not. One whose parameters depend on when its stack was
+//! entered, or on where, has a value only while such a stack runs.
+
+use crate::evaluator::{Evaluator, Moment};
+use crate::program::{
+    LevelProgram, Measure, MemberProgram, Op, Program, ProgramError, StackProgram, TaskProgram, Times,
+};
+use crate::record::summary::MARGIN_TOLERANCE;
+use crate::simulate::Tick;
+use solver::Problem;
+
+/// Whether a parameter of a task depends on when its stack was entered, or on where: then the task means nothing while no
+/// such stack runs.
+pub fn is_bound_to_its_stack(program: &Program, task: usize) -> bool {
+    let of = |t: &TaskProgram| t.params.values().flat_map(|b| b.slots()).flat_map(|s| s.at..s.at + s.len).collect();
+    let places = program.tasks.get(task).map(of).unwrap_or_default();
+    program.values.tape.only(&places).ops.iter().any(|op| matches!(op, Op::T | Op::Input(_)))
+}
+
+/// The first stack in which a task stands.
+pub fn stack_of(program: &Program, task: usize) -> Option<&StackProgram> {
+    program.stacks.iter().find(|s| s.levels.iter().flat_map(|l| &l.members).any(|m| m.task == task))
+}
+
+/// A task that is looked at.
+struct Probe {
+    /// Its index in the program.
+    task: usize,
+    evaluator: Evaluator,
+    problem: Problem,
+    /// It has a value only while its stack runs.
+    bound: bool,
+    /// The visit to a stack for which it was entered.
+    visit: Option<u64>,
+    /// It has a value at this tick.
+    known: bool,
+}
+
+impl Probe {
+    fn new(program: &Program, task: usize) -> Result<Probe, ProgramError> {
+        let member = MemberProgram { task, weight: 1.0, idle: Vec::new() };
+        let level = LevelProgram { name: String::new(), hard: false, damping: 0.0, members: vec![member] };
+        let own = StackProgram { name: String::new(), locked: Vec::new(), levels: vec![level] };
+        // A task is built for the stack that it stands in.
+        let stack = stack_of(program, task).unwrap_or(&own);
+        let (evaluator, problem) = Evaluator::alone(program, stack, task)?;
+        let bound = evaluator.remembers_entry(0) || is_bound_to_its_stack(program, task);
+        Ok(Probe { task, evaluator, problem, bound, visit: None, known: false })
+    }
+
+    /// `last` is the command of the tick before.
+    fn tick(&mut self, tick: &Tick, last: &[f64]) {
+        let c = tick.controller;
+        let runs = c.evaluator().members().iter().any(|m| m.program_index == self.task);
+        self.known = runs || !self.bound;
+        if !self.known {
+            return;
+        }
+        let times = Times { t: tick.time - c.stage_entered(), time: tick.time };
+        let moment = Moment { times, signals: c.signal_table(), velocity: last };
+        let anew = if runs { self.visit != Some(c.visit()) } else { self.visit.is_none() };
+        if anew {
+            self.visit = Some(c.visit());
+            self.evaluator.enter(tick.q, moment);
+        }
+        self.known = self.evaluator.update(tick.q, moment, &mut self.problem).is_ok();
+        self.evaluator.observe(tick.q, tick.command);
+    }
+
+    fn margin(&self) -> f64 {
+        let margins = self.evaluator.margins();
+        if !self.known || margins.is_empty() || margins.iter().any(|h| h.is_nan()) {
+            return f64::NAN;
+        }
+        let least = margins.iter().copied().fold(f64::INFINITY, f64::min);
+        if least.abs() < MARGIN_TOLERANCE { 0.0 } else { least }
+    }
+
+    fn error(&self, part: Option<usize>) -> f64 {
+        let all = self.evaluator.measures();
+        match part {
+            _ if !self.known || all.is_empty() => f64::NAN,
+            Some(part) => all.get(part).map_or(f64::NAN, |x| x.abs()),
+            None => all.iter().map(|x| x * x).sum::<f64>().sqrt(),
+        }
+    }
+}
+
+/// All measures of a scenario.
+pub(super) struct Measures {
+    list: Vec<Measure>,
+    probes: Vec<Probe>,
+    /// For each measure its probe.
+    probe_of: Vec<Option<usize>>,
+    /// The configuration of the tick before, and its time.
+    before: Option<(Vec<f64>, f64)>,
+    /// The way since then, `nv` numbers.
+    way: Vec<f64>,
+    /// The command of the tick before.
+    last: Vec<f64>,
+}
+
+impl Measures {
+    /// # Errors
+    /// A task cannot be built, which a compiled program excludes.
+    pub fn new(program: &Program, list: &[Measure]) -> Result<Measures, ProgramError> {
+        let mut tasks: Vec<usize> = list.iter().filter_map(Measure::task).collect();
+        tasks.sort_unstable();
+        tasks.dedup();
+        Ok(Measures {
+            probe_of: list.iter().map(|m| tasks.iter().position(|t| m.task() == Some(*t))).collect(),
+            probes: tasks.iter().map(|&t| Probe::new(program, t)).collect::<Result<_, _>>()?,
+            list: list.to_vec(),
+            before: None,
+            way: vec![0.0; program.robot.model.nv()],
+            last: vec![0.0; program.robot.model.nv()],
+        })
+    }
+
+    /// Writes one number for each measure.
+    pub fn tick(&mut self, tick: &Tick, out: &mut [f64]) {
+        for probe in &mut self.probes {
+            probe.tick(tick, &self.last);
+        }
+        self.last.copy_from_slice(tick.command);
+        let model = tick.controller.evaluator().model();
+        let mut elapsed = 0.0;
+        if let Some((q, time)) = &self.before {
+            model.difference(q, tick.q, &mut self.way);
+            elapsed = tick.time - time;
+        }
+        let truth = |yes: bool| if yes { 1.0 } else { -1.0 };
+        for ((x, measure), probe) in out.iter_mut().zip(&self.list).zip(&self.probe_of) {
+            let probe = probe.and_then(|i| self.probes.get(i));
+            *x = match measure {
+                Measure::Margin(_) => probe.map_or(f64::NAN, Probe::margin),
+                Measure::Error { part, .. } => probe.map_or(f64::NAN, |p| p.error(*part)),
+                Measure::In(s) => truth(tick.controller.machine().path(tick.state_index).any(|p| p == *s)),
+                Measure::Fault(None) => truth(tick.fault.is_some()),
+                Measure::Fault(Some(kind)) => truth(tick.fault.is_some_and(|f| f.kind() == *kind)),
+                Measure::Speed(dof) if elapsed > 0.0 => self.way[*dof].abs() / elapsed,
+                Measure::Speed(_) => 0.0,
+            };
+        }
+        match &mut self.before {
+            Some((q, time)) => {
+                q.copy_from_slice(tick.q);
+                *time = tick.time;
+            }
+            before => *before = Some((tick.q.to_vec(), tick.time)),
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! Values that a signal is sent: on straight lines between instants, noisy, late, and sometimes lost.
+
+use std::collections::VecDeque;
+
+use rand_distr::{Distribution, Normal, Uniform};
+use rand_pcg::Pcg64;
+
+use super::NOW;
+use crate::program::SignalScript;
+use crate::signals::Signals;
+
+/// Sends what a script says.
+pub(super) struct Sender {
+    script: SignalScript,
+    noise: Option<Normal<f64>>,
+    chance: Option<Uniform<f64>>,
+    random: Pcg64,
+    /// How many values were due.
+    sent: u64,
+    /// Values on their way: when they arrive, in s, and what they are.
+    underway: VecDeque<(f64, Vec<f64>)>,
+    /// How many of the instants without a number have passed.
+    bad: usize,
+}
+
+impl Sender {
+    pub fn new(script: &SignalScript, random: Pcg64) -> Sender {
+        let mut script = script.clone();
+        script.nan.sort_by(f64::total_cmp);
+        Sender {
+            noise: (script.noise > 0.0).then(|| Normal::new(0.0, script.noise).ok()).flatten(),
+            chance: (script.drop > 0.0).then(|| Uniform::new(0.0, 1.0).ok()).flatten(),
+            script,
+            random,
+            sent: 0,
+            underway: VecDeque::new(),
+            bad: 0,
+        }
+    }
+
+    pub fn tick(&mut self, signals: &mut Signals, time: f64) {
+        let s = &self.script;
+        let open = time >= s.from - NOW && s.to.is_none_or(|to| time < to - NOW);
+        // Counted, not summed: a value is never late by rounding.
+        if open && time >= s.from + self.sent as f64 * s.period - NOW {
+            // Where the period is shorter than a tick, or ticks were left out, one value goes for all that are due.
+            if s.period > 0.0 {
+                self.sent = (((time - s.from + NOW) / s.period) as u64).saturating_add(1);
+            }
+            self.send(time);
+        }
+        while self.underway.front().is_some_and(|u| u.0 <= time + NOW) {
+            if let Some((arrived, value)) = self.underway.pop_front() {
+                signals.set(self.script.signal, &value, arrived.min(time));
+            }
+        }
+    }
+
+    fn send(&mut self, time: f64) {
+        let mut value = at(&self.script.path, time);
+        // Drawn for every value, so that a lost one does not change those behind it.
+        if let Some(noise) = &self.noise {
+            value.iter_mut().for_each(|x| *x += noise.sample(&mut self.random));
+        }
+        let lost = self.chance.is_some_and(|c| c.sample(&mut self.random) < self.script.drop);
+        let before = self.bad;
+        while self.script.nan.get(self.bad).is_some_and(|t| *t <= time + NOW) {
+            self.bad += 1;
+        }
+        if self.bad > before {
+            value.fill(f64::NAN);
+        } else if lost {
+            return;
+        }
+        self.underway.push_back((time + self.script.delay, value));
+    }
+}
+
+/// The value of a path at a time: on straight lines.
+pub(super) fn at(path: &[(f64, Vec<f64>)], time: f64) -> Vec<f64> {
+    let behind = path.partition_point(|p| p.0 <= time);
+    match (behind.checked_sub(1).and_then(|i| path.get(i)), path.get(behind)) {
+        (Some(a), Some(b)) => {
+            let s = (time - a.0) / (b.0 - a.0);
+            a.1.iter().zip(&b.1).map(|(x, y)| x + s * (y - x)).collect()
+        }
+        (Some(a), None) => a.1.clone(),
+        (None, Some(b)) => b.1.clone(),
+        (None, None) => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::stream;
+    use super::*;
+    use crate::program::{Interface, SignalProgram};
+
+    fn script() -> SignalScript {
+        let path = vec![(1.0, vec![0.0, 10.0]), (2.0, vec![4.0, 10.0])];
+        SignalScript {
+            signal: 0,
+            from: 0.0,
+            to: None,
+            path,
+            noise: 0.0,
+            delay: 0.0,
+            drop: 0.0,
+            period: 0.0,
+            nan: Vec::new(),
+        }
+    }
+
+    fn signals() -> Signals {
+        let point = SignalProgram {
+            name: "p".into(),
+            kind: "point".into(),
+            at: 0,
+            len: 2,
+            optional: true,
+            timeout: Some(0.054),
+        };
+        Signals::new(&Interface { signals: vec![point], events: Vec::new() })
+    }
+
+    /// The values at each tick of 10 ms; none where the signal is absent.
+    fn seen(script: &SignalScript, seed: u64, ticks: usize) -> Vec<Option<f64>> {
+        let (mut sender, mut signals) = (Sender::new(script, stream(seed, 0)), signals());
+        let one = |k: usize| {
+            let time = k as f64 * 0.01;
+            sender.tick(&mut signals, time);
+            signals.at(time);
+            signals.is_present(0).then(|| signals.value(0)[0])
+        };
+        (0..ticks).map(one).collect()
+    }
+
+    #[test]
+    fn values_lie_on_straight_lines() {
+        let all = seen(&script(), 0, 300);
+        assert_eq!([all[0], all[50], all[100], all[200], all[299]], [0.0, 0.0, 0.0, 4.0, 4.0].map(Some));
+        assert!((all[125].unwrap() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_script_begins_and_ends_and_what_it_sent_times_out() {
+        let s = SignalScript { from: 0.5, to: Some(1.0), ..script() };
+        let all = seen(&s, 0, 120);
+        assert_eq!((all[49], all[50].is_some(), all[99].is_some()), (None, true, true));
+        // The last value went at 0.99 s, and counts for 54 ms.
+        assert_eq!((all[104].is_some(), all[105].is_some()), (true, false));
+    }
+
+    #[test]
+    fn values_arrive_late_by_the_delay() {
+        let (now, late) = (seen(&script(), 0, 300), seen(&SignalScript { delay: 0.1, ..script() }, 0, 300));
+        assert!(late[..10].iter().all(Option::is_none));
+        assert_eq!(now[..290], late[10..]);
+    }
+
+    #[test]
+    fn values_come_once_a_period() {
+        let s = SignalScript { period: 0.2, ..script() };
+        let all = seen(&s, 0, 300);
+        // Absent 50 ms after each.
+        for (k, x) in all.iter().enumerate() {
+            assert_eq!(x.is_some(), k % 20 <= 5, "{k}");
+        }
+    }
+
+    #[test]
+    fn a_period_shorter_than_a_tick_is_a_tick() {
+        let every = seen(&script(), 0, 300);
+        for period in [1e-300, 1e-9, 0.003, 0.01] {
+            assert_eq!(seen(&SignalScript { period, ..script() }, 0, 300), every, "{period}");
+        }
+        // At 0, 30, 50, 80, 100 ms ..: the first tick at or behind each multiple of 25 ms.
+        let s = SignalScript { period: 0.025, path: vec![(0.0, vec![0.0, 0.0]), (1.0, vec![1.0, 0.0])], ..script() };
+        let all: Vec<f64> = seen(&s, 0, 11).into_iter().flatten().collect();
+        let sent = [0.0, 0.0, 0.0, 0.03, 0.03, 0.05, 0.05, 0.05, 0.08, 0.08, 0.1];
+        assert!(all.iter().zip(sent).all(|(x, y)| (x - y).abs() < 1e-12), "{all:?}");
+    }
+
+    #[test]
+    fn a_value_that_is_no_number_makes_the_signal_absent_once() {
+        let s = SignalScript { nan: vec![0.5], ..script() };
+        let absent: Vec<usize> =
+            seen(&s, 0, 120).iter().enumerate().filter(|(_, x)| x.is_none()).map(|x| x.0).collect();
+        assert_eq!(absent, [50]);
+    }
+
+    #[test]
+    fn noise_has_its_deviation_and_loss_its_share() {
+        let s = SignalScript { noise: 0.5, path: vec![(0.0, vec![3.0, 0.0])], ..script() };
+        let all: Vec<f64> = seen(&s, 7, 20_000).into_iter().flatten().collect();
+        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        let variance = all.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / all.len() as f64;
+        // Five standard errors of the mean and of the deviation.
+        assert!((mean - 3.0).abs() < 5.0 * 0.5 / 141.0 && (variance.sqrt() - 0.5).abs() < 5.0 * 0.5 / 200.0);
+        let mut sender = Sender::new(&SignalScript { drop: 0.3, ..script() }, stream(7, 0));
+        let mut arrived = 0;
+        for k in 0..20_000 {
+            sender.send(f64::from(k));
+            arrived += usize::from(sender.underway.pop_front().is_some());
+        }
+        assert!((arrived as f64 / 20_000.0 - 0.7).abs() < 5.0 * (0.21_f64 / 20_000.0).sqrt());
+    }
+
+    proptest! {
+        #[test]
+        fn the_same_seed_gives_the_same_bits(seed in any::<u64>(), drop in 0.0..1.0_f64, noise in 0.0..2.0_f64) {
+            let s = SignalScript { drop, noise, ..script() };
+            let (a, b) = (seen(&s, seed, 200), seen(&s, seed, 200));
+            prop_assert_eq!(format!("{a:?}"), format!("{b:?}"));
+        }
+    }
+}

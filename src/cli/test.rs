@@ -1,0 +1,178 @@
+//! `hierarq test SPEC ..`
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use hierarq::trial::{self, Trial};
+use runtime::expect::Verdict;
+use serde_json::json;
+
+use super::{Outcome, SpecOptions, output, table};
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Specs (`*.hq`, `*.yaml`), compiled programs (`*.json`), or folders of specs.
+    #[arg(required = true)]
+    specs: Vec<PathBuf>,
+    #[command(flatten)]
+    options: SpecOptions,
+    /// Run only the scenarios of this name.
+    #[arg(long, value_name = "NAME")]
+    scenario: Option<String>,
+    /// Print the results as JSON.
+    #[arg(long)]
+    json: bool,
+    /// Write the results to a file that build servers read.
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+}
+
+pub fn run(a: &Arguments) -> Outcome {
+    let specs = match trial::specs(&a.specs) {
+        Ok(specs) => specs,
+        Err(e) => return Outcome::Trouble(e.to_string()),
+    };
+    let tested = trial::compiled(&specs, &a.options.settings());
+    for t in &tested {
+        output::show(&t.report);
+    }
+    let broken: Vec<&str> = tested.iter().filter(|t| t.program.is_none()).map(|t| t.spec.as_str()).collect();
+    let trials = match trial::all(&tested, a.scenario.as_deref()) {
+        Ok(trials) => trials,
+        Err(message) => return Outcome::Trouble(message),
+    };
+    if trials.is_empty() && broken.is_empty() {
+        return Outcome::Trouble(nothing(a, &tested));
+    }
+    let ok = broken.is_empty() && trials.iter().all(|t| t.ok);
+    if let Some(path) = &a.junit
+        && let Err(e) = std::fs::write(path, junit(&trials, &broken))
+    {
+        return Outcome::Trouble(format!("cannot write {}: {e}", path.display()));
+    }
+    if a.json {
+        let data = json!({ "version": 1, "ok": ok, "broken": broken, "scenarios": trials });
+        output::print(&format!("{data:#}\n"));
+    } else {
+        output::print(&text(&trials, &broken));
+    }
+    if ok { Outcome::Good } else { Outcome::Failed }
+}
+
+/// Why there was nothing to do.
+fn nothing(a: &Arguments, tested: &[trial::Tested]) -> String {
+    let Some(name) = &a.scenario else {
+        return "there is no scenario in what was named: declare one, `scenario NAME { expect .. }`".to_string();
+    };
+    let names = || tested.iter().flat_map(|t| &t.program).flat_map(|p| &p.scenarios).map(|s| s.name.as_str());
+    match hierarq::compiler::names::suggest(name, names()) {
+        Some(near) => format!("no scenario is called `{name}`: did you mean `{near}`?"),
+        None => format!("no scenario is called `{name}`"),
+    }
+}
+
+/// What went wrong with a run beside its expectations; empty where nothing did.
+fn trouble(t: &Trial) -> String {
+    match t.faults.last().filter(|_| t.halted) {
+        Some(fault) => format!("stands still since {:.2} s: {}", fault.time, fault.text),
+        None if !t.passed.is_empty() => format!("passed limits: {}", t.passed.join(", ")),
+        None => String::new(),
+    }
+}
+
+/// The table of all scenarios.
+fn text(trials: &[Trial], broken: &[&str]) -> String {
+    let mut rows = table::wide_table(&["spec", "scenario", "expectation", "verdict", "margin", "at"]);
+    let mut last = "";
+    for t in trials {
+        let mut head = [if t.spec == last { String::new() } else { t.spec.clone() }, t.scenario.clone()];
+        last = &t.spec;
+        let mut add = |cells: [String; 4]| {
+            let [spec, scenario] = std::mem::take(&mut head);
+            let [what, verdict, margin, at] = cells;
+            rows.add_row([spec, scenario, what, verdict, margin, at]);
+        };
+        for e in &t.expectations {
+            let [verdict, margin, at] = table::expectation(e);
+            add([table::expected(e), verdict, margin, at]);
+        }
+        let trouble = trouble(t);
+        let verdict = if t.ok { "holds" } else { "FAILS" };
+        if t.expectations.is_empty() {
+            let what = "nothing is expected: faults and margins";
+            let what = if trouble.is_empty() { what.to_string() } else { format!("{what}: {trouble}") };
+            add([what, verdict.to_string(), String::new(), String::new()]);
+        } else if !trouble.is_empty() {
+            let at = t.faults.last().map_or_else(String::new, |f| format!("{:.2} s", f.time));
+            let bad = !t.ok && t.expectations.iter().all(|e| e.verdict == Verdict::Holds);
+            add([trouble, if bad { "FAILS" } else { "" }.to_string(), String::new(), at]);
+        }
+    }
+    let count = |n: usize, word: &str| format!("{n} {word}{}", if n == 1 { "" } else { "s" });
+    let failed = trials.iter().filter(|t| !t.ok).count();
+    let mut out = format!("{rows}\n");
+    let simulated: f64 = trials.iter().map(|t| t.duration_s).sum();
+    let verdict = if failed == 0 { "all as expected".to_string() } else { format!("{failed} FAILED") };
+    if trials.is_empty() {
+        out.clear();
+    } else {
+        let _ = writeln!(out, "{}, {simulated:.0} s simulated: {verdict}", count(trials.len(), "scenario"));
+    }
+    for spec in broken {
+        let _ = writeln!(out, "{spec}: not run, because it does not compile");
+    }
+    out
+}
+
+/// A text in XML.
+fn escaped(text: &str) -> String {
+    let one = |c: char| match c {
+        '&' => "&amp;".to_string(),
+        '<' => "&lt;".to_string(),
+        '>' => "&gt;".to_string(),
+        '"' => "&quot;".to_string(),
+        // No other control characters may stand in XML.
+        c if c.is_control() => " ".to_string(),
+        c => c.to_string(),
+    };
+    text.chars().map(one).collect()
+}
+
+/// The results as JUnit writes them: a suite for each scenario, a case for each expectation.
+fn junit(trials: &[Trial], broken: &[&str]) -> String {
+    let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
+    for t in trials {
+        let mut cases: Vec<(String, Option<String>)> = Vec::new();
+        for e in &t.expectations {
+            let [verdict, margin, at] = table::expectation(e);
+            let wrong =
+                (e.verdict != Verdict::Holds).then(|| format!("{verdict}, margin {margin}, at {at}: {}", e.text));
+            cases.push((e.title().to_string(), wrong));
+        }
+        let trouble = trouble(t);
+        let bad = !t.ok && t.expectations.iter().all(|e| e.verdict == Verdict::Holds);
+        cases.push(("faults are answered".to_string(), bad.then_some(trouble)));
+        let failures = cases.iter().filter(|c| c.1.is_some()).count();
+        let name = escaped(&format!("{}: {}", t.spec, t.scenario));
+        let _ = writeln!(out, "  <testsuite name=\"{name}\" tests=\"{}\" failures=\"{failures}\">", cases.len());
+        for (case, wrong) in cases {
+            let head = format!("    <testcase classname=\"{name}\" name=\"{}\"", escaped(&case));
+            let _ = match wrong {
+                None => writeln!(out, "{head}/>"),
+                Some(why) => writeln!(out, "{head}><failure message=\"{}\"/></testcase>", escaped(&why)),
+            };
+        }
+        out.push_str("  </testsuite>\n");
+    }
+    for spec in broken {
+        let name = escaped(spec);
+        let _ = writeln!(
+            out,
+            "  <testsuite name=\"{name}\" tests=\"1\" errors=\"1\">\n    <testcase classname=\"{name}\" \
+             name=\"compiles\"><error message=\"it does not compile\"/></testcase>\n  </testsuite>"
+        );
+    }
+    out.push_str("</testsuites>\n");
+    out
+}

@@ -1,0 +1,294 @@
+//! Scenarios: what they measure against what a recorder sees, the same numbers again and again, and `hierarq test`.
+
+mod common;
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use common::program_of as program;
+use hierarq::trial::{self, Trial};
+use runtime::expect::Verdict;
+use runtime::program::{Measure, Program, ScenarioProgram};
+use runtime::record::All;
+use runtime::record::summary::{Summary, SummaryRecorder};
+use runtime::{Judge, Recorder, Simulation, Tick};
+
+const ARM: &str = "hierarq 1
+robot arm {
+  urdf \"robots/arm7.urdf\"  rate 100 Hz
+  points { elbow link_4 }
+  home { all [0, 0.4, 0, 1.6, 0, 1.14, 0] rad }
+}
+task limits = joint_position_limits
+task speeds = joint_velocity_limits
+task gap = self_collision { between elbow  and base_link  d_min 0.1 m  gain 5 /s }
+task reach = frame_position(tool) { position initial(position) + [0, 0.2, -0.1] m  gain 3 /s }
+stack work { level limits hard { limits  speeds  gap }  level motion { reach } }
+run { duration 3 s }
+";
+
+fn trial(program: &Program) -> Trial {
+    trial::run("spec.hq", program, &program.scenarios[0]).expect("a compiled program can be executed")
+}
+
+/// Keeps what expectations speak of, worked out from the configuration alone.
+#[derive(Default)]
+struct Seen {
+    lowest: f64,
+    fastest: f64,
+    positions: Vec<Vec<f64>>,
+}
+
+impl Recorder for Seen {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        let model = tick.controller.evaluator().model();
+        let mut data = robot::Data::new(model);
+        model.forward(tick.q, &mut data);
+        let tool = model.link("tool").expect("a link");
+        self.lowest = self.lowest.min(data.pose(tool).translation.z);
+        if let Some(before) = self.positions.last() {
+            self.fastest = self.fastest.max((tick.q[1] - before[1]).abs() / 0.01);
+        }
+        self.positions.push(tick.q.to_vec());
+        Ok(())
+    }
+}
+
+/// A run with all recorders.
+fn run(program: &Program, scenario: &ScenarioProgram) -> (Summary, Vec<runtime::expect::Outcome>, Seen) {
+    let program = scenario.program(program);
+    let mut simulation = Simulation::in_world(&program, scenario).expect("it can be executed");
+    let ticks = simulation.ticks();
+    let mut judge = Judge::new(&program, scenario, ticks).expect("it can be judged");
+    let mut summary = SummaryRecorder::new(simulation.controller(), ticks);
+    let mut seen = Seen { lowest: f64::INFINITY, ..Seen::default() };
+    let mut all = All(vec![&mut judge, &mut summary, &mut seen]);
+    simulation.run(&mut all, &mut || 0.0, &mut |_| true).expect("no recorder fails");
+    (summary.summary(&program, simulation.controller(), Vec::new()), judge.finish(), seen)
+}
+
+#[test]
+fn measures_are_what_others_see() {
+    let text = format!(
+        "{ARM}scenario s {{
+  seed 3
+  start {{ joint_1 10 deg }}
+  simulator {{ lag 20 ms  noise 1 mrad }}
+  expect always margin(gap) >= 0 m
+  expect always error(reach) <= 1 m
+  expect always frame(tool).position.z >= 0 m
+  expect always speed(joint_2) < 10 rad/s
+  expect always from 2 s : error(reach) < 50 mm
+  expect eventually joint(joint_1) > 11 deg
+}}\n"
+    );
+    let program = program(&text);
+    let (summary, outcomes, seen) = run(&program, &program.scenarios[0]);
+    let margins: Vec<f64> = outcomes.iter().map(|o| o.margin().expect("a margin")).collect();
+    // The summary has tasks in their stack, measures have each by itself.
+    let gap = summary.tasks["gap"].min_margin.expect("a limit");
+    let reach = summary.tasks["reach"].max_error.expect("a target");
+    assert!((margins[0] - gap).abs() < 1e-12, "{} {gap}", margins[0]);
+    assert!((margins[1] - (1.0 - reach)).abs() < 1e-12);
+    assert!((margins[2] - seen.lowest).abs() < 1e-12);
+    assert!((margins[3] - (10.0 - seen.fastest)).abs() < 1e-9);
+    assert_eq!(seen.positions[0][0], 10_f64.to_radians());
+    let most = seen.positions.iter().map(|q| q[0]).fold(f64::NEG_INFINITY, f64::max);
+    assert!((margins[5] - (most - 11_f64.to_radians())).abs() < 1e-12);
+    assert!(outcomes.iter().all(|o| o.verdict == Verdict::Holds), "{outcomes:?}");
+}
+
+#[test]
+fn a_limit_of_acceleration_is_measured_from_tick_to_tick() {
+    let arm = ARM.replace("level motion {", "level smooth { calm }  level motion {");
+    let text = format!(
+        "{arm}task calm = joint_acceleration_limits {{ max 2 rad/s^2 }}
+scenario s {{ simulator {{ lag 20 ms }}  expect always margin(calm) >= -9 rad/s^2 }}\n"
+    );
+    let program = program(&text);
+    let (summary, outcomes, _) = run(&program, &program.scenarios[0]);
+    let least = summary.tasks["calm"].min_margin.expect("a limit");
+    assert!((outcomes[0].margin().expect("a margin") - (least + 9.0)).abs() < 1e-9, "{outcomes:?} {least}");
+    assert!(least < 1.0, "it accelerates, and has {least} left");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_and_another_one_others() {
+    let text = |seed: u32| {
+        format!("{ARM}scenario s {{ seed {seed}  simulator {{ noise 1 mrad }}  expect always margin(gap) >= 0 m }}\n")
+    };
+    let figures = |seed| {
+        let program = program(&text(seed));
+        let (_, outcomes, seen) = run(&program, &program.scenarios[0]);
+        (outcomes[0].lower.to_bits(), seen.positions)
+    };
+    assert_eq!(figures(7), figures(7));
+    assert_ne!(figures(7), figures(8));
+}
+
+#[test]
+fn a_task_that_runs_nowhere_is_measured_all_the_same() {
+    let text = format!(
+        "{ARM}task wall = virtual_wall {{ points elbow  through [[0, 0, -1], [1, 0, -1], [0, 1, -1]] m  d_min 0.1 m  gain 5 /s }}
+scenario s {{ expect always margin(wall) >= 0 m }}\n"
+    );
+    let program = program(&text);
+    let (summary, outcomes, _) = run(&program, &program.scenarios[0]);
+    assert!(!summary.tasks.contains_key("wall"));
+    // The elbow stays more than a metre above the plane.
+    assert!(outcomes[0].margin().is_some_and(|m| m > 0.9 && m < 2.0), "{outcomes:?}");
+}
+
+#[test]
+fn a_late_tick_is_a_fault_at_its_time_and_the_robot_goes_on_until_then() {
+    let text = format!("{ARM}scenario s {{ late {{ at 1 s  by 50 ms }}  expect always margin(gap) >= 0 m }}\n");
+    let program = program(&text);
+    let t = trial(&program);
+    assert!(t.halted && !t.ok);
+    // Ticks at 1.00 to 1.04 s are left out.
+    assert_eq!((t.faults.len(), t.faults[0].kind.as_str()), (1, "deadline"));
+    assert!((t.faults[0].time - 1.05).abs() < 1e-9);
+    let (_, _, seen) = run(&program, &program.scenarios[0]);
+    let step = |k: usize| (seen.positions[k + 1][0] - seen.positions[k][0]).abs();
+    assert!(step(99) > 1e-6);
+    // The command of 0.99 s holds for six periods.
+    assert!((100..105).all(|k| (step(k) - step(99)).abs() < 1e-12));
+    assert_eq!(step(106), 0.0);
+}
+
+#[test]
+fn who_speaks_of_faults_decides_on_them() {
+    let lost = "lost { joint_3 { from 0.5 s  to 0.52 s } }";
+    for (expect, ok) in [
+        ("expect eventually fault(not_finite)", true),
+        ("expect never fault", false),
+        ("expect always margin(gap) >= 0 m", false),
+        ("", false),
+    ] {
+        let t = trial(&program(&format!("{ARM}scenario s {{ {lost}  {expect} }}\n")));
+        assert_eq!((t.ok, t.halted, t.faults[0].time), (ok, true, 0.5), "{expect}");
+    }
+}
+
+#[test]
+fn a_hand_pulls_no_more_than_it_can_and_lets_go() {
+    let text = format!(
+        "{}signal touch : wrench  timeout 0.1 s
+scenario s {{
+  push {{ touch {{ from 1 s  to 2 s  link tool  towards [3, 0, 0] m  most 12 N }} }}
+  expect always norm(touch.force) <= 12.000001 N
+  expect always from 1 s to 1.9 s : norm(touch.force) >= 11.9 N
+  expect always from 1 s to 1.9 s : touch.force.x > 9 N
+  expect always from 2 s : norm(touch.force) <= 0 N
+  expect to 0.9 s : always norm(touch.force) <= 0 N
+}}\n",
+        ARM
+    );
+    let t = trial(&program(&text));
+    assert!(t.ok, "{t:#?}");
+}
+
+#[test]
+fn a_scenario_that_was_damaged_in_its_file_is_refused() {
+    let text = format!("{ARM}scenario s {{ expect always margin(gap) >= 0 m }}\n");
+    let good = program(&text);
+    let json = serde_json::to_string(&good).expect("data");
+    assert_eq!(serde_json::from_str::<Program>(&json).expect("data"), good);
+    assert_eq!(good.check(), Ok(()));
+    let damage: [fn(&mut ScenarioProgram); 7] = [
+        |s| s.measures[0] = Measure::Margin(99),
+        |s| s.measures[0] = Measure::In(0),
+        |s| s.measures.clear(),
+        |s| s.start.clear(),
+        |s| s.run.duration = f64::NAN,
+        |s| s.expectations[0].formula.nodes.clear(),
+        |s| s.world.events.push((0, vec![1.0])),
+    ];
+    for (i, damage) in damage.iter().enumerate() {
+        let mut bad = good.clone();
+        damage(&mut bad.scenarios[0]);
+        assert!(bad.check().is_err(), "damage {i}");
+    }
+}
+
+fn hierarq(arguments: &[&str]) -> Output {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    Command::new(env!("CARGO_BIN_EXE_hierarq")).args(arguments).current_dir(root).output().expect("it runs")
+}
+
+fn json(out: &Output) -> serde_json::Value {
+    serde_json::from_slice(&out.stdout).expect("JSON")
+}
+
+#[test]
+fn the_examples_do_what_is_expected_of_them() {
+    let out = hierarq(&["test", "examples", "--json"]);
+    let data = json(&out);
+    assert_eq!((out.status.code(), &data["ok"]), (Some(0), &serde_json::Value::Bool(true)), "{data:#}");
+    let all = data["scenarios"].as_array().expect("scenarios");
+    let of = |ending: &str| {
+        let name = format!("tested.{ending}");
+        let mut mine: Vec<serde_json::Value> =
+            all.iter().filter(|t| t["spec"].as_str().is_some_and(|s| s.ends_with(&name))).cloned().collect();
+        mine.iter_mut().for_each(|t| t["spec"] = serde_json::Value::Null);
+        mine
+    };
+    assert_eq!(of("hq").len(), 4);
+    assert_eq!(of("hq"), of("yaml"));
+}
+
+/// A spec in a folder of its own.
+fn spec(name: &str, scenarios: &str) -> String {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let robot = common::example("robots/arm7.urdf").display().to_string();
+    let path = folder.join("spec.hq");
+    std::fs::write(&path, format!("{}{scenarios}\n", ARM.replace("robots/arm7.urdf", &robot))).expect("a file");
+    path.display().to_string()
+}
+
+#[test]
+fn what_fails_is_said_with_margin_and_instant() {
+    let path = spec(
+        "failing",
+        "scenario bad { expect \"near\" always error(reach) < 1 mm  expect within 9 s : error(reach) < 1 um  expect never fault }
+scenario \"good & <plain>\" { duration 1 s }",
+    );
+    let xml = Path::new(&path).with_file_name("result.xml").display().to_string();
+    let out = hierarq(&["test", &path, "--json", "--junit", &xml]);
+    assert_eq!(out.status.code(), Some(1));
+    let data = json(&out);
+    let near = &data["scenarios"][0]["expectations"][0];
+    assert_eq!((near["verdict"].as_str(), near["worst_s"].as_f64()), (Some("fails"), Some(0.0)));
+    // sqrt(0.2² + 0.1²) m away at the start, and 1 mm allowed.
+    assert!((near["margin"].as_f64().expect("a number") - (0.001 - 0.05_f64.sqrt())).abs() < 1e-9, "{near}");
+    // The run ends after 3 s: nothing can be said of 9 s.
+    assert_eq!(data["scenarios"][0]["expectations"][1]["verdict"], "undecided");
+    assert_eq!(data["scenarios"][0]["expectations"][2]["verdict"], "holds");
+    assert_eq!(data["scenarios"][1]["ok"], true);
+    let xml = std::fs::read_to_string(xml).expect("a file");
+    assert!(xml.contains("good &amp; &lt;plain&gt;") && xml.matches("<failure").count() == 2, "{xml}");
+
+    let out = hierarq(&["test", &path, "--scenario", "good & <plain>"]);
+    let text = String::from_utf8_lossy(&out.stdout).to_string();
+    assert_eq!(out.status.code(), Some(0));
+    assert!(text.contains("nothing is expected") && text.contains("1 scenario, 1 s simulated"), "{text}");
+
+    let out = hierarq(&["test", &path, "--scenario", "godo"]);
+    assert_eq!(out.status.code(), Some(2));
+    let out = hierarq(&["test", "examples/robots"]);
+    assert_eq!(out.status.code(), Some(2));
+}
+
+#[test]
+fn one_scenario_runs_with_the_usual_report() {
+    let path = spec("one", "scenario s { duration 1 s  expect always margin(gap) >= 10 m }");
+    let folder = Path::new(&path).with_file_name("out").display().to_string();
+    let out = hierarq(&["run", &path, "--scenario", "s", "--out", &folder, "--json"]);
+    assert_eq!(out.status.code(), Some(1), "the expectation fails");
+    let data = json(&out);
+    assert_eq!((&data["ticks"], &data["expectations"][0]["verdict"]), (&100.into(), &"fails".into()));
+    assert!(Path::new(&folder).join("report.html").is_file());
+    let out = hierarq(&["run", &path, "--scenario", "t", "--out", &folder]);
+    assert_eq!(out.status.code(), Some(2));
+}
