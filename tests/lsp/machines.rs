@@ -56,6 +56,13 @@ machine harvest {
   final state stopped { stack still }
 }
 
+scenario calm {
+  machine harvest
+  duration 1 s
+  expect never in(work.near)
+  expect always (in(look) or in(stopped))
+}
+
 run { machine harvest  duration 1 s }
 "#;
 
@@ -107,6 +114,9 @@ fn hover_and_definition() {
         ("on g|o ->", "signal |go"),
         ("on se|en", "emit |seen"),
         ("on fou|nd", "do |capture"),
+        ("never in(wo|rk.near)", "state |work"),
+        ("never in(work.ne|ar)", "state |near"),
+        ("(in(lo|ok)", "state |look {"),
         ("initial lo|ok", "state |look {"),
         ("initial fa|r", "state |far"),
         ("on found -> wo|rk.near", "state |work"),
@@ -134,12 +144,12 @@ fn references_and_rename() {
     };
     for (place, count) in [
         ("signal |fruit", 5),
-        ("state |near", 4),
-        ("state |work", 5),
-        ("final state |stopped", 4),
+        ("state |near", 5),
+        ("state |work", 6),
+        ("final state |stopped", 5),
         ("signal |go", 2),
         ("emit |seen", 2),
-        ("machine |harvest {", 2),
+        ("machine |harvest {", 3),
     ] {
         assert_eq!(all(&mut e, place), count, "{place}");
     }
@@ -221,6 +231,7 @@ fn completion() {
         ("{ timeout 0.1 s }", "{ | }", &["timeout"], &["blend"]),
         ("norm(ft.force)", "norm(ft.|)", &["force", "moment"], &["position"]),
         ("norm(ft.force)", "norm(|)", &["ft", "fruit", "frame"], &["go"]),
+        ("(in(look)", "(in(|)", &["look", "work.near"], &["near", "go"]),
         ("run { machine harvest", "run { machine |", &["harvest"], &["look"]),
     ] {
         assert_eq!(MACHINE.matches(old).count(), 1, "{old}");
@@ -283,14 +294,14 @@ fn yaml_has_the_same() {
     e.open(&doc, "yaml", &text);
     assert!(e.diagnostics(&doc, Some(1)).iter().all(|d| d["severity"] != 1));
     for (from, to) in [
-        ("on: found, to: \"wo|rk.near", "|work:"),
-        ("on: found, to: \"work.ne|ar", "|near:"),
+        ("on: found, to: wo|rk.near", "|work:"),
+        ("on: found, to: work.ne|ar", "|near:"),
         ("initial: lo|ok", "|look:"),
         ("on: g|o,", "|go:"),
         ("on: se|en", "emit |seen"),
         ("present(fr|uit), for", "|fruit:"),
         ("reached(rea|ch", "|reach:"),
-        ("machine: harv|est", "|harvest:"),
+        ("run: { machine: harv|est", "|harvest:"),
     ] {
         let place = e.at("textDocument/definition", &doc, &find(&text, from));
         assert_eq!(place["range"]["start"], find(&text, to), "{from}: {place}\n{text}");
@@ -299,7 +310,7 @@ fn yaml_has_the_same() {
         ("on: go, t|o: work", "leads to"),
         ("do: cap|ture", "`found` or `not_found`"),
         ("ex|it: gripper", "on leaving"),
-        ("on: found, to: \"work.ne|ar", "state `near`"),
+        ("on: found, to: work.ne|ar", "state `near`"),
     ] {
         let hover = e.at("textDocument/hover", &doc, &find(&text, place));
         assert!(hover["contents"]["value"].as_str().is_some_and(|v| v.contains(says)), "{place}: {hover}");
@@ -311,7 +322,7 @@ fn yaml_has_the_same() {
         (5, "type: wrench", "type: |", "flag"),
         (6, "fault(any)", "fault(|)", "deadline"),
         (7, "      look:\n", "      look:\n        |\n", "transitions"),
-        (8, "on: found, to: \"work.near\"", "on: found, to: |", "work.near"),
+        (8, "on: found, to: work.near", "on: found, to: |", "work.near"),
     ] {
         assert_eq!(text.matches(old).count(), 1, "{old}\n{text}");
         let marked = text.replacen(old, new, 1);
