@@ -20,6 +20,7 @@ pub use solver;
 pub use stdlib_tasks;
 
 pub mod catalogue;
+pub mod graph;
 pub mod init;
 pub mod keys;
 pub mod lsp;

@@ -9,6 +9,7 @@ mod compile;
 mod completions;
 mod explain;
 mod fmt;
+mod graph;
 mod init;
 mod lsp;
 mod man;
@@ -43,6 +44,8 @@ enum Command {
     Check(check::Arguments),
     /// Print the compiled program.
     Compile(compile::Arguments),
+    /// Draw the machine of a spec: Mermaid, Graphviz or SVG.
+    Graph(graph::Arguments),
     /// Run a spec, or a compiled program, on the simulated robot.
     Run(run::Arguments),
     /// Run the scenarios of specs, and judge what is expected of them.
@@ -128,6 +131,7 @@ pub fn main() -> ExitCode {
         Command::Init(a) => init::run(&a),
         Command::Check(a) => check::run(&a),
         Command::Compile(a) => compile::run(&a),
+        Command::Graph(a) => graph::run(&a),
         Command::Run(a) => run::run(&a),
         Command::Test(a) => test::run(&a),
         Command::Tasks(a) => tasks::run(&a),

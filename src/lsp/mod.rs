@@ -24,6 +24,7 @@ mod uri;
 mod values;
 mod vocabulary;
 mod walk;
+mod walk_expressions;
 mod walk_machines;
 mod walk_reuse;
 mod walk_scenarios;

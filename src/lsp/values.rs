@@ -1,13 +1,11 @@
-//! The values of a spec, word by word: task parameters, names of parts of the robot, expressions.
+//! The values of a spec, word by word: task parameters, names of parts of the robot.
 
-use compiler::expr::MEASURES;
 use dsl::tree::{Block, Entry, TaskDefinition, Value, ValueKind};
 use dsl::{Span, Spanned};
 use stdlib_tasks::params::{ParamInfo, ParamType};
-use stdlib_tasks::task::{Actual, TaskKind};
+use stdlib_tasks::task::TaskKind;
 
 use super::mentions::{Class, MARKER, Slot, Taken, Walker, What};
-use super::vocabulary::{CALLED, WRENCH_FIELDS, find};
 use super::walk::{items, used, word};
 
 impl Walker<'_> {
@@ -208,7 +206,7 @@ impl Walker<'_> {
     }
 
     /// A link, or an arm for its tip; a link of the same name goes first.
-    fn frame(&mut self, value: &Value) {
+    pub(super) fn frame(&mut self, value: &Value) {
         let Some(name) = word(value) else { return };
         if self.marked(name, || Slot::Frame) || self.scoped(name, value.span) {
             return;
@@ -227,7 +225,7 @@ impl Walker<'_> {
         }
     }
 
-    fn arm_name(&mut self, name: &str, span: Span) {
+    pub(super) fn arm_name(&mut self, name: &str, span: Span) {
         if !self.marked(name, || Slot::Arm) && !self.scoped(name, span) {
             self.note(name, span, What::Declared(Class::Arm, name.to_string()));
         }
@@ -303,118 +301,6 @@ impl Walker<'_> {
                 self.marked(n, || Slot::Nothing);
             }
             _ => {}
-        }
-    }
-
-    /// An expression outside tasks, where nothing can be captured.
-    pub(super) fn expression(&mut self, value: &Value) {
-        self.typed(value, &[]);
-    }
-
-    /// An expression, and what `initial(..)` can capture in it.
-    fn typed(&mut self, value: &Value, actuals: &'static [Actual]) {
-        match &value.kind {
-            ValueKind::Name(name) => {
-                let slot = self.expression_slot();
-                if self.marked(name, || slot) || self.scoped(name, value.span) {
-                } else if self.has(Class::Let, name) {
-                    self.note(name, value.span, What::Declared(Class::Let, name.clone()));
-                } else if self.has(Class::Signal, name) {
-                    self.note(name, value.span, What::Declared(Class::Signal, name.clone()));
-                } else if find(name).is_some() && !CALLED.contains(&name.as_str()) {
-                    self.note(name, value.span, What::BuiltIn(name.clone()));
-                } else {
-                    self.note(name, value.span, What::Declared(Class::Param, name.clone()));
-                }
-            }
-            ValueKind::Unit(inner, unit) => {
-                self.typed(inner, actuals);
-                if unit.factors.iter().any(|f| f.0 == MARKER) {
-                    self.found.slot = Some(Slot::Unit);
-                } else {
-                    self.found.all.push(super::mentions::Mention {
-                        place: unit.span.range(),
-                        exact: false,
-                        declares: false,
-                        what: What::Unit(unit.clone()),
-                    });
-                }
-            }
-            ValueKind::Call(function, args) => {
-                let slot = self.expression_slot();
-                if self.marked(&function.value, || slot) {
-                    return;
-                }
-                self.note(&function.value, function.span, What::BuiltIn(function.value.clone()));
-                match (function.value.as_str(), args.as_slice()) {
-                    ("initial", [one]) => self.captured(one, actuals),
-                    ("present", [one]) => self.signal_name(one),
-                    ("frame", [one]) => self.frame(one),
-                    ("joint", [one]) => self.joints(one),
-                    (name, [one]) if MEASURES.contains(&name) => self.measured(name, one),
-                    ("point", [frame, offset]) => {
-                        self.frame(frame);
-                        self.typed(offset, actuals);
-                    }
-                    ("distance", parts) => parts.iter().for_each(|p| match &p.kind {
-                        ValueKind::Call(..) => self.typed(p, actuals),
-                        _ => self.geometries(p),
-                    }),
-                    _ => args.iter().for_each(|a| self.typed(a, actuals)),
-                }
-            }
-            ValueKind::Field(inner, field) => {
-                if matches!(&inner.kind, ValueKind::Call(f, _) if f.value == "frame") {
-                    self.marked(&field.value, || Slot::FrameField);
-                } else if word(inner).and_then(|n| self.found.types.get(n)).is_some_and(|ty| ty == "wrench") {
-                    self.marked(&field.value, || Slot::Words(WRENCH_FIELDS));
-                } else {
-                    self.marked(&field.value, || Slot::ValueField);
-                }
-                self.typed(inner, actuals);
-            }
-            ValueKind::List(list) => list.iter().for_each(|v| self.typed(v, actuals)),
-            ValueKind::In(inner, frame) => {
-                self.typed(inner, actuals);
-                if frame.value != "world" {
-                    self.frame(&Value { kind: ValueKind::Name(frame.value.clone()), span: frame.span });
-                }
-            }
-            ValueKind::Negate(inner) | ValueKind::Not(inner) => self.typed(inner, actuals),
-            ValueKind::Binary(_, left, right) => {
-                self.typed(left, actuals);
-                self.typed(right, actuals);
-            }
-            ValueKind::Block(_) => self.anything(value),
-            ValueKind::Number(_) | ValueKind::Text(_) | ValueKind::Missing => {}
-        }
-    }
-
-    /// What could stand where an expression does.
-    fn expression_slot(&self) -> Slot {
-        if self.expected { Slot::Expected } else { Slot::Expression { auto: false, state: self.state } }
-    }
-
-    /// What stands in `initial(..)`: a value of the task itself, or an expression of what the robot does.
-    fn captured(&mut self, value: &Value, actuals: &'static [Actual]) {
-        // Inside a group its name may be left out.
-        let own = |name: &str| actuals.iter().any(|a| a.name.rsplit('.').next() == Some(name));
-        match &value.kind {
-            ValueKind::Name(name) if name == MARKER || own(name) => {
-                self.marked(name, || Slot::Captured(actuals, String::new()));
-            }
-            ValueKind::Field(inner, field) if matches!(inner.kind, ValueKind::Name(_)) => match word(inner) {
-                Some("angle") => self.arm_name(&field.value, field.span),
-                Some(first) => {
-                    self.marked(&field.value, || Slot::Captured(actuals, format!("{first}.")));
-                }
-                None => {}
-            },
-            _ => {
-                let before = std::mem::replace(&mut self.state, true);
-                self.typed(value, actuals);
-                self.state = before;
-            }
         }
     }
 }

@@ -115,7 +115,7 @@ impl Walker<'_> {
     }
 
     /// All states inside another, as paths from it.
-    fn inside(&self, path: &str) -> Vec<String> {
+    pub(super) fn inside(&self, path: &str) -> Vec<String> {
         let names = self.found.names(Class::State);
         names.filter_map(|n| n.strip_prefix(path)?.strip_prefix('.')).map(str::to_string).collect()
     }

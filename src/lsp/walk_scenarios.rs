@@ -2,7 +2,7 @@
 
 use dsl::tree::{Formula, FormulaKind, Value, ValueKind};
 
-use super::mentions::{Class, Slot, Walker, What};
+use super::mentions::{Class, MARKER, Slot, Walker, What};
 use super::walk::word;
 
 impl Walker<'_> {
@@ -44,6 +44,7 @@ impl Walker<'_> {
                     self.note(name, value.span, What::Declared(Class::Task, name.to_string()));
                 }
             }
+            ("in", _) => self.state_path(value),
             ("speed", _) => self.joints(value),
             ("fault", _) => {
                 self.marked(word(value).unwrap_or(""), || Slot::Faults);
@@ -51,6 +52,31 @@ impl Walker<'_> {
             _ => {
                 self.marked(word(value).unwrap_or(""), || Slot::Nothing);
             }
+        }
+    }
+
+    /// A state by its path from the machine, `outer.inner`.
+    fn state_path(&mut self, value: &Value) {
+        let (mut parts, mut rest) = (Vec::new(), value);
+        while let ValueKind::Field(inner, field) = &rest.kind {
+            parts.push((field.value.as_str(), field.span));
+            rest = inner;
+        }
+        let Some(first) = word(rest) else { return };
+        parts.push((first, rest.span));
+        parts.reverse();
+        let machines: Vec<String> = self.found.names(Class::Machine).map(str::to_string).collect();
+        if let Some(((MARKER, _), before)) = parts.split_last() {
+            let holder = |m: &String| before.iter().fold(m.clone(), |path, part| format!("{path}.{}", part.0));
+            let names = machines.iter().flat_map(|m| self.inside(&holder(m)));
+            self.found.slot = Some(Slot::Offered(names.map(|n| (n, Class::State.word())).collect()));
+            return;
+        }
+        let known = machines.into_iter().find(|m| self.has(Class::State, &format!("{m}.{first}")));
+        let Some(mut key) = known else { return };
+        for (part, span) in parts {
+            key = format!("{key}.{part}");
+            self.note(part, span, What::Declared(Class::State, key.clone()));
         }
     }
 }

@@ -46,8 +46,9 @@ fn the_file_of_all_words_is_a_good_spec() {
         ["import", "let", "for", "in", "from", "replace", "add", "remove", "before", "after", "and", "or", "not"];
     let signals = ["signal", "event", "flag", "wrench", "timeout", "present", "stale"];
     let machines = ["machine", "initial", "blend", "state", "final", "stack", "enter", "do", "exit", "on", "when"];
+    let scenarios = ["scenario", "expect", "always", "eventually", "never", "within", "to", "until", "implies"];
     let triggers = ["fault", "reached", "any", "infeasible", "emit", "say", "capture", "gripper"];
-    for word in reuse.into_iter().chain(signals).chain(machines).chain(triggers) {
+    for word in reuse.into_iter().chain(signals).chain(machines).chain(triggers).chain(scenarios) {
         assert!(words(&text).contains(&word), "`{word}` is not shown");
     }
 }

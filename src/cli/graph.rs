@@ -1,0 +1,58 @@
+//! `hierarq graph SPEC`
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use hierarq::{graph, project};
+
+use super::{Outcome, SpecOptions, output};
+
+#[derive(Args)]
+pub struct Arguments {
+    /// A spec (`*.hq`, `*.yaml`) with a machine, or a compiled program (`*.json`).
+    spec: PathBuf,
+    #[command(flatten)]
+    options: SpecOptions,
+    /// What the picture is written in.
+    #[arg(long, value_enum, default_value_t = Format::Mermaid)]
+    format: Format,
+    /// File to write; standard output where left out.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Format {
+    /// A state diagram of Mermaid, which many viewers of Markdown draw.
+    Mermaid,
+    /// A graph of Graphviz.
+    Dot,
+    /// A picture.
+    Svg,
+}
+
+pub fn run(a: &Arguments) -> Outcome {
+    let compiled = project::load(&a.spec, &a.options.settings());
+    let Some(program) = compiled.program else { return output::refuse(&compiled.report, false) };
+    output::show(&compiled.report);
+    let format = match a.format {
+        Format::Mermaid => graph::Format::Mermaid,
+        Format::Dot => graph::Format::Dot,
+        Format::Svg => graph::Format::Svg,
+    };
+    let Some(text) = graph::draw(&program, format) else {
+        let spec = a.spec.display();
+        return Outcome::Trouble(format!(
+            "`{spec}` has no machine to draw; write one: `machine NAME {{ initial STATE  state STATE {{ stack NAME }} }}`"
+        ));
+    };
+    match &a.out {
+        None => output::print(&text),
+        Some(path) => {
+            if let Err(e) = std::fs::write(path, text) {
+                return Outcome::Trouble(format!("cannot write `{}`: {e}", path.display()));
+            }
+        }
+    }
+    Outcome::Good
+}
