@@ -37,6 +37,10 @@ pub fn formats(text: &str, spelling: Spelling) {
     if !diagnostics.is_empty() {
         return;
     }
+    // YAML has no place for a second `run`, and the compiler refuses it.
+    if spec.items.iter().filter(|i| matches!(i.kind, dsl::tree::ItemKind::Run(_))).count() > 1 {
+        return;
+    }
     let spec = spec.normalised();
     for to in [Spelling::Hq, Spelling::Yaml] {
         let printed = print(&spec, to);
