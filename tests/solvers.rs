@@ -20,18 +20,29 @@ impl Recorder for OneIn<'_> {
     }
 }
 
-/// Every 11th tick of every example; `hierarq run --verify` does all of them.
+/// Every 11th tick of every example and of its scenarios; `hierarq run --verify` does all of them.
 #[test]
 fn examples_are_certified_and_agree_with_the_reference() {
     for name in common::EXAMPLES {
         let program = common::program(&format!("{name}.hq"));
-        let mut simulation = Simulation::new(&program).expect("it can be executed");
-        let mut verifier = Verifier::new(&program, simulation.controller());
-        let mut some = OneIn { one_in: 11, to: &mut verifier };
-        simulation.run(&mut some, &mut || 0.0, &mut |_| true).expect("nothing is written");
-        let v = verifier.result();
-        assert!(v.ticks > 80 && v.failed == 0, "{name}: {v:?}");
-        assert!(v.max_difference < 1e-9 && v.max_certificate < 1e-10, "{name}: {v:?}");
+        let mut runs = vec![(program.clone(), None)];
+        runs.extend(program.scenarios.iter().map(|s| (s.program(&program), Some(s.clone()))));
+        let mut ticks = 0;
+        for (program, scenario) in runs {
+            let simulation = match &scenario {
+                Some(scenario) => Simulation::in_world(&program, scenario),
+                None => Simulation::new(&program),
+            };
+            let mut simulation = simulation.expect("it can be executed");
+            let mut verifier = Verifier::new(&program, simulation.controller());
+            let mut some = OneIn { one_in: 11, to: &mut verifier };
+            simulation.run(&mut some, &mut || 0.0, &mut |_| true).expect("nothing is written");
+            let v = verifier.result();
+            ticks += v.ticks;
+            assert!(v.failed == 0, "{name}: {v:?}");
+            assert!(v.max_difference < 1e-9 && v.max_certificate < 1e-10, "{name}: {v:?}");
+        }
+        assert!(ticks > 80, "{name}: {ticks} ticks");
     }
 }
 

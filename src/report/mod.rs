@@ -36,7 +36,7 @@ pub fn data(program: &Program, spec: &str, summary: &Summary, series: &SeriesRec
         "verdict": { "ok": summary.ok, "text": verdict(summary) },
         "summary_rows": rows(program, summary),
         "levels": summary.levels.iter().map(|l| json!({
-            "name": l.name, "hard": l.hard, "rows": l.rows, "freedom": l.min_freedom,
+            "name": l.stack.as_ref().map_or_else(|| l.name.clone(), |s| format!("{s}: {}", l.name)), "hard": l.hard, "rows": l.rows, "freedom": l.min_freedom,
             "saturated_share": l.saturated_share, "worst_violation": l.max_violation,
         })).collect::<Vec<_>>(),
         "held_back": summary.held_back,
