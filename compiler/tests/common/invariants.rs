@@ -2,8 +2,10 @@
 //! includes this file.
 #![allow(dead_code)]
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
+use dsl::tree::{Item, ItemKind};
 use dsl::{Diagnostic, SourceId, Sources, Spelling, limits, parse, print};
 use hierarq_compiler::{Input, Style, codes, compile};
 use runtime::{Controller, Observation};
@@ -37,8 +39,8 @@ pub fn formats(text: &str, spelling: Spelling) {
     if !diagnostics.is_empty() {
         return;
     }
-    // YAML has no place for a second `run`, and the compiler refuses it.
-    if spec.items.iter().filter(|i| matches!(i.kind, dsl::tree::ItemKind::Run(_))).count() > 1 {
+    // YAML has no place for a second declaration of a name, or a second `run`; the compiler refuses both.
+    if declares_twice(&spec.items) {
         return;
     }
     let spec = spec.normalised();
@@ -53,6 +55,27 @@ pub fn formats(text: &str, spelling: Spelling) {
         assert_eq!(read.clone().normalised(), spec, "{to:?} says something else\n{printed}");
         assert_eq!(print(&read, to), printed, "{to:?} is not printed as it was");
     }
+}
+
+/// Whether two declarations of one kind have one name, here or inside a repetition.
+fn declares_twice(items: &[Item]) -> bool {
+    let mut seen = BTreeSet::new();
+    items.iter().any(|item| {
+        let declared = match &item.kind {
+            ItemKind::Import(_) => return false,
+            ItemKind::For(f) => return declares_twice(&f.body),
+            ItemKind::Run(_) => ("run", String::new()),
+            ItemKind::Param(p) => ("param", p.name.value.clone()),
+            ItemKind::Let(l) => ("let", l.name.value.clone()),
+            ItemKind::Robot(r) => ("robot", r.name.value.clone()),
+            ItemKind::Task(t) => ("task", t.name.value.clone()),
+            ItemKind::Stack(s) => ("stack", s.name.value.clone()),
+            ItemKind::Signal(s) => ("signal", s.name.value.clone()),
+            ItemKind::Machine(m) => ("machine", m.name.value.clone()),
+            ItemKind::Scenario(s) => ("scenario", s.name.value.clone()),
+        };
+        !seen.insert(declared)
+    })
 }
 
 /// Compiling a text never panics; there is a program if and only if there is no error; what is said can be shown; and a
