@@ -7,6 +7,8 @@ mod editor;
 mod files;
 #[path = "lsp/fixes.rs"]
 mod fixes;
+#[path = "lsp/imports.rs"]
+mod imports;
 #[path = "lsp/reuse.rs"]
 mod reuse;
 #[path = "lsp/words.rs"]
