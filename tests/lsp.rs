@@ -7,6 +7,8 @@ mod editor;
 mod files;
 #[path = "lsp/fixes.rs"]
 mod fixes;
+#[path = "lsp/imports.rs"]
+mod imports;
 #[path = "lsp/machines.rs"]
 mod machines;
 #[path = "lsp/reuse.rs"]

@@ -1,11 +1,11 @@
 //! The values of a spec, word by word: task parameters, names of parts of the robot.
 
-use dsl::tree::{Block, Entry, TaskDefinition, Value, ValueKind};
+use dsl::tree::{Block, TaskDefinition, Value, ValueKind};
 use dsl::{Span, Spanned};
 use stdlib_tasks::params::{ParamInfo, ParamType};
 use stdlib_tasks::task::TaskKind;
 
-use super::mentions::{Class, MARKER, Slot, Taken, Walker, What};
+use super::mentions::{Class, MARKER, Slot, Walker, What};
 use super::walk::{items, used, word};
 
 impl Walker<'_> {
@@ -44,51 +44,6 @@ impl Walker<'_> {
         let entries = definition.named.iter().chain(&definition.body.entries).cloned().collect();
         let placed = &kind.positional[..definition.args.len().min(kind.positional.len())];
         self.parameters(kind, kind.params, &Block { entries, ..definition.body.clone() }, placed);
-    }
-
-    /// What is given to `owner`, a declaration with parameters.
-    pub(super) fn arguments(&mut self, owner: &str, args: &[Value], named: &[Entry]) {
-        let takes = self.found.takes.get(owner).cloned().unwrap_or_default();
-        // What is not given yet, behind so many without a name.
-        let left = |before: usize| {
-            let given = |t: &Taken| named.iter().any(|e| e.key.value == t.name);
-            takes.iter().skip(before).filter(|t| !given(t)).cloned().collect()
-        };
-        for (i, value) in args.iter().enumerate() {
-            let ty = takes.get(i).map(|t| t.ty.as_str());
-            if !self.marked(word(value).unwrap_or(""), || Slot::Given(ty.map(str::to_string), left(i))) {
-                self.given(ty, value);
-            }
-        }
-        for e in named {
-            if self.marked(&e.key.value, || Slot::Given(None, left(args.len()))) {
-                continue;
-            }
-            let what = What::Declared(Class::Argument, format!("{owner}.{}", e.key.value));
-            self.note(&e.key.value, e.key.span, what);
-            let ty = takes.iter().find(|t| t.name == e.key.value).map(|t| t.ty.as_str());
-            if !self.marked(word(&e.value).unwrap_or(""), || Slot::Given(ty.map(str::to_string), Vec::new())) {
-                self.given(ty, &e.value);
-            }
-        }
-    }
-
-    /// What is given for a parameter of this type.
-    pub(super) fn given(&mut self, ty: Option<&str>, value: &Value) {
-        match ty {
-            Some("arm") => self.arm(value),
-            Some("frame") => self.frame(value),
-            Some("joints") => self.joints(value),
-            Some("geometry") => self.geometries(value),
-            Some("task") => match word(value) {
-                Some(name) if self.scoped(name, value.span) => {}
-                Some(name) if self.has(Class::Task, name) => {
-                    self.note(name, value.span, What::Declared(Class::Task, name.to_string()));
-                }
-                _ => self.anything(value),
-            },
-            _ => self.anything(value),
-        }
     }
 
     /// Parameters in braces. `placed` are those that stand in parentheses before them.
@@ -219,7 +174,7 @@ impl Walker<'_> {
         }
     }
 
-    fn arm(&mut self, value: &Value) {
+    pub(super) fn arm(&mut self, value: &Value) {
         if let Some(name) = word(value) {
             self.arm_name(name, value.span);
         }

@@ -1,11 +1,12 @@
 //! What declarations take from others, word by word: imports, parameters, repetitions, changes of a stack.
 
 use dsl::Spanned;
-use dsl::tree::{Change, Import, Level, Parameter, Repeat, Stack, Values};
+use dsl::tree::{Change, Entry, Import, Level, Parameter, Repeat, Stack, Value, Values};
 
 use super::library::File;
 use super::mentions::{Class, Declaration, Slot, Taken, Walker, What};
 use super::origin::Elsewhere;
+use super::walk::word;
 
 /// What a spec can see of a file, class by class.
 pub(super) const VISIBLE: [Class; 8] =
@@ -145,6 +146,51 @@ impl Walker<'_> {
         let key = format!("{owner}.{}", name.value);
         self.declare((Class::Argument, key.clone()), name, whole, &[]);
         self.scope.push((name.value.clone(), key));
+    }
+
+    /// What is given to `owner`, a declaration with parameters.
+    pub(super) fn arguments(&mut self, owner: &str, args: &[Value], named: &[Entry]) {
+        let takes = self.found.takes.get(owner).cloned().unwrap_or_default();
+        // What is not given yet, behind so many without a name.
+        let left = |before: usize| {
+            let given = |t: &Taken| named.iter().any(|e| e.key.value == t.name);
+            takes.iter().skip(before).filter(|t| !given(t)).cloned().collect()
+        };
+        for (i, value) in args.iter().enumerate() {
+            let ty = takes.get(i).map(|t| t.ty.as_str());
+            if !self.marked(word(value).unwrap_or(""), || Slot::Given(ty.map(str::to_string), left(i))) {
+                self.given(ty, value);
+            }
+        }
+        for e in named {
+            if self.marked(&e.key.value, || Slot::Given(None, left(args.len()))) {
+                continue;
+            }
+            let what = What::Declared(Class::Argument, format!("{owner}.{}", e.key.value));
+            self.note(&e.key.value, e.key.span, what);
+            let ty = takes.iter().find(|t| t.name == e.key.value).map(|t| t.ty.as_str());
+            if !self.marked(word(&e.value).unwrap_or(""), || Slot::Given(ty.map(str::to_string), Vec::new())) {
+                self.given(ty, &e.value);
+            }
+        }
+    }
+
+    /// What is given for a parameter of this type.
+    fn given(&mut self, ty: Option<&str>, value: &Value) {
+        match ty {
+            Some("arm") => self.arm(value),
+            Some("frame") => self.frame(value),
+            Some("joints") => self.joints(value),
+            Some("geometry") => self.geometries(value),
+            Some("task") => match word(value) {
+                Some(name) if self.scoped(name, value.span) => {}
+                Some(name) if self.has(Class::Task, name) => {
+                    self.note(name, value.span, What::Declared(Class::Task, name.to_string()));
+                }
+                _ => self.anything(value),
+            },
+            _ => self.anything(value),
+        }
     }
 
     /// A repetition; `f` looks at each part of it.
