@@ -51,6 +51,21 @@ fn a_robot_that_does_not_follow_is_a_fault() {
     assert!(controller.describe(&fault).contains("joint_3"), "{}", controller.describe(&fault));
 }
 
+#[test]
+fn a_tick_that_comes_late_keeps_the_robot_still_for_good() {
+    let program = common::program("hello.hq");
+    // The deadline is two periods where the spec gives none.
+    let (mut controller, home) = first_step(&program);
+    assert_eq!(controller.step(&Observation { time: 0.0199, q: &home }).fault, None);
+    let fault = still(&mut controller, 0.0401, &home);
+    assert_eq!(fault.kind(), FaultKind::Deadline);
+    assert!(controller.describe(&fault).contains("20.2 ms"), "{}", controller.describe(&fault));
+    assert_eq!(still(&mut controller, 0.0501, &home), fault);
+    // A clock that goes back is no clock.
+    let (mut controller, home) = first_step(&program);
+    assert_eq!(still(&mut controller, -0.01, &home).kind(), FaultKind::Deadline);
+}
+
 const ARM: &str = "hierarq 1\nrobot arm { urdf \"robots/arm7.urdf\"  rate 100 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }\n";
 
 #[test]

@@ -7,8 +7,7 @@ use stdlib_tasks::expression::Expression;
 
 use super::Binder;
 use super::cut::cut;
-use super::scope::TaskScope;
-use crate::expr::{Kind, Lowering};
+use crate::expr::Kind;
 
 /// A condition, and what is known of it before anything moves.
 pub(crate) struct Condition {
@@ -23,20 +22,7 @@ pub(crate) struct Condition {
 impl Binder<'_> {
     /// A condition; `None` where it is none, and the diagnostics say why.
     pub(crate) fn condition(&mut self, value: &Value) -> Option<Condition> {
-        let (robot, forms) = (self.robot, &self.forms);
-        let mut scope = TaskScope {
-            robot,
-            params: self.params,
-            table: self.table,
-            owner: None,
-            moving: true,
-            state: true,
-            capturing: false,
-            asked: false,
-            forms,
-        };
-        let mut lowering = Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics };
-        let typed = lowering.value(value).ok()?;
+        let typed = self.present(value)?;
         if typed.kind != Kind::Truth {
             let is = typed.kind.describe();
             let d = Diagnostic::error("HQ0304", value.span, format!("a condition is true or false, and this is {is}"));

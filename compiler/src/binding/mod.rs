@@ -114,21 +114,15 @@ struct Owner<'p> {
 impl Binder<'_> {
     /// Types a named expression of what the robot does, for all tasks.
     pub fn named(&mut self, it: &Let) {
-        let (robot, forms) = (self.robot, &self.forms);
-        let mut scope = TaskScope {
-            robot,
-            params: self.params,
-            table: self.table,
-            owner: None,
-            moving: true,
-            state: true,
-            capturing: false,
-            asked: false,
-            forms,
-        };
-        let mut lowering = Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics };
-        let value = lowering.value(&it.value).ok();
+        let value = self.present(&it.value);
         self.params.put(&it.name, value);
+    }
+
+    /// Types an expression of what the robot does that belongs to no task. `None` where it has no type; the diagnostics
+    /// say why.
+    fn present(&mut self, value: &Value) -> Option<Typed> {
+        let mut scope = TaskScope::free(self.robot, self.params, self.table, &self.forms);
+        Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics }.value(value).ok()
     }
 
     /// Binds a task whose type is one of the library. `None` where a parameter is wrong; the diagnostics say why.
