@@ -10,6 +10,7 @@ pub mod fault;
 pub mod program;
 pub mod quantity;
 pub mod record;
+pub mod safety;
 pub mod signals;
 pub mod simulate;
 pub mod simulated_robot;

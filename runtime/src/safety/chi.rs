@@ -1,0 +1,80 @@
+//! The function `chi` of the distance of which the safety field is the mean: thesis (4.1).
+
+use std::fmt;
+
+use crate::safety::error::{SafetyError, setting};
+
+/// A function of a distance in m >= 0 with its derivative: continuously differentiable, not decreasing and with a bounded
+/// slope, as thesis (4.1) asks. It never allocates and never panics.
+pub trait DistanceFunction: Send {
+    /// Value and derivative at `d` >= 0. What is not finite makes the tick fail.
+    fn evaluate(&self, d: f64) -> (f64, f64);
+}
+
+/// The function of the distance.
+#[derive(Default)]
+pub enum Chi {
+    /// The distance itself, as in the experiments of the thesis. Exact.
+    #[default]
+    Distance,
+    /// `min(d, reach)`: what is further away than `reach` does not count. Exact: the part of a segment inside the sphere is
+    /// integrated as a segment of its own.
+    Clamped {
+        /// \[m\], positive.
+        reach: f64,
+    },
+    /// `reach (1 - exp(-d / reach))`: near, it grows like the distance, and it never exceeds `reach`. Has no closed form:
+    /// by quadrature, see [`crate::safety::line_mean`].
+    Saturating {
+        /// \[m\], positive.
+        reach: f64,
+    },
+    /// One's own, by quadrature.
+    Given(Box<dyn DistanceFunction>),
+}
+
+impl fmt::Debug for Chi {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Chi::Distance => write!(f, "Distance"),
+            Chi::Clamped { reach } => write!(f, "Clamped({reach})"),
+            Chi::Saturating { reach } => write!(f, "Saturating({reach})"),
+            Chi::Given(_) => write!(f, "Given"),
+        }
+    }
+}
+
+impl Chi {
+    /// Refuses a reach that is not positive and finite.
+    ///
+    /// # Errors
+    /// [`SafetyError::Setting`]
+    pub fn check(&self) -> Result<(), SafetyError> {
+        match self {
+            Chi::Clamped { reach } | Chi::Saturating { reach } => {
+                setting("reach", *reach, *reach > 0.0 && reach.is_finite(), "positive and finite")
+            }
+            Chi::Distance | Chi::Given(_) => Ok(()),
+        }
+    }
+
+    /// Value and derivative at the distance `d` \[m\].
+    #[inline]
+    pub fn evaluate(&self, d: f64) -> (f64, f64) {
+        match self {
+            Chi::Distance => (d, 1.0),
+            Chi::Clamped { reach } => {
+                if d < *reach {
+                    (d, 1.0)
+                } else {
+                    (*reach, 0.0)
+                }
+            }
+            Chi::Saturating { reach } => {
+                let rest = (-d / reach).exp();
+                (-reach * (-d / reach).exp_m1(), rest)
+            }
+            Chi::Given(function) => function.evaluate(d),
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! What a part of the safety planner refuses: settings that mean nothing, and numbers that are none.
+
+use std::fmt;
+
+/// Why something cannot be built, or a tick cannot be planned. After an error in a tick nothing that the tick would have
+/// decided may be used; the state (clock, deviations) is what it was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SafetyError {
+    /// A setting lies outside its range.
+    Setting {
+        /// Its name.
+        name: &'static str,
+        /// What was given.
+        value: f64,
+        /// What it has to be.
+        must: &'static str,
+    },
+    /// A gain times the period is above one: it would overshoot within one tick.
+    Overshoot {
+        /// The gain's name.
+        name: &'static str,
+        /// Gain times period.
+        product: f64,
+    },
+    /// A list of links or segments is empty, holds one twice, or names one that the robot does not have.
+    Body,
+    /// More points of people than there is storage for.
+    TooManyPoints {
+        /// How many were passed.
+        given: usize,
+        /// For how many there is storage.
+        capacity: usize,
+    },
+    /// A point of a person is not finite, or so far that its distance is not.
+    Human {
+        /// Its index.
+        point: usize,
+    },
+    /// Slices do not fit together.
+    Shape {
+        /// Which.
+        name: &'static str,
+    },
+    /// A number passed in, or one that follows from those, is not finite.
+    NotFinite {
+        /// Which.
+        name: &'static str,
+    },
+}
+
+impl fmt::Display for SafetyError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            SafetyError::Setting { name, value, must } => write!(f, "`{name}` is {value}, and must be {must}"),
+            SafetyError::Overshoot { name, product } => {
+                write!(f, "`{name}` times the control period is {product}, above 1: it overshoots within one tick")
+            }
+            SafetyError::Body => write!(f, "the links of the safety field are none, or repeated, or not the robot's"),
+            SafetyError::TooManyPoints { given, capacity } => {
+                write!(f, "{given} points of people, and storage for {capacity}")
+            }
+            SafetyError::Human { point } => write!(f, "point {point} of the people is not finite"),
+            SafetyError::Shape { name } => write!(f, "`{name}` has another length than the rest"),
+            SafetyError::NotFinite { name } => write!(f, "`{name}` is not finite"),
+        }
+    }
+}
+
+impl std::error::Error for SafetyError {}
+
+/// Checks a setting.
+pub(super) fn setting(name: &'static str, value: f64, holds: bool, must: &'static str) -> Result<(), SafetyError> {
+    if holds { Ok(()) } else { Err(SafetyError::Setting { name, value, must }) }
+}
+
+/// Checks that a gain is positive and does not overshoot within a period.
+pub(super) fn gain(name: &'static str, value: f64, period: f64) -> Result<(), SafetyError> {
+    setting(name, value, value > 0.0 && value.is_finite(), "positive and finite")?;
+    let product = value * period;
+    if product <= 1.0 { Ok(()) } else { Err(SafetyError::Overshoot { name, product }) }
+}
+
+/// Checks that all numbers are finite.
+pub(super) fn finite(name: &'static str, values: &[f64]) -> Result<(), SafetyError> {
+    if values.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(SafetyError::NotFinite { name }) }
+}

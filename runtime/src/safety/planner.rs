@@ -1,0 +1,317 @@
+//! The safety planner: thesis 4.2.3, Algorithm 1, in sampled time.
+//!
+//! At each tick it decides the clock's speed `u_c`, the deviations `u_a` and the internal motion `u_n` of a protected
+//! task so that, with `h = F - F_min`,
+//!
+//! ```text
+//! mu_1 u_c + mu_2 . u_a + mu_3 . u_n + w >= F_min' - k_f h - mu_4                      (4.30) with a moving threshold
+//! ```
+//!
+//! nearest to `u_c = 1`, `u_a = 0`, `u_n = k_n dF/dq` (4.31), inside bounds (4.28), (4.29). The row is soft: `w` says
+//! how far the demand could not be met.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::safety::decomposition::{Damping, Decomposition, Push, TaskRows, axpy, dot};
+use crate::safety::deviation::{Course, Deviation, Frame};
+use crate::safety::error::{SafetyError, finite, gain, setting};
+use crate::safety::field::Field;
+use crate::safety::one_row::{OneRowProgram, Outcome};
+use crate::safety::strategy::{Strategy, task_share};
+
+/// The diagonal of Q and the weight of the slack, thesis (4.27); the deviations carry their own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weights {
+    /// Of `u_c`: large, and the planner would rather deviate than slow down.
+    pub clock: f64,
+    /// Of each entry of `u_n`.
+    pub internal: f64,
+    /// q_w: large against the others, or the row is met only in part although the inputs could.
+    pub slack: f64,
+}
+
+impl Default for Weights {
+    fn default() -> Self {
+        Weights { clock: 1.0, internal: 1.0, slack: 1e6 }
+    }
+}
+
+/// What a planner is built from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannerSettings {
+    /// Control period P \[s\].
+    pub period: f64,
+    /// k_f \[1/s\]: how fast the margin may be used up; times the period at most 1.
+    pub gain: f64,
+    /// k_n: internal motion along the field's gradient, in 1/s times the square of a joint's unit over the field's; 0 for
+    /// none unless the row needs it.
+    pub internal_gain: f64,
+    /// The greatest internal speed of each degree of freedom, rad/s or m/s; infinite for no bound, zero for no internal
+    /// motion. As many as degrees of freedom.
+    pub internal_speed: Vec<f64>,
+    /// What counts how much.
+    pub weights: Weights,
+    /// How the task may leave its path. Each has rows of its own.
+    pub deviations: Vec<Deviation>,
+    /// Near singularities of the task.
+    pub damping: Damping,
+    /// The planner or a baseline.
+    pub strategy: Strategy,
+}
+
+/// What the planner sees at a tick. Slices belong to the caller.
+#[derive(Clone, Copy, Debug)]
+pub struct Tick<'a> {
+    /// Updated at this tick.
+    pub field: &'a Field,
+    /// F_min.
+    pub threshold: f64,
+    /// Its rate, per s; zero where it does not move.
+    pub threshold_rate: f64,
+    /// The protected task: its rates along the clock, and its feedback towards the safe target.
+    pub task: TaskRows<'a>,
+    /// One for each deviation.
+    pub frames: &'a [Frame],
+}
+
+/// What was decided. All buffers belong to the planner.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// h = F - F_min.
+    pub margin: f64,
+    /// The clock's speed, 0 to 1.
+    pub u_c: f64,
+    /// The deviation inputs, m/s or rad/s.
+    pub u_alpha: Vec<f64>,
+    /// The internal velocity, n numbers: the target of a level `v = u_n` below the task.
+    pub u_n: Vec<f64>,
+    /// w and the row's multiplier.
+    pub outcome: Outcome,
+    /// m of [`Strategy::Evasive`]; 1 for the others.
+    pub task_share: f64,
+    /// nu_s = eta u_c + dnu, m numbers: the rates that the task's rows take in place of those of their target, (4.8).
+    pub rate: Vec<f64>,
+    /// The velocity of the law, n numbers, and what the parts of dF/dt are parts of.
+    pub velocity: Vec<f64>,
+    /// dF/dt that the law gives, with the people's part.
+    pub field_rate: f64,
+}
+
+/// The planner: the clock, the deviations, and storage for everything.
+#[derive(Clone, Debug)]
+pub struct SafetyPlanner {
+    settings: PlannerSettings,
+    clock: f64,
+    courses: Vec<Course>,
+    pushes: Vec<Push>,
+    springs: Vec<f64>,
+    work: Vec<f64>,
+    x: Vec<f64>,
+    parts: Decomposition,
+    program: OneRowProgram,
+    plan: Plan,
+}
+
+impl SafetyPlanner {
+    /// A planner for a task of `rows` rows on a robot with `dofs` degrees of freedom.
+    ///
+    /// # Errors
+    /// [`SafetyError::Setting`], [`SafetyError::Overshoot`] for a gain or stiffness that overshoots within the period,
+    /// [`SafetyError::Shape`] for deviations outside the rows or sharing some, and for speeds that do not fit.
+    pub fn new(settings: PlannerSettings, rows: usize, dofs: usize) -> Result<SafetyPlanner, SafetyError> {
+        let s = &settings;
+        setting("period", s.period, s.period > 0.0 && s.period.is_finite(), "positive and finite")?;
+        gain("field gain", s.gain, s.period)?;
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        setting("internal gain", s.internal_gain, s.internal_gain == 0.0 || positive(s.internal_gain), "not negative")?;
+        for (name, w) in [("clock", s.weights.clock), ("internal", s.weights.internal), ("slack", s.weights.slack)] {
+            setting(name, w, positive(w), "a positive and finite weight")?;
+        }
+        if let Strategy::Evasive { band } = s.strategy {
+            setting("band", band, band > 0.0 && band < 1.0, "between 0 and 1")?;
+        }
+        if s.internal_speed.len() != dofs {
+            return Err(SafetyError::Shape { name: "internal speeds" });
+        }
+        for v in &s.internal_speed {
+            setting("internal speed", *v, *v >= 0.0, "not negative")?;
+        }
+        let courses = s.deviations.iter().map(|d| Course::new(*d, rows, s.period)).collect::<Result<Vec<_>, _>>()?;
+        let k = courses.len();
+        let apart = |a: &Deviation, b: &Deviation| a.row.abs_diff(b.row) >= 3;
+        if !(0..k).all(|i| (0..i).all(|j| apart(&s.deviations[i], &s.deviations[j]))) {
+            return Err(SafetyError::Shape { name: "deviations" });
+        }
+        let parts = Decomposition::new(rows, dofs, k, s.damping)?;
+        let mut program = OneRowProgram::new(1 + k + dofs);
+        program.slack_weight = s.weights.slack;
+        program.weight[0] = s.weights.clock;
+        (program.nominal[0], program.lower[0], program.upper[0]) = (1.0, 0.0, 1.0);
+        for (w, d) in program.weight[1..].iter_mut().zip(&s.deviations) {
+            *w = d.weight;
+        }
+        for (i, v) in s.internal_speed.iter().enumerate() {
+            program.weight[1 + k + i] = s.weights.internal;
+            (program.lower[1 + k + i], program.upper[1 + k + i]) = (-v, *v);
+        }
+        let plan = Plan {
+            margin: f64::INFINITY,
+            u_c: 0.0,
+            u_alpha: vec![0.0; k],
+            u_n: vec![0.0; dofs],
+            outcome: Outcome::default(),
+            task_share: 1.0,
+            rate: vec![0.0; rows],
+            velocity: vec![0.0; dofs],
+            field_rate: 0.0,
+        };
+        Ok(SafetyPlanner {
+            clock: 0.0,
+            pushes: vec![Push { row: 0, along: Vector3::zeros() }; k],
+            springs: vec![0.0; rows],
+            work: vec![0.0; rows],
+            x: vec![0.0; 1 + k + dofs],
+            courses,
+            parts,
+            program,
+            plan,
+            settings,
+        })
+    }
+
+    /// Back onto the nominal path, with the clock at `c` \[s\]: when the stack that holds the task is entered.
+    pub fn restart(&mut self, c: f64) {
+        self.clock = c;
+        self.courses.iter_mut().for_each(Course::reset);
+    }
+
+    /// c \[s\]: the time at which the nominal target is evaluated.
+    pub fn clock(&self) -> f64 {
+        self.clock
+    }
+
+    /// What deviation `i` adds to its nominal position \[m\]; zero for an orientation or an index beyond.
+    pub fn offset(&self, i: usize) -> Vector3<f64> {
+        self.courses.get(i).map_or_else(Vector3::zeros, |c| c.offset)
+    }
+
+    /// What deviation `i` turns its nominal orientation by: `R_s = R_d * turn`; none for a position or an index beyond.
+    pub fn turn(&self, i: usize) -> UnitQuaternion<f64> {
+        self.courses.get(i).map_or_else(UnitQuaternion::identity, |c| c.turn)
+    }
+
+    /// What was decided last.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The parts of dF/dt at the last tick.
+    pub fn parts(&self) -> &Decomposition {
+        &self.parts
+    }
+
+    /// Decides about this tick; [`SafetyPlanner::advance`] carries it out. Never allocates.
+    ///
+    /// # Errors
+    /// [`SafetyError::Shape`] and [`SafetyError::NotFinite`] about what was passed in. The plan must then not be used;
+    /// clock and deviations are as before.
+    pub fn decide(&mut self, tick: &Tick) -> Result<(), SafetyError> {
+        let field = tick.field;
+        if field.value().is_nan() {
+            return Err(SafetyError::NotFinite { name: "safety field" });
+        }
+        finite("threshold", &[tick.threshold, tick.threshold_rate])?;
+        if tick.frames.len() != self.courses.len() {
+            return Err(SafetyError::Shape { name: "frames" });
+        }
+        self.parts.factorise(&tick.task, field.gradient())?;
+        self.springs.fill(0.0);
+        for ((course, frame), push) in self.courses.iter_mut().zip(tick.frames).zip(&mut self.pushes) {
+            course.see(frame, self.parts.task_gradient())?;
+            let row = course.of.row;
+            *push = Push { row, along: course.along };
+            for (s, e) in self.springs[row..row + 3].iter_mut().zip(course.error.iter()) {
+                *s = course.of.stiffness * e;
+            }
+        }
+        self.parts.split(&tick.task, &self.pushes, &self.springs, field.human_rate())?;
+        self.plan.margin = field.value() - tick.threshold;
+        self.choose(tick)?;
+        self.follow(tick)
+    }
+
+    /// The inputs.
+    fn choose(&mut self, tick: &Tick) -> Result<(), SafetyError> {
+        let (k, s) = (self.courses.len(), &self.settings);
+        let plan = &mut self.plan;
+        plan.task_share = 1.0;
+        plan.outcome = Outcome::default();
+        plan.u_alpha.fill(0.0);
+        for (u, g) in plan.u_n.iter_mut().zip(tick.field.gradient()) {
+            *u = s.internal_gain * g;
+        }
+        match s.strategy {
+            Strategy::Program => {
+                let program = &mut self.program;
+                program.row[0] = self.parts.mu_1;
+                program.row[1..=k].copy_from_slice(&self.parts.mu_2);
+                program.row[1 + k..].copy_from_slice(&self.parts.mu_3);
+                program.need = tick.threshold_rate - s.gain * plan.margin - self.parts.mu_4;
+                program.nominal[1 + k..].copy_from_slice(&plan.u_n);
+                for (i, course) in self.courses.iter().enumerate() {
+                    [program.lower[1 + i], program.upper[1 + i]] = course.bounds(s.gain, s.period);
+                }
+                plan.outcome = program.solve(&mut self.x)?;
+                plan.u_c = self.x[0];
+                plan.u_alpha.copy_from_slice(&self.x[1..=k]);
+                plan.u_n.copy_from_slice(&self.x[1 + k..]);
+            }
+            Strategy::Evasive { band } => {
+                plan.u_c = 1.0;
+                plan.task_share = task_share(tick.field.value(), tick.threshold, band);
+            }
+            Strategy::Stop => {
+                plan.u_c = f64::from(u8::from(plan.margin > 0.0));
+                plan.u_n.fill(0.0);
+            }
+        }
+        Ok(())
+    }
+
+    /// The rates and the velocity that follow from the inputs.
+    fn follow(&mut self, tick: &Tick) -> Result<(), SafetyError> {
+        let plan = &mut self.plan;
+        for (i, rate) in plan.rate.iter_mut().enumerate() {
+            *rate = tick.task.eta[i] * plan.u_c - self.springs[i];
+        }
+        for (push, u) in self.pushes.iter().zip(&plan.u_alpha) {
+            axpy(*u, push.along.as_slice(), &mut plan.rate[push.row..push.row + 3]);
+        }
+        for ((w, rate), feedback) in self.work.iter_mut().zip(&plan.rate).zip(tick.task.feedback) {
+            *w = rate + feedback;
+        }
+        plan.velocity.copy_from_slice(&plan.u_n);
+        self.parts.law(&tick.task, &mut self.work, &mut plan.velocity);
+        if plan.task_share < 1.0 {
+            // (4.50): u_n + m (J^+ (r - J u_n))
+            for (v, u) in plan.velocity.iter_mut().zip(&plan.u_n) {
+                *v = u + plan.task_share * (*v - u);
+            }
+        }
+        plan.field_rate = dot(tick.field.gradient(), &plan.velocity) + tick.field.human_rate();
+        finite("plan", &plan.velocity)?;
+        finite("plan", &plan.rate)
+    }
+
+    /// Moves the clock and the deviations on by one period, as decided.
+    pub fn advance(&mut self) {
+        self.clock += self.plan.u_c * self.settings.period;
+        for (course, u) in self.courses.iter_mut().zip(&self.plan.u_alpha) {
+            course.advance(*u, self.settings.period);
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "planner_tests.rs"]
+mod tests;
