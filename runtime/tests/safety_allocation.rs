@@ -1,0 +1,115 @@
+//! A tick of the safety field and its planner allocates nothing: a counting allocator proves it.
+
+#![allow(unsafe_code, reason = "a global allocator cannot be written without")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use hierarq_runtime::safety::{
+    Body, Chi, Damping, Deviation, DeviationKind, Direction, DistanceFunction, Field, Frame, HumanPoint, Over,
+    PlannerSettings, SafetyPlanner, Strategy, TaskRows, Tick, Weights,
+};
+use nalgebra::{UnitQuaternion, Vector3};
+use robot::{Base, Data, LinkId, Model, Options};
+
+struct Counting;
+
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every call is passed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::SeqCst);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::SeqCst);
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+struct Power;
+
+impl DistanceFunction for Power {
+    fn evaluate(&self, d: f64) -> (f64, f64) {
+        (d * d / (1.0 + d), d * (2.0 + d) / (1.0 + d).powi(2))
+    }
+}
+
+fn deviation(kind: DeviationKind, row: usize, direction: Direction) -> Deviation {
+    Deviation { kind, row, stiffness: 2.0, speed: [-0.4, 0.4], reach: Some(0.2), direction, weight: 1.0 }
+}
+
+// One test only: another one beside it would be counted too.
+#[test]
+fn a_tick_allocates_nothing() {
+    let before = ALLOCATIONS.load(Ordering::SeqCst);
+    drop(std::hint::black_box(Vec::<u8>::with_capacity(10)));
+    assert!(ALLOCATIONS.load(Ordering::SeqCst) > before, "the counter counts");
+
+    let options = Options { base: Base::Unicycle, ..Options::default() };
+    let Ok((model, _)) = Model::from_urdf(include_str!("../../examples/robots/canopies.urdf"), &options) else {
+        panic!("the robot is read")
+    };
+    let links: Vec<LinkId> = (0..model.links.len() as u32).map(LinkId).collect();
+    let n = model.nv();
+    let data = Data::new(&model);
+    let jacobian: Vec<f64> = (0..12 * n).map(|i| (0.7 * i as f64).sin()).collect();
+    let chis: [fn() -> Chi; 4] = [
+        || Chi::Distance,
+        || Chi::Clamped { reach: 1.0 },
+        || Chi::Saturating { reach: 1.0 },
+        || Chi::Given(Box::new(Power)),
+    ];
+    for (chi, over) in chis.iter().zip([Over::Mean, Over::Least, Over::SoftLeast { sharpness: 10.0 }, Over::Mean]) {
+        for strategy in [Strategy::Program, Strategy::Evasive { band: 0.2 }, Strategy::Stop] {
+            let Ok(body) = Body::of_links(&model, &links) else { panic!("links of the robot") };
+            let Ok(mut field) = Field::new(&model, body, chi(), over, 3) else { panic!("{over:?}") };
+            let deviations = vec![
+                deviation(DeviationKind::Position, 0, Direction::Given),
+                deviation(DeviationKind::Orientation, 3, Direction::Gradient),
+                deviation(DeviationKind::Position, 6, Direction::Fixed(Vector3::z())),
+            ];
+            let settings = PlannerSettings {
+                period: 0.005,
+                gain: 10.0,
+                internal_gain: 1.0,
+                internal_speed: vec![1.0; n],
+                weights: Weights::default(),
+                deviations,
+                damping: Damping::default(),
+                strategy,
+            };
+            let Ok(mut planner) = SafetyPlanner::new(settings, 12, n) else { panic!("settings") };
+            let before = ALLOCATIONS.load(Ordering::SeqCst);
+            let mut decided = true;
+            for k in 0..200 {
+                let t = 0.05 * f64::from(k);
+                let person = |i: f64| HumanPoint {
+                    position: Vector3::new(1.5 * (t + i).cos(), t.sin() - 0.3 * i, 0.9 + 0.2 * i),
+                    velocity: Vector3::new(-0.3, 0.1, 0.0),
+                };
+                decided &= field.update(&model, &data, &[person(0.0), person(1.0), person(2.0)]).is_ok();
+                let (eta, feedback) = ([0.1; 12], [0.02; 12]);
+                let task = TaskRows { jacobian: &jacobian, stride: n, eta: &eta, feedback: &feedback };
+                let frame = Frame { rotation: UnitQuaternion::identity(), direction: Vector3::new(t.sin(), 1.0, 0.2) };
+                let threshold = field.value() + 0.02 * (3.0 * t).sin();
+                let tick = Tick { field: &field, threshold, threshold_rate: 0.01, task, frames: &[frame; 3] };
+                decided &= planner.decide(&tick).is_ok();
+                planner.advance();
+                // An error allocates no more than an answer.
+                let _ = planner.decide(&Tick { threshold: f64::NAN, ..tick });
+            }
+            assert_eq!(ALLOCATIONS.load(Ordering::SeqCst), before, "{over:?} {strategy:?} allocates");
+            assert!(decided && planner.plan().u_n.iter().all(|u| u.is_finite()));
+        }
+    }
+}
