@@ -238,6 +238,21 @@ impl Field {
     pub fn body(&self) -> &Body {
         &self.body
     }
+
+    /// The function of the distance.
+    pub fn chi(&self) -> &Chi {
+        &self.chi
+    }
+
+    /// How the points of people make one number.
+    pub fn over(&self) -> Over {
+        self.over
+    }
+
+    /// For how many points there is storage.
+    pub fn capacity(&self) -> usize {
+        self.capacity
+    }
 }
 
 #[cfg(test)]

@@ -100,8 +100,11 @@ mod tests {
         }
     }
 
+    /// Of s, the point there, and chi's value and slope.
+    type Integrand<'a> = &'a dyn Fn(f64, &Vector3<f64>, f64, f64) -> f64;
+
     /// By brute force, between the places where something can kink.
-    fn oracle(chi: &Chi, a: &Vector3<f64>, b: &Vector3<f64>, f: &dyn Fn(f64, &Vector3<f64>, f64, f64) -> f64) -> f64 {
+    fn oracle(chi: &Chi, a: &Vector3<f64>, b: &Vector3<f64>, f: Integrand) -> f64 {
         let d = b - a;
         let n = d.norm_squared();
         let mut cuts = vec![0.0, 1.0];

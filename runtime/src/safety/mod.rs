@@ -6,7 +6,64 @@
 //! 15066. Nothing here knows the hierarchy: the controller passes rows in and puts what comes out back into its levels.
 //!
 //! Everything is allocated by constructors; what runs in a tick neither allocates nor panics.
+//!
+//! # A tick
+//!
+//! ```
+//! use hierarq_runtime::safety::*;
+//! use nalgebra::Vector3;
+//! use robot::{Data, LinkId, Model, Options};
+//!
+//! # let text = include_str!("../../../examples/robots/arm7.urdf");
+//! # let Ok((model, _)) = Model::from_urdf(text, &Options::default()) else { panic!("not a robot") };
+//! // Once: which links count, and a planner for a task of three rows (a position) that may leave its path.
+//! let n = model.nv();
+//! let links: Vec<LinkId> = (1..model.links.len() as u32).map(LinkId).collect();
+//! let mut field = Field::new(&model, Body::of_links(&model, &links)?, Chi::Distance, Over::Mean, 3)?;
+//! let aside = Deviation {
+//!     kind: DeviationKind::Position,
+//!     row: 0,
+//!     stiffness: 2.0,
+//!     speed: [-0.4, 0.4],
+//!     reach: Some(0.2),
+//!     direction: Direction::Gradient,
+//!     weight: 1.0,
+//! };
+//! let settings = PlannerSettings {
+//!     period: 0.005,
+//!     gain: 10.0,
+//!     internal_gain: 1.0,
+//!     internal_speed: vec![1.0; n],
+//!     weights: Weights::default(),
+//!     deviations: vec![aside],
+//!     damping: Damping::default(),
+//!     strategy: Strategy::Program,
+//! };
+//! let mut planner = SafetyPlanner::new(settings, 3, n)?;
+//! planner.restart(0.0);
+//!
+//! // At each tick: kinematics, people, and the task's rows with its target at the planner's clock.
+//! let data = Data::new(&model);
+//! let people = [HumanPoint { position: Vector3::new(0.6, 0.2, 0.8), velocity: Vector3::new(-0.5, 0.0, 0.0) }];
+//! field.update(&model, &data, &people)?;
+//! # let mut j = nalgebra::DMatrix::zeros(6, n);
+//! # let tip = LinkId(model.links.len() as u32 - 1);
+//! # data.jacobian(&model, tip, data.position(tip), &mut j);
+//! # let jacobian: Vec<f64> = j.rows(0, 3).transpose().iter().copied().collect();
+//! let target = *data.position(tip) + Vector3::new(0.0, 0.01, 0.0); // of the path at planner.clock()
+//! let eta = [0.0, 0.1, 0.0]; // its rate there
+//! let feedback = (target + planner.offset(0) - data.position(tip)) * 20.0;
+//! let task = TaskRows { jacobian: &jacobian, stride: n, eta: &eta, feedback: feedback.as_slice() };
+//! let frames = [Frame::default()];
+//! planner.decide(&Tick { field: &field, threshold: 0.9, threshold_rate: 0.0, task, frames: &frames })?;
+//! let plan = planner.plan();
+//! // rows of the task: J v = plan.rate + feedback; a level below it: v = plan.u_n. Then:
+//! assert!(plan.u_c <= 1.0 && plan.u_alpha[0] >= 0.0);
+//! planner.advance();
+//! # Ok::<(), SafetyError>(())
+//! ```
 
+mod bend;
 mod body;
 mod chi;
 mod decomposition;

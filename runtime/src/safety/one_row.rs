@@ -255,12 +255,12 @@ mod tests {
             prop_assert!(t >= 0.0 && (p.slack_weight * w - t).abs() <= 1e-12 * (1.0 + t));
             let value: f64 = p.row.iter().zip(&x).map(|(a, b)| a * b).sum::<f64>() + w - p.need;
             prop_assert!(value > -1e-10 && (t == 0.0 || value < 1e-10), "{value} {t}");
-            for i in 0..x.len() {
-                prop_assert!((p.lower[i]..=p.upper[i]).contains(&x[i]));
-                let force = p.weight[i] * (x[i] - p.nominal[i]) - t * p.row[i];
+            for (i, x) in x.iter().enumerate() {
+                prop_assert!((p.lower[i]..=p.upper[i]).contains(x));
+                let force = p.weight[i] * (x - p.nominal[i]) - t * p.row[i];
                 let noise = 1e-10 * (1.0 + t);
-                prop_assert!(x[i] == p.lower[i] || force < noise, "{force}");
-                prop_assert!(x[i] == p.upper[i] || force > -noise, "{force}");
+                prop_assert!(*x == p.lower[i] || force < noise, "{force}");
+                prop_assert!(*x == p.upper[i] || force > -noise, "{force}");
             }
         }
     }

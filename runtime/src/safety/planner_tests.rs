@@ -262,7 +262,8 @@ fn gains_that_overshoot_and_settings_that_mean_nothing_are_refused() {
     let good = settings(7, vec![position_deviation(0, Direction::Gradient)], Strategy::Program);
     let new = |s: &PlannerSettings| SafetyPlanner::new(s.clone(), 6, 7).err();
     assert_eq!(new(&good), None);
-    let bad: [(&str, fn(&mut PlannerSettings)); 9] = [
+    type Change = fn(&mut PlannerSettings);
+    let bad: [(&str, Change); 9] = [
         ("gain", |s| s.gain = 201.0),
         ("stiffness", |s| s.deviations[0].stiffness = 201.0),
         ("period", |s| s.period = f64::NAN),

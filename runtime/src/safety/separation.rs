@@ -2,9 +2,9 @@
 //!
 //! ```text
 //! S_p = S_h + S_r + S_s + C + Z_d + Z_r                                          formula (1)
-//! S_h = v_h (T_r + T_s)    what the person moves until the robot stands          (2), (3) for a steady speed
-//! S_r = v_r T_r            what the robot moves before it begins to stop         (4), (5)
-//! S_s                      what it moves while it stops                          (6), (7)
+//! S_h = v_h (T_r + T_s)    what the person moves until the robot stands, at a steady speed
+//! S_r = v_r T_r            what the robot moves before it begins to stop
+//! S_s                      what it moves while it stops
 //!     = v_r T_s            T_s known, nothing known about how it brakes
 //!     = v_r^2 / (2 a)      deceleration a, and then T_s = v_r / a
 //! C     intrusion distance, ISO 13855: how far a body part reaches in before it is seen
