@@ -84,7 +84,7 @@ mod tests {
                     }).collect();
                     model.forward(&q, &mut data);
                     prop_assert!(field.update(&model, &data, &people).is_ok());
-                    let rate = field.gradient().iter().zip(&v).map(|(g, v)| g * v).sum::<f64>() + field.human_rate();
+                    let rate = field.rate(&v);
                     let before = field.value();
                     // The fastest end on the way, by differences, and the fastest person.
                     let (steps, mut next, mut fastest) = (20, q.clone(), 0.0f64);

@@ -218,6 +218,12 @@ impl Field {
         self.human_rate
     }
 
+    /// dF/dt for the velocity `v` (nv numbers), people included: with the velocity that the hierarchy gave, what the field
+    /// really does where the planner counted on [`crate::safety::Plan::field_rate`].
+    pub fn rate(&self, v: &[f64]) -> f64 {
+        self.gradient.iter().zip(v).map(|(g, v)| g * v).sum::<f64>() + self.human_rate
+    }
+
     /// F_j of each point of the last update.
     pub fn values(&self) -> &[f64] {
         &self.values[..self.points]
@@ -305,8 +311,7 @@ mod tests {
                         model.forward(&q, &mut data);
                         let moved = people.map(|p| HumanPoint { position: p.position + p.velocity * t, ..p });
                         field.update(&model, &data, &moved).map(|()| {
-                            let rate = field.gradient().iter().zip(&v).map(|(g, v)| g * v).sum::<f64>();
-                            (field.value(), rate + field.human_rate(), field.nearest())
+                            (field.value(), field.rate(&v), field.nearest())
                         })
                     };
                     let (Ok(plus), Ok(minus), Ok(here)) = (at(e), at(-e), at(0.0)) else { panic!("not finite") };

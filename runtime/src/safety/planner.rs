@@ -12,7 +12,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::safety::decomposition::{Damping, Decomposition, Push, TaskRows, axpy, dot};
+use crate::safety::decomposition::{Damping, Decomposition, Push, TaskRows, axpy};
 use crate::safety::deviation::{Course, Deviation, Frame};
 use crate::safety::error::{SafetyError, finite, gain, setting};
 use crate::safety::field::Field;
@@ -298,7 +298,7 @@ impl SafetyPlanner {
                 *v = u + plan.task_share * (*v - u);
             }
         }
-        plan.field_rate = dot(tick.field.gradient(), &plan.velocity) + tick.field.human_rate();
+        plan.field_rate = tick.field.rate(&plan.velocity);
         finite("plan", &plan.velocity)?;
         finite("plan", &plan.rate)
     }

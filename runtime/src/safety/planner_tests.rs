@@ -2,11 +2,13 @@
 
 use super::*;
 use crate::safety::Strategy;
+use crate::safety::decomposition::dot;
 use crate::safety::testing::{rng, robots};
 use crate::safety::{Body, Chi, DeviationKind, Direction, HumanPoint, Over, towards};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use robot::{Data, LinkId, Model};
+use solver::{ActiveSet, HierarchicalSolver, LevelShape, Problem, Solution};
 
 const PERIOD: f64 = 0.005;
 
@@ -132,6 +134,94 @@ proptest! {
                 prop_assert!(planner.offset(0).norm() <= 0.15 + 1e-9);
                 let angle = planner.turn(1).angle();
                 prop_assert!(angle <= 0.15 + 1e-9);
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+    /// The statement of the book, tick by tick: a robot that follows the law, people who walk straight on at the speed that
+    /// was measured, and a margin that shrinks to `(1 - k_f P) h` less slack and bending, never further. Where the slack
+    /// was next to nothing all the time, a threshold raised by the loss was kept.
+    #[test]
+    fn the_margin_in_sampled_time(seed in any::<u64>(), gain in 1.0..200.0f64) {
+        let mut rng = rng(seed);
+        for model in robots().into_iter().take(2) {
+            let (q, n) = (model.random_configuration(&mut rng), model.nv());
+            let inside = |model: &Model, q: &[f64]| {
+                model.dofs.iter().all(|d| d.q_index.is_none_or(|i| (d.lower..=d.upper).contains(&q[i])))
+            };
+            let mut scene = Scene::new(model, q, Over::Mean);
+            let mut people: Vec<HumanPoint> = (0..3).map(|_| HumanPoint {
+                position: Vector3::from_fn(|_, _| 4.0 * rng() - 2.0),
+                velocity: Vector3::from_fn(|_, _| 0.6 * rng() - 0.3),
+            }).collect();
+            scene.see(&people);
+            let threshold = scene.field.value() - 0.02;
+            let all = PlannerSettings { gain, ..settings(n, vec![position_deviation(0, Direction::Gradient)], Strategy::Program) };
+            let Ok(mut planner) = SafetyPlanner::new(all, 3, n) else { panic!() };
+            let eta = [0.2 * rng(), -0.2 * rng(), 0.1];
+            let (mut slack, mut loss, mut least) = (0.0f64, 0.0f64, f64::INFINITY);
+            for _ in 0..300 {
+                scene.decide(&mut planner, &eta, &[0.0; 3], threshold, Vector3::zeros());
+                let plan = planner.plan();
+                let speed: Vec<f64> = plan.velocity.iter().map(|v| v.abs()).collect();
+                let bend = scene.field.bend(&scene.model, &speed, 0.0);
+                let (margin, w) = (plan.margin, plan.outcome.slack);
+                scene.model.integrate(&mut scene.q, &plan.velocity, PERIOD);
+                planner.advance();
+                if !inside(&scene.model, &scene.q) {
+                    break;
+                }
+                people.iter_mut().for_each(|p| p.position += p.velocity * PERIOD);
+                scene.see(&people);
+                let next = scene.field.value() - threshold;
+                let promised = (1.0 - gain * PERIOD) * margin - PERIOD * w - 0.5 * bend * PERIOD * PERIOD;
+                prop_assert!(next >= promised - 1e-9, "{next} {promised}");
+                slack = slack.max(w);
+                loss = loss.max(0.5 * bend * PERIOD / gain);
+                least = least.min(next);
+            }
+            prop_assert!(least >= -loss - slack / gain - 1e-9, "{least} {loss} {slack}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+    /// The hierarchy that a controller makes of a plan, the task's rows with `rate + feedback` above a level `v = u_n`, has
+    /// the law's velocity as its solution wherever the task is far from singular.
+    #[test]
+    fn the_hierarchy_follows_the_law(seed in any::<u64>()) {
+        let mut rng = rng(seed);
+        for model in robots() {
+            let (q, n) = (model.random_configuration(&mut rng), model.nv());
+            let mut scene = Scene::new(model, q, Over::Mean);
+            scene.see(&[HumanPoint { position: Vector3::new(0.7, 0.3, 0.8), velocity: Vector3::new(-0.4, 0.1, 0.0) }]);
+            let deviations = vec![position_deviation(0, Direction::Gradient)];
+            let Ok(mut planner) = SafetyPlanner::new(settings(n, deviations, Strategy::Program), 3, n) else { panic!() };
+            let feedback = [0.1 * rng(), 0.1, -0.1 * rng()];
+            let threshold = scene.field.value() + 0.01;
+            scene.decide(&mut planner, &[0.2, 0.1 * rng(), 0.0], &feedback, threshold, Vector3::zeros());
+            if planner.parts().damped > 0.0 {
+                continue;
+            }
+            let shape = |rows| LevelShape { rows, hard: false, damping: 0.0 };
+            let mut problem = Problem::new(n, &[shape(3), shape(n)]);
+            let plan = planner.plan();
+            for (i, feedback) in feedback.iter().enumerate() {
+                let b = plan.rate[i] + feedback;
+                problem.levels[0].set(i, &scene.jacobian[i * n..(i + 1) * n], b, b);
+            }
+            for i in 0..n {
+                let unit: Vec<f64> = (0..n).map(|k| f64::from(u8::from(k == i))).collect();
+                problem.levels[1].set(i, &unit, plan.u_n[i], plan.u_n[i]);
+            }
+            let mut solution = Solution::new(&problem);
+            ActiveSet::new(&problem).solve(&problem, &mut solution);
+            for (a, b) in solution.x.iter().zip(&plan.velocity) {
+                prop_assert!((a - b).abs() < 1e-8, "{a} {b}");
             }
         }
     }
