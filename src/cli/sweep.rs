@@ -13,6 +13,7 @@ use hierarq::sweep::journal::{self, Journal};
 use hierarq::sweep::plan::{MAX_RUNS, MAX_SEED};
 use hierarq::sweep::{Digest, Head, Plan, Refusal, Request, Row, Shard, execute, merge, row, table};
 use indicatif::{ProgressBar, ProgressStyle};
+use runtime::expect::Verdict;
 
 use super::{Outcome, SpecOptions, output, table as tables};
 
@@ -201,13 +202,15 @@ fn text(digest: &Digest, head: &Head, out: &str, speed: Option<f64>) -> String {
         let _ = writeln!(text, "in {} a fault that nothing answers kept the robot still", digest.halted);
     }
     let mut shown: Vec<u64> = Vec::new();
-    for f in digest.expectations.iter().filter(|f| f.worst.is_some_and(|w| w.margin.is_some())) {
-        let Some(w) = f.worst.filter(|w| !shown.contains(&w.row.run)) else { continue };
+    let telling = |w: &Worst| w.margin.is_some() || w.verdict != Some(Verdict::Holds);
+    for f in &digest.expectations {
+        let Some(w) = f.worst.filter(|w| telling(w) && !shown.contains(&w.row.run)) else { continue };
         shown.push(w.row.run);
         let _ = writeln!(text, "worst for `{}`:\n  {}", f.title, digest.replay(w.row));
     }
-    let others = digest.failed.iter().filter(|row| !shown.contains(&row.run));
-    for row in others.take(3) {
+    // What no expectation tells of: faults, margins where nothing is expected, values that make no program.
+    let told = |row: &Row| row.expectations.iter().any(|e| e.verdict.is_some_and(|v| v != Verdict::Holds));
+    for row in digest.failed.iter().filter(|row| !told(row)).take(3) {
         let why = row.refused.as_ref().map_or_else(|| "failed".to_string(), |codes| format!("refused, {codes}"));
         let _ = writeln!(text, "{why}, run {}:\n  {}", row.run, digest.replay(row));
     }

@@ -97,11 +97,15 @@ impl Plan {
                 return Err(usage(format!("`{name}` is both set and varied: leave one of them out")));
             }
         }
-        let first = with(request, vary.iter().filter_map(|a| Some((a, *a.values.texts().first()?))));
-        let compiled = project::load(&request.spec, &first);
+        let compiled = project::load(&request.spec, &with(request, None));
         let Some(program) = compiled.program else { return Err(Refusal::Spec(Box::new(compiled.report))) };
         try_all(request)?;
-        let axes = vary.iter().map(|a| points(request, a)).collect::<Result<Vec<_>, _>>().map_err(usage)?;
+        let axes = vary
+            .iter()
+            .enumerate()
+            .map(|(i, a)| points(request, i, a))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(usage)?;
         let scenario = scenario(&program, request.scenario.as_deref()).map_err(usage)?;
 
         let listed = |p: &Points| if let Points::Listed(all) = p { all.len() as u64 } else { 1 };
@@ -186,27 +190,23 @@ impl Plan {
     }
 }
 
-/// The settings of a request with values for some of the params that are varied.
-fn with<'a>(request: &Request, values: impl Iterator<Item = (&'a Axis, &'a str)>) -> Settings {
+/// The settings of a request with a value for one of the params that are varied, the others at their first ones.
+fn with(request: &Request, one: Option<(usize, &str)>) -> Settings {
     let mut settings = request.settings.clone();
-    settings.set.extend(values.map(|(a, text)| (a.name.clone(), text.to_string())));
+    for (i, a) in request.vary.iter().enumerate() {
+        let chosen = one.filter(|(k, _)| *k == i).map(|(_, text)| text);
+        let text = chosen.or_else(|| a.values.texts().first().copied());
+        settings.set.extend(text.map(|text| (a.name.clone(), text.to_string())));
+    }
     settings
 }
 
-/// Compiles the spec with each value that is written, the other params at their first ones.
+/// Compiles the spec with each value that is written.
 fn try_all(request: &Request) -> Result<(), Refusal> {
-    let mut trials = Vec::new();
-    for (i, a) in request.vary.iter().enumerate() {
-        for text in a.values.texts().into_iter().skip(1) {
-            let value = |(k, other): (usize, &'_ Axis)| {
-                let first = other.values.texts().first().map(|t| (*t).to_string())?;
-                Some((other.name.clone(), if k == i { text.to_string() } else { first }))
-            };
-            let mut settings = request.settings.clone();
-            settings.set.extend(request.vary.iter().enumerate().filter_map(value));
-            trials.push(settings);
-        }
-    }
+    let others = |(i, a): (usize, &'_ Axis)| -> Vec<Settings> {
+        a.values.texts().into_iter().skip(1).map(|text| with(request, Some((i, text)))).collect()
+    };
+    let trials: Vec<Settings> = request.vary.iter().enumerate().flat_map(others).collect();
     let compiled = trial::in_parallel(&trials, |settings| project::load(&request.spec, settings));
     match compiled.into_iter().find(|c| c.program.is_none()) {
         Some(bad) => Err(Refusal::Spec(Box::new(bad.report))),
@@ -215,10 +215,10 @@ fn try_all(request: &Request) -> Result<(), Refusal> {
 }
 
 /// The values of a param in SI, and their unit.
-fn points(request: &Request, axis: &Axis) -> Result<(Points, Option<String>), String> {
+fn points(request: &Request, index: usize, axis: &Axis) -> Result<(Points, Option<String>), String> {
     let name = &axis.name;
     let of = |text: &str| -> Result<ParamValue, String> {
-        let all = project::params(&request.spec, &with(request, std::iter::once((axis, text))));
+        let all = project::params(&request.spec, &with(request, Some((index, text))));
         all.into_iter().find(|p| p.name == *name).ok_or_else(|| format!("`{name}={text}` is no value"))
     };
     let all = axis.values.texts().into_iter().map(of).collect::<Result<Vec<ParamValue>, _>>()?;
