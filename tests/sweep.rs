@@ -271,6 +271,7 @@ fn mistakes_are_said_before_anything_runs() {
         ),
         (vec!["sweep", "spec.hq", "--scenario", "late", "--seed", "9000000000000000"], "a seed above"),
         (vec!["sweep", "--merge", "a.parquet"], "--out"),
+        (vec!["sweep", "--merge", "a.parquet", "--out", "b.parquet", "--jobs", "2"], "runs nothing"),
     ] {
         let (code, _, err) = hierarq(&dir, &args);
         assert_eq!((code, err.contains(wrong)), (Some(2), true), "{args:?}: {err}");

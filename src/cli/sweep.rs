@@ -72,6 +72,9 @@ pub fn run(a: &Arguments) -> Outcome {
 
 /// Puts shards together.
 fn merged(a: &Arguments) -> Result<Outcome, String> {
+    if !a.options.set.is_empty() || !a.options.package_path.is_empty() || a.jobs.is_some() {
+        return Err("`--merge` runs nothing: leave `--set`, `--package-path` and `--jobs` out".to_string());
+    }
     let (head, rows) = merge::merge(&a.merge)?;
     let out = a.out.clone().unwrap_or_default();
     folder(&out)?;
