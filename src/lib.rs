@@ -27,4 +27,5 @@ pub mod lsp;
 pub mod project;
 pub mod report;
 pub mod schema;
+pub mod sweep;
 pub mod trial;

@@ -8,7 +8,7 @@ use dsl::{Diagnostic, Span, Spelling};
 use runtime::Program;
 
 /// How a file is compiled.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Settings {
     /// Parameters that are overridden, as `(name, value)`.
     pub set: Vec<(String, String)>,
@@ -70,22 +70,28 @@ fn similar(path: &Path) -> Option<String> {
     Some(path.with_file_name(near).display().to_string())
 }
 
+/// Gives a spec file to a reader of specs.
+fn given<T>(path: &Path, settings: &Settings, reader: impl FnOnce(&Input) -> T) -> Result<T, Box<Report>> {
+    let (spelling, text) = read(path)?;
+    let name = path.display().to_string();
+    Ok(reader(&Input {
+        name: &name,
+        text: &text,
+        spelling,
+        folder: path.parent().unwrap_or(Path::new("")),
+        set: &settings.set,
+        package_paths: &settings.package_paths,
+    }))
+}
+
 /// Compiles a spec file.
 pub fn compile(path: &Path, settings: &Settings) -> Compiled {
-    match read(path) {
-        Ok((spelling, text)) => {
-            let name = path.display().to_string();
-            compiler::compile(&Input {
-                name: &name,
-                text: &text,
-                spelling,
-                folder: path.parent().unwrap_or(Path::new("")),
-                set: &settings.set,
-                package_paths: &settings.package_paths,
-            })
-        }
-        Err(report) => Compiled { program: None, report: *report },
-    }
+    given(path, settings, compiler::compile).unwrap_or_else(|report| Compiled { program: None, report: *report })
+}
+
+/// What the params of a spec file are worth; none of a file that cannot be read, of which [`compile`] tells.
+pub fn params(path: &Path, settings: &Settings) -> Vec<compiler::ParamValue> {
+    given(path, settings, compiler::params).unwrap_or_default()
 }
 
 /// Loads a file that can be run: a spec, or a compiled program (`*.json`). Of a spec, rows that can never become active

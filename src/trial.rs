@@ -54,24 +54,56 @@ pub fn find<'p>(program: &'p Program, name: &str) -> Result<&'p ScenarioProgram,
     })
 }
 
-/// Runs a scenario of a program.
+/// The scenario with another seed.
+pub fn seeded(scenario: &ScenarioProgram, seed: u64) -> ScenarioProgram {
+    let mut scenario = scenario.clone();
+    scenario.run.simulator.seed = seed;
+    scenario
+}
+
+/// A run of a scenario, judged.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    /// What it came to.
+    pub summary: Summary,
+    /// Expectations, in the order written.
+    pub expectations: Vec<ExpectationRecord>,
+    /// True where it went as expected.
+    pub ok: bool,
+}
+
+/// Runs a scenario of a program to its end, or until `go_on` says no at a tick.
 ///
 /// # Errors
 /// The program cannot be executed, which a compiled one always can.
-pub fn run(spec: &str, program: &Program, scenario: &ScenarioProgram) -> Result<Trial, String> {
+pub fn judged(
+    program: &Program,
+    scenario: &ScenarioProgram,
+    go_on: &mut dyn FnMut(usize) -> bool,
+) -> Result<Judged, String> {
     let program = scenario.program(program);
     let mut simulation = Simulation::in_world(&program, scenario).map_err(|e| e.to_string())?;
     let ticks = simulation.ticks();
     let mut judge = Judge::new(&program, scenario, ticks).map_err(|e| e.to_string())?;
     let mut statistics = SummaryRecorder::new(simulation.controller(), ticks);
     let mut all = All(vec![&mut judge, &mut statistics]);
-    simulation.run(&mut all, &mut || 0.0, &mut |_| true).map_err(|e| e.to_string())?;
+    simulation.run(&mut all, &mut || 0.0, go_on).map_err(|e| e.to_string())?;
     let summary = statistics.summary(&program, simulation.controller(), Vec::new());
     let expectations = records(scenario, &judge.finish(), program.robot.period);
+    let ok = is_good(scenario, &expectations, &summary);
+    Ok(Judged { summary, expectations, ok })
+}
+
+/// Runs a scenario of a program.
+///
+/// # Errors
+/// See [`judged`].
+pub fn run(spec: &str, program: &Program, scenario: &ScenarioProgram) -> Result<Trial, String> {
+    let Judged { summary, expectations, ok } = judged(program, scenario, &mut |_| true)?;
     Ok(Trial {
         spec: spec.to_string(),
         scenario: scenario.name.clone(),
-        ok: is_good(scenario, &expectations, &summary),
+        ok,
         duration_s: summary.duration_s,
         halted: summary.halted,
         passed: if scenario.expectations.is_empty() { passed(&summary) } else { Vec::new() },
@@ -139,7 +171,7 @@ pub struct Tested {
 }
 
 /// All elements worked on by all processors, in their order.
-fn in_parallel<T: Sync, R: Send>(all: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+pub(crate) fn in_parallel<T: Sync, R: Send>(all: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
     let done: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::new());
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(all.len());
@@ -171,17 +203,21 @@ pub fn compiled(specs: &[PathBuf], settings: &Settings) -> Vec<Tested> {
     })
 }
 
-/// Runs the scenarios of specs, several at once; only those of this name where one is given.
+/// Runs the scenarios of specs, several at once; only those of this name where one is given, and with this seed instead
+/// of their own.
 ///
 /// # Errors
 /// A program cannot be executed, which a compiled one always can.
-pub fn all(specs: &[Tested], name: Option<&str>) -> Result<Vec<Trial>, String> {
+pub fn all(specs: &[Tested], name: Option<&str>, seed: Option<u64>) -> Result<Vec<Trial>, String> {
     let scenarios = |t: &'_ Tested| t.program.iter().flat_map(|p| &p.scenarios).count();
     let chosen: Vec<(&Tested, usize)> = specs.iter().flat_map(|t| (0..scenarios(t)).map(move |i| (t, i))).collect();
     let wanted = |(t, i): &(&Tested, usize)| {
         let program = t.program.as_ref()?;
         let scenario = program.scenarios.get(*i).filter(|s| name.is_none_or(|n| s.name == n))?;
-        Some(run(&t.spec, program, scenario))
+        match seed {
+            None => Some(run(&t.spec, program, scenario)),
+            Some(seed) => Some(run(&t.spec, program, &seeded(scenario, seed))),
+        }
     };
     in_parallel(&chosen, wanted).into_iter().flatten().collect()
 }

@@ -292,3 +292,48 @@ fn one_scenario_runs_with_the_usual_report() {
     let out = hierarq(&["run", &path, "--scenario", "t", "--out", &folder]);
     assert_eq!(out.status.code(), Some(2));
 }
+
+/// The data of a report.
+fn report(folder: &Path) -> serde_json::Value {
+    let page = std::fs::read_to_string(folder.join("report.html")).expect("a report");
+    let from = page.find("id=\"hierarq-data\"").expect("data") + 1;
+    let begin = from + page[from..].find('{').expect("an object");
+    let end = begin + page[begin..].find("</script>").expect("an end");
+    serde_json::from_str(page[begin..end].trim()).expect("JSON")
+}
+
+#[test]
+fn the_report_has_expectations_and_states() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report_of_states");
+    let example = common::example("tested.hq").display().to_string();
+    let run = |scenario: &str| {
+        let out = folder.display().to_string();
+        let summary = json(&hierarq(&["run", &example, "--scenario", scenario, "--out", &out, "--json"]));
+        (summary, report(&folder))
+    };
+    let (summary, page) = run("taken by the hand");
+    assert_eq!(page["verdict"]["ok"], true);
+    assert!(page["verdict"]["text"].as_str().is_some_and(|t| t.starts_with("All 2 expectations hold. No limit")));
+    let (told, known) = (page["states"].as_array().expect("states"), summary["states"].as_array().expect("states"));
+    assert!(told.len() == known.len() && told.len() > 3);
+    for (a, b) in told.iter().zip(known) {
+        assert_eq!((&a["state"], &a["from"], &a["to"]), (&b["state"], &b["from_s"], &b["to_s"]));
+    }
+    let (told, known) =
+        (page["expectations"].as_array().expect("some"), summary["expectations"].as_array().expect("some"));
+    assert_eq!(told.len(), known.len());
+    for (a, b) in told.iter().zip(known) {
+        assert_eq!((&a["text"], &a["verdict"], &a["margin"]), (&b["text"], &b["verdict"], &b["margin"]));
+        assert_eq!((&a["unit"], &a["at"]), (b.get("unit").unwrap_or(&serde_json::Value::Null), &b["worst_s"]));
+    }
+    assert!(page["plots"].as_array().is_some_and(|p| p.iter().all(|p| p["group"] != "Machine")));
+    // A fault that is expected is no failure.
+    let (summary, page) = run("the camera goes dark");
+    assert_eq!((&page["verdict"]["ok"], summary["faults"].as_array().map(Vec::len)), (&true.into(), Some(1)));
+
+    let path = spec("report_of_failure", "scenario s { duration 1 s  expect always margin(gap) >= 10 m }");
+    hierarq(&["run", &path, "--scenario", "s", "--out", &folder.display().to_string()]);
+    let page = report(&folder);
+    assert_eq!((&page["verdict"]["ok"], &page["states"]), (&false.into(), &serde_json::json!([])));
+    assert!(page["verdict"]["text"].as_str().is_some_and(|t| t.starts_with("Expectations that fail: 1 of 1. ")));
+}

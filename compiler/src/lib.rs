@@ -32,5 +32,5 @@ mod window;
 
 pub use expand::{Texts, files, parameter_types};
 pub use idle::leave_out;
-pub use lowering::{Compiled, Input, VERBS, Verb, compile, compile_among, signal_types};
+pub use lowering::{Compiled, Input, ParamValue, VERBS, Verb, compile, compile_among, params, signal_types};
 pub use report::{Report, Style};

@@ -17,6 +17,7 @@ mod output;
 mod run;
 mod schema;
 mod solve;
+mod sweep;
 mod table;
 mod tasks;
 mod test;
@@ -50,6 +51,8 @@ enum Command {
     Run(run::Arguments),
     /// Run the scenarios of specs, and judge what is expected of them.
     Test(test::Arguments),
+    /// Run a scenario over ranges of params and over seeds, and write a row for each run.
+    Sweep(sweep::Arguments),
     /// List the task types, or describe one in full.
     Tasks(tasks::Arguments),
     /// Explain a diagnostic code.
@@ -134,6 +137,7 @@ pub fn main() -> ExitCode {
         Command::Graph(a) => graph::run(&a),
         Command::Run(a) => run::run(&a),
         Command::Test(a) => test::run(&a),
+        Command::Sweep(a) => sweep::run(&a),
         Command::Tasks(a) => tasks::run(&a),
         Command::Explain(a) => explain::run(&a),
         Command::Fmt(a) => fmt::run(&a),

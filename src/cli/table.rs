@@ -8,7 +8,7 @@ use runtime::record::summary::{LevelSummary, MARGIN_TOLERANCE, Summary, TaskSumm
 use runtime::record::verify::{DIFFERENT, UNPROVEN, Verification};
 
 /// What rounding leaves of a margin of zero is shown as zero.
-fn margin(x: f64, unit: &str) -> String {
+pub(super) fn margin(x: f64, unit: &str) -> String {
     quantity(if x.abs() < MARGIN_TOLERANCE { 0.0 } else { x }, unit)
 }
 

@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
+use hierarq::sweep::plan::MAX_SEED;
 use hierarq::trial::{self, Trial};
 use runtime::expect::Verdict;
 use serde_json::json;
@@ -20,6 +21,9 @@ pub struct Arguments {
     /// Run only the scenarios of this name.
     #[arg(long, value_name = "NAME")]
     scenario: Option<String>,
+    /// The seed of everything random, instead of that of each scenario.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(0..=MAX_SEED))]
+    seed: Option<u64>,
     /// Print the results as JSON.
     #[arg(long)]
     json: bool,
@@ -38,7 +42,7 @@ pub fn run(a: &Arguments) -> Outcome {
         output::show(&t.report);
     }
     let broken: Vec<&str> = tested.iter().filter(|t| t.program.is_none()).map(|t| t.spec.as_str()).collect();
-    let trials = match trial::all(&tested, a.scenario.as_deref()) {
+    let trials = match trial::all(&tested, a.scenario.as_deref(), a.seed) {
         Ok(trials) => trials,
         Err(message) => return Outcome::Trouble(message),
     };

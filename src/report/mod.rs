@@ -6,7 +6,9 @@ mod plots;
 mod scene;
 
 use runtime::Program;
+use runtime::expect::Verdict;
 use runtime::quantity::quantity;
+use runtime::record::expectations::ExpectationRecord;
 use runtime::record::series::SeriesRecorder;
 use runtime::record::summary::{MARGIN_TOLERANCE, Summary, TaskSummary};
 use serde_json::{Value as Json, json};
@@ -16,14 +18,14 @@ static PLACEHOLDER: &str = "@@HIERARQ_DATA@@";
 
 pub use scene::drawn_links;
 
-/// The report as HTML.
-pub fn html(program: &Program, spec: &str, summary: &Summary, series: &SeriesRecorder) -> String {
-    let data = data(program, spec, summary, series).to_string().replace('<', "\\u003c");
+/// The report as HTML; `good` says whether all is as expected.
+pub fn html(program: &Program, spec: &str, (summary, good): (&Summary, bool), series: &SeriesRecorder) -> String {
+    let data = data(program, spec, (summary, good), series).to_string().replace('<', "\\u003c");
     TEMPLATE.replacen(PLACEHOLDER, &data, 1)
 }
 
 /// The data of the page, version 1.
-pub fn data(program: &Program, spec: &str, summary: &Summary, series: &SeriesRecorder) -> Json {
+pub fn data(program: &Program, spec: &str, (summary, good): (&Summary, bool), series: &SeriesRecorder) -> Json {
     json!({
         "version": 1,
         "title": program.title,
@@ -33,7 +35,9 @@ pub fn data(program: &Program, spec: &str, summary: &Summary, series: &SeriesRec
         "duration": summary.duration_s,
         "period": program.robot.period,
         "ticks": summary.ticks,
-        "verdict": { "ok": summary.ok, "text": verdict(summary) },
+        "verdict": { "ok": good, "text": expected(summary) + &verdict(summary) },
+        "expectations": summary.expectations.iter().map(expectation).collect::<Vec<_>>(),
+        "states": summary.states.iter().map(|s| json!({ "state": s.state, "from": s.from_s, "to": s.to_s })).collect::<Vec<_>>(),
         "summary_rows": rows(program, summary),
         "levels": summary.levels.iter().map(|l| json!({
             "name": l.stack.as_ref().map_or_else(|| l.name.clone(), |s| format!("{s}: {}", l.name)), "hard": l.hard, "rows": l.rows, "freedom": l.min_freedom,
@@ -46,6 +50,27 @@ pub fn data(program: &Program, spec: &str, summary: &Summary, series: &SeriesRec
         "plots": plots::all(program, series),
         "scene": scene::scene(program, series),
     })
+}
+
+fn expectation(e: &ExpectationRecord) -> Json {
+    json!({
+        "label": e.label, "text": e.text, "verdict": e.verdict, "margin": e.margin, "unit": e.unit, "at": e.worst_s,
+        "undefined_at": e.undefined_s,
+    })
+}
+
+/// A sentence on the expectations; nothing where there are none.
+fn expected(summary: &Summary) -> String {
+    let all = summary.expectations.len();
+    let count = |v: Verdict| summary.expectations.iter().filter(|e| e.verdict == v).count();
+    match (count(Verdict::Fails), count(Verdict::Undecided)) {
+        _ if all == 0 => String::new(),
+        (0, 0) if all == 1 => "The expectation holds. ".to_string(),
+        (0, 0) => format!("All {all} expectations hold. "),
+        (fail, 0) => format!("Expectations that fail: {fail} of {all}. "),
+        (0, open) => format!("Expectations that are undecided: {open} of {all}. "),
+        (fail, open) => format!("Of {all} expectations {fail} fail, and undecided are {open}. "),
+    }
 }
 
 /// One sentence: did everything hold, and what came closest.

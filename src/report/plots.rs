@@ -1,10 +1,7 @@
 //! The plots of a report: margins, errors, joints against their limits, the hierarchy.
 
-use std::collections::BTreeSet;
-
 use robot::DofUnit;
 use runtime::Program;
-use runtime::program::Subject;
 use runtime::record::series::SeriesRecorder;
 use serde_json::{Value as Json, json};
 use stdlib_tasks::task::Nature;
@@ -27,26 +24,12 @@ fn column(rows: &[Vec<f64>], i: usize) -> Vec<Option<f64>> {
 /// All plots, in the order of the page.
 pub fn all(program: &Program, series: &SeriesRecorder) -> Vec<Json> {
     let mut plots = Vec::new();
-    states(program, series, &mut plots);
     margins(series, &mut plots);
     errors(series, &mut plots);
     positions(program, series, &mut plots);
     velocities(program, series, &mut plots);
     hierarchy(program, series, &mut plots);
     plots
-}
-
-/// The states of a machine by their numbers in the order of the text; those that were entered have their names beside.
-fn states(program: &Program, series: &SeriesRecorder, plots: &mut Vec<Json>) {
-    let Some(machine) = program.machine.as_ref().filter(|_| program.run.subject == Subject::Machine) else { return };
-    let entered: BTreeSet<usize> = series.states.iter().copied().collect();
-    let name = |s: &usize| machine.states.get(*s).map(|state| format!("{s} {}", state.name));
-    let names: Vec<String> = entered.iter().filter_map(name).collect();
-    let y: Vec<usize> = series.states.clone();
-    plots.push(json!({
-        "id": "state", "group": "Machine", "title": format!("state: {}", names.join(", ")), "unit": "",
-        "series": [{ "name": "state", "y": y }], "limits": [],
-    }));
 }
 
 fn margins(series: &SeriesRecorder, plots: &mut Vec<Json>) {

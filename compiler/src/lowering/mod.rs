@@ -7,6 +7,7 @@ mod given;
 mod in_place;
 mod machine;
 mod measures;
+mod params;
 mod predicates;
 mod run;
 mod scenario;
@@ -28,7 +29,7 @@ use runtime::program::{
 use crate::binding::{Binder, BoundTask, Table};
 use crate::checks;
 use crate::constants::{Constants, Params};
-use crate::expand::{Expanded, Named, Texts, expand};
+use crate::expand::{Expanded, Texts, expand};
 use crate::expr::Graph;
 use crate::ranges::Ground;
 use crate::report::Report;
@@ -40,6 +41,7 @@ use declared::Declared;
 use in_place::definitions;
 pub(crate) use machine::MachinePlaces;
 use machine::Surroundings;
+pub use params::{ParamValue, params};
 use run::{RunSettings, run_settings};
 pub use signals::signal_types;
 
@@ -199,21 +201,7 @@ impl<'a> Lowerer<'a> {
         if !expanded.usable {
             return None;
         }
-        let overrides = self.overrides(&declared);
-        let mut later = Vec::new();
-        for value in &expanded.values {
-            match value {
-                Named::Param(p) => {
-                    let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-                    constants.declare(p, overrides.get(&p.name.value), self.diagnostics);
-                }
-                Named::Let(l) => {
-                    let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-                    later.extend(constants.declare_let(l, self.diagnostics).then_some(l));
-                }
-                Named::Signal(s) => self.signal(s),
-            }
-        }
+        let later = self.named_values(expanded, &declared);
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         let robot = declared.robots.first().and_then(|r| {
             let mut files = Files {

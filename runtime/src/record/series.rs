@@ -35,8 +35,6 @@ pub struct SeriesRecorder {
     pub links: Vec<LinkId>,
     /// The tasks and levels.
     pub roster: Roster,
-    /// The state of the machine at each sample, as an index.
-    pub states: Vec<usize>,
 }
 
 impl SeriesRecorder {
@@ -54,7 +52,6 @@ impl SeriesRecorder {
             poses: Vec::new(),
             links,
             roster: Roster::new(controller),
-            states: Vec::new(),
         }
     }
 
@@ -76,7 +73,6 @@ impl Recorder for SeriesRecorder {
         let first = tick.index.is_multiple_of(self.stride);
         if first {
             self.times.push(tick.time);
-            self.states.push(tick.state_index);
             self.q.push(tick.q.to_vec());
             self.command.push(tick.command.to_vec());
             let mut poses = Vec::with_capacity(7 * self.links.len());

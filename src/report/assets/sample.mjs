@@ -1,5 +1,5 @@
 // Makes report pages from invented runs, to look at and to check the template with:
-// `node sample.mjs [--out DIR] [CASE...]`, cases: normal, failed, empty, single, hostile, many.
+// `node sample.mjs [--out DIR] [CASE...]`, cases: normal, machine, failed, empty, single, hostile, many.
 
 import { mkdir, readFile, writeFile } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
@@ -31,6 +31,8 @@ function hostile() {
       { task: 'nothing', active_share: null }, null,
       { task: 't', measures: [{ name: 'a', unit: 'rad', largest: 1e-7, final: 1e-18, at: null }, { name: 'b', unit: 'm', largest: 0.99996e-3, final: 0, at: 2 }] },
     ],
+    states: [{ state: html, from: 0.2 }, { state: long, from: 0.6, to: null }, { state: '..', from: 0.1, to: 'x' }, null, { state: 'a' }],
+    expectations: [{ label: html, text: long, verdict: html, margin: -1e-9, unit: html, at: 0.5 }, { text: 'x', verdict: 'holds', margin: 0, at: null }, {}, null],
     levels: [{ name: long, hard: true, rows: null, freedom: null, saturated_share: null, worst_violation: 1e-3 }, {}],
     time: [0, 0.25, 0.25, null, 0.5, 1],
     plots: [
@@ -65,8 +67,28 @@ function failed() {
   };
 }
 
+// A machine with states inside each other, and expectations of every kind.
+function machine() {
+  const run = twoArms();
+  const paths = ['pick.ask', 'pick.look', 'pick.work.reach', 'pick.work.grasp', 'pick.work.lift', 'pick.ask', 'pick.look', 'pick.done'];
+  const starts = [0, 4, 9.5, 21, 21.02, 30, 31, 44];
+  return {
+    ...run, title: 'found at second sight', faults: [{ time: 33.3, kind: 'stale', text: 'signal `bunch` is 0.52 s old' }],
+    verdict: { ok: false, text: '1 of 4 expectations fails, 1 is undecided.' },
+    states: paths.map((state, i) => ({ state, from: starts[i], to: (starts[i + 1] ?? T) - 0.01 })),
+    expectations: [
+      { label: 'the arms stay apart', text: 'always margin(arms_apart) >= 0 m', verdict: 'holds', margin: 0.0312, unit: 'm', at: 17.2, undefined_at: null },
+      { label: null, text: 'after in(look) : within 4 s : in(work) or in(ask)', verdict: 'fails', margin: -1.5, unit: 's', at: 8, undefined_at: null },
+      { label: 'it turns', text: 'eventually joint(wrist) > 40 deg', verdict: 'holds', margin: 0.21, unit: 'rad', at: 40.5, undefined_at: null },
+      { label: null, text: 'always within 5 s : in(done)', verdict: 'undecided', margin: null, unit: null, at: null, undefined_at: 33.3 },
+    ],
+  };
+}
+
+const T = 50;
+
 /** The invented runs by name. */
-export const cases = { normal: twoArms, failed, empty, single, hostile, many };
+export const cases = { normal: twoArms, machine, failed, empty, single, hostile, many };
 
 /** The template with data in it, as the Rust side writes it. */
 export function page(template, data) {

@@ -32,7 +32,7 @@ const axis = (page, i) => page.evaluate(`document.querySelectorAll('.zoom-reset'
 const browser = await launch();
 try {
   // every page: no error, no request but itself, nothing wider than the window, not a byte of HTML from the data
-  const plots = { normal: 12, failed: 12, empty: 0, single: 1, hostile: 5, many: 6 };
+  const plots = { normal: 12, machine: 13, failed: 12, empty: 0, single: 1, hostile: 6, many: 6 };
   for (const name of Object.keys(cases)) {
     for (const [width, dark] of [[1600, false], [1100, true], [420, false]]) {
       const address = await url(name);
@@ -106,6 +106,29 @@ try {
   await page.mouse('mouseMoved', a.x + a.w - 1, a.y + 60);
   await page.sleep(200);
   check('the right end of a plot is the end of the run', near(await readout(page), 49.975, 0.2));
+
+  // expectations and states
+  const run = await browser.open(await url('machine'), { width: 1600, height: 3000 });
+  check('a row for each expectation', await run.evaluate(`[...document.querySelectorAll('.expectations .mark')].map((m) => m.textContent)`), ['holds', 'fails', 'holds', 'undecided']);
+  await run.evaluate(`document.querySelectorAll('.expectations .at')[1].click()`);
+  check('its instant is shown everywhere', await readout(run), 8);
+  check('also by the states', await run.evaluate(`document.querySelector('[data-plot=states] .plot-unit').textContent`), 'pick.look');
+  check('a lane for each depth, without that of the machine', await run.evaluate(`[...document.querySelectorAll('.band-lane')].map((l) => l.children.length)`), [6, 3]);
+  const bands = await run.evaluate(`(() => { const r = document.querySelector('.bands').getBoundingClientRect(); return { x: r.x, y: r.y, w: r.width, h: r.height }; })()`);
+  const under = await over(run, 0);
+  await run.mouse('mouseMoved', bands.x + bands.w / 2, bands.y + bands.h / 2);
+  await run.sleep(200);
+  check('pointing at the middle of the bands shows half the run', near(await readout(run), 25, 0.1));
+  check('a band is as wide as its stay', near(await run.evaluate(`document.querySelectorAll('.band')[2].getBoundingClientRect().width`), bands.w * 20.5 / 50, 1));
+  check('bands begin where the plots do', near(bands.x, under.x, 2));
+  await run.mouse('mousePressed', under.x + under.w * 0.2, under.y + 60, { button: 'left', buttons: 1, clickCount: 1 });
+  await run.mouse('mouseMoved', under.x + under.w * 0.3, under.y + 60, { button: 'left', buttons: 1 });
+  await run.mouse('mouseMoved', under.x + under.w * 0.4, under.y + 60, { button: 'left', buttons: 1 });
+  await run.mouse('mouseReleased', under.x + under.w * 0.4, under.y + 60, { button: 'left', clickCount: 1 });
+  await run.sleep(200);
+  check('the bands follow the zoom', await run.evaluate(`[...document.querySelectorAll('.band-lane')[0].children].filter((b) => !b.hidden).map((b) => b.textContent)`).then((t) => t[0] === 'look' || t[0] === 'work'));
+  check('console after this', run.problems, []);
+  await run.close();
 
   // legend, units, docking
   const ink = (i) => page.evaluate(`(() => { const from = document.querySelectorAll('.plot canvas')[${i}]; const c = new OffscreenCanvas(from.width, from.height); const g = c.getContext('2d', { willReadFrequently: true }); g.drawImage(from, 0, 0); const d = g.getImageData(0, 0, c.width, c.height).data; let n = 0; for (let k = 3; k < d.length; k += 4) n += d[k] > 0; return n; })()`);

@@ -44,6 +44,10 @@ function regular(raw) {
     verdict: { ok: typeof verdict.ok === 'boolean' ? verdict.ok : null, text: text(verdict.text) },
     tick: { median: num(tick.median), p99: num(tick.p99), max: num(tick.max) },
     faults: list(raw.faults).map(object).map((f) => ({ time: num(f.time), kind: text(f.kind, 'fault'), text: text(f.text) })),
+    expectations: list(raw.expectations).map(object).map((e) => ({
+      label: text(e.label), text: text(e.text), verdict: text(e.verdict, 'undecided'), margin: num(e.margin), unit: text(e.unit), at: num(e.at), undefinedAt: num(e.undefined_at),
+    })),
+    states: stays(list(raw.states).map(object)),
     tasks: list(raw.summary_rows).map(object).map(taskRow),
     levels: list(raw.levels).map(object).map((l) => ({
       name: text(l.name), hard: l.hard === true, rows: num(l.rows), freedom: num(l.freedom),
@@ -56,6 +60,12 @@ function regular(raw) {
     plots: list(raw.plots).map(object).map((p, i) => plot(p, i, pick)),
     scene: scene(raw.scene),
   };
+}
+
+// In order of time; those without a time are left out.
+function stays(all) {
+  const timed = all.map((s) => ({ state: text(s.state), from: num(s.from), to: num(s.to) ?? num(s.from) }));
+  return timed.filter((s) => s.from !== null && s.state !== '').sort((a, b) => a.from - b.from);
 }
 
 function increasing(time) {

@@ -5,6 +5,8 @@ import { readData } from './data.js';
 import { isAngular, settings } from './format.js';
 import { createClock } from './clock.js';
 import { createHeader } from './header.js';
+import { createExpectations } from './expectations.js';
+import { createStates } from './states.js';
 import { createHeldBack, createLevels, createTasks } from './tables.js';
 import { createPlots } from './plots.js';
 import { createReplay } from './replay.js';
@@ -39,12 +41,13 @@ function start() {
   const context = { time: data.time, clock, faults: data.faults.map((f) => f.time).filter((t) => t !== null) };
 
   const replay = data.scene ? createReplay(data, clock) : null;
+  const states = createStates(data, clock, context.faults, decimals);
   const nav = h('nav', { class: 'plot-nav', 'aria-label': 'Plots' });
   const tables = h('div', { class: 'tables' });
-  const overview = h('div', { class: `overview${replay ? '' : ' no-replay'}${data.tasks.length + data.levels.length > 0 ? '' : ' only-replay'}` }, tables, replay?.node);
+  const overview = h('div', { class: `overview${replay ? '' : ' no-replay'}${data.tasks.length + data.levels.length + data.expectations.length > 0 ? '' : ' only-replay'}` }, tables, replay?.node);
   let plots = null;
 
-  const angular = [...data.plots.map((p) => p.unit), ...data.tasks.flatMap((t) => t.measures.map((m) => m.unit))].some(isAngular);
+  const angular = [...data.plots.map((p) => p.unit), ...data.tasks.flatMap((t) => t.measures.map((m) => m.unit)), ...data.expectations.map((e) => e.unit)].some(isAngular);
   const angleChoice = (degrees, name) => h('button', {
     type: 'button', class: 'chip', 'aria-pressed': String(settings.degrees === degrees),
     onclick: () => { settings.degrees = degrees; render(); },
@@ -55,15 +58,16 @@ function start() {
     plots?.destroy();
     plots = createPlots(data.plots, context);
     tables.replaceChildren(...[
+      createExpectations(data, clock, decimals),
       createTasks(data, clock, decimals, (task) => (plots.has(task) ? () => plots.reveal(task) : null)),
       createLevels(data), createHeldBack(data, clock, decimals),
     ].filter(Boolean));
     nav.replaceChildren(
-      h('div', { class: 'plot-links' }, plots.sections.map((s) => h('button', { type: 'button', class: 'link', onclick: () => s.node.scrollIntoView({ behavior: 'smooth' }) }, s.name))),
+      h('div', { class: 'plot-links' }, [states, ...plots.sections].filter(Boolean).map((s) => h('button', { type: 'button', class: 'link', onclick: () => s.node.scrollIntoView({ behavior: 'smooth' }) }, s.name))),
       h('div', { class: 'plot-tools' },
         data.plots.length > 0 && h('span', { class: 'hint' }, 'Drag to zoom, double click to reset'),
         angular && h('span', { class: 'angles', role: 'group', 'aria-label': 'Unit of angles' }, angleChoice(true, 'deg'), angleChoice(false, 'rad'))));
-    nav.after(plots.node);
+    nav.after(states?.node ?? '', plots.node);
   }
 
   root.append(createHeader(data, clock, decimals), overview, nav);

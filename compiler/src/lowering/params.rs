@@ -1,0 +1,75 @@
+//! Values with a name: params, lets and signals in the order written; and what each param of a spec is worth.
+
+use dsl::Sources;
+use dsl::tree::Let;
+
+use super::declared::Declared;
+use super::{Input, Lowerer};
+use crate::constants::Constants;
+use crate::expand::{Expanded, Named, Texts, expand};
+use crate::expr::Kind;
+use crate::units;
+use stdlib_tasks::dimension::NONE;
+
+/// What a param of a spec is worth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParamValue {
+    /// Its name.
+    pub name: String,
+    /// Its number in SI; none for a vector, an orientation, a pose or a truth value.
+    pub number: Option<f64>,
+    /// What it is: `a number`, `a vector` ..
+    pub kind: &'static str,
+    /// The SI unit of its numbers, as one writes it: `m`, `/s`; empty for a bare number.
+    pub unit: String,
+}
+
+impl Lowerer<'_> {
+    /// Declares all values with a name. Gives the lets that wait until the robot is known.
+    pub(super) fn named_values<'t>(&mut self, expanded: &'t Expanded, declared: &Declared) -> Vec<&'t Let> {
+        let overrides = self.overrides(declared);
+        let mut later = Vec::new();
+        for value in &expanded.values {
+            match value {
+                Named::Param(p) => {
+                    let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+                    constants.declare(p, overrides.get(&p.name.value), self.diagnostics);
+                }
+                Named::Let(l) => {
+                    let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+                    later.extend(constants.declare_let(l, self.diagnostics).then_some(l));
+                }
+                Named::Signal(s) => self.signal(s),
+            }
+        }
+        later
+    }
+}
+
+/// What the params of a spec are worth, in the order written; without those that are wrong, of which [`super::compile`]
+/// tells. Where a value that was given instead of a param's own has no unit, the unit is that of its own.
+pub fn params(input: &Input) -> Vec<ParamValue> {
+    let (mut sources, texts) = (Sources::default(), Texts::new());
+    let source = sources.add(input.name, input.text);
+    let (spec, mut diagnostics) = dsl::parse(source, input.text, input.spelling);
+    let expanded = expand((input, &texts), source, spec, &mut sources, &mut diagnostics);
+    let mut lowerer = Lowerer::new(input, source, &mut sources, &mut diagnostics);
+    let declared = lowerer.collect(&expanded);
+    lowerer.named_values(&expanded, &declared);
+    let mut all = Vec::new();
+    for p in &declared.params {
+        let Some(symbol) = lowerer.params.symbols.get(&p.name.value) else { continue };
+        let typed = symbol.value.clone();
+        let mut constants = Constants { graph: &mut lowerer.graph, params: &mut lowerer.params };
+        let own = constants.constant(&p.value, lowerer.diagnostics).map_or(NONE, |own| own.dimension);
+        let dimension = if typed.dimension == NONE { own } else { typed.dimension };
+        let number = typed.nodes.first().and_then(|&n| lowerer.graph.constant(n));
+        all.push(ParamValue {
+            name: p.name.value.clone(),
+            number: number.filter(|_| typed.kind == Kind::Scalar),
+            kind: typed.kind.describe(),
+            unit: units::written(dimension),
+        });
+    }
+    all
+}

@@ -1,0 +1,238 @@
+//! `hierarq sweep SPEC`
+
+use std::fmt::Write;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use clap::Args;
+use hierarq::sweep::axis::{Axis, axis};
+use hierarq::sweep::digest::{Figure, Worst};
+use hierarq::sweep::journal::{self, Journal};
+use hierarq::sweep::plan::{MAX_RUNS, MAX_SEED};
+use hierarq::sweep::{Digest, Head, Plan, Refusal, Request, Row, Shard, execute, merge, row, table};
+use indicatif::{ProgressBar, ProgressStyle};
+use runtime::expect::Verdict;
+
+use super::{Outcome, SpecOptions, output, table as tables};
+
+#[derive(Args)]
+pub struct Arguments {
+    /// A spec (`*.hq`, `*.yaml`), or a compiled program (`*.json`).
+    #[arg(required_unless_present = "merge", conflicts_with = "merge")]
+    spec: Option<PathBuf>,
+    #[command(flatten)]
+    options: SpecOptions,
+    /// The scenario that is run; may be left out where the spec has one.
+    #[arg(long, value_name = "NAME", conflicts_with = "merge")]
+    scenario: Option<String>,
+    /// Vary a `param`: `x=A..B` draws a value between the two for each run, `x=A,B,C` takes each of these, `x=A..B:N` takes
+    /// N in equal steps. Lists make a grid. May be repeated.
+    #[arg(long, value_name = "NAME=VALUES", value_parser = varied, conflicts_with = "merge")]
+    vary: Vec<Axis>,
+    /// How many runs, at each point of the grid [default: 200, or 1 where all values are listed].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_RUNS), conflicts_with = "merge")]
+    runs: Option<u64>,
+    /// The seed of the first run; the others count on from it [default: that of the scenario].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(0..=MAX_SEED), conflicts_with = "merge")]
+    seed: Option<u64>,
+    /// The Parquet file [default: out/NAME/sweep.parquet].
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// How many runs at once [default: one for each processor]. The results do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+    /// Go on with a sweep that was interrupted.
+    #[arg(long, conflicts_with = "merge")]
+    resume: bool,
+    /// Run part I of N only, I from 1; `--merge` puts the parts together.
+    #[arg(long, value_name = "I/N", conflicts_with = "merge")]
+    shard: Option<Shard>,
+    /// Put the files of all shards together instead of running anything.
+    #[arg(long, value_name = "FILE", num_args = 1.., requires = "out")]
+    merge: Vec<PathBuf>,
+    /// Print the summary as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+fn varied(text: &str) -> Result<Axis, String> {
+    let (name, values) = super::name_value(text)?;
+    axis(&name, &values)
+}
+
+pub fn run(a: &Arguments) -> Outcome {
+    let result = match &a.spec {
+        Some(spec) => sweep(a, spec),
+        None => merged(a),
+    };
+    result.unwrap_or_else(Outcome::Trouble)
+}
+
+/// Puts shards together.
+fn merged(a: &Arguments) -> Result<Outcome, String> {
+    if !a.options.set.is_empty() || !a.options.package_path.is_empty() || a.jobs.is_some() {
+        return Err("`--merge` runs nothing: leave `--set`, `--package-path` and `--jobs` out".to_string());
+    }
+    let (head, rows) = merge::merge(&a.merge)?;
+    let out = a.out.clone().unwrap_or_default();
+    folder(&out)?;
+    table::write(&out, &head, &rows)?;
+    Ok(show(a, &head, &rows, &out, None))
+}
+
+fn sweep(a: &Arguments, spec: &Path) -> Result<Outcome, String> {
+    let request = Request {
+        spec: spec.to_path_buf(),
+        settings: a.options.settings(),
+        scenario: a.scenario.clone(),
+        vary: a.vary.clone(),
+        runs: a.runs,
+        seed: a.seed,
+        shard: a.shard,
+    };
+    let plan = match Plan::new(&request) {
+        Ok(plan) => plan,
+        Err(Refusal::Spec(report)) => return Ok(output::refuse(&report, a.json)),
+        Err(Refusal::Usage(message)) => return Err(message),
+    };
+    output::show(&plan.report);
+    let out = a.out.clone().unwrap_or_else(|| default(&plan.head));
+    folder(&out)?;
+    // A sweep that is done needs nothing but to be shown.
+    if a.resume && !journal::path(&out).exists() && out.exists() {
+        let (head, rows) = table::read(&out)?;
+        return match plan.head.differs(&head) {
+            Some(why) => Err(format!("{} belongs to another sweep, {why}; choose another `--out`", out.display())),
+            None => Ok(show(a, &head, &rows, &out, None)),
+        };
+    }
+    let (mut journal, mut rows) = Journal::open(&out, &plan.head, a.resume)?;
+    let done: std::collections::BTreeSet<u64> = rows.iter().map(|r| r.run).collect();
+    let pending: Vec<u64> = plan.head.own().filter(|run| !done.contains(run)).collect();
+    let jobs = a.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
+
+    let bar = progress(done.len() + pending.len(), done.len());
+    let interrupted = super::run::interruption();
+    let started = Instant::now();
+    let go_on = || !interrupted.load(Ordering::Relaxed);
+    let mut finished = |row: Row| {
+        journal.add(&row)?;
+        rows.push(row);
+        bar.inc(1);
+        Ok(())
+    };
+    let result = execute::execute(&plan, &pending, jobs, &go_on, &mut finished);
+    bar.finish_and_clear();
+    result?;
+    let took = started.elapsed().as_secs_f64();
+    rows.sort_by_key(|r| r.run);
+    if rows.len() == done.len() + pending.len() {
+        table::write(&out, &plan.head, &rows)?;
+        journal.remove()?;
+    }
+    let speed = (rows.len() - done.len()) as f64 / took.max(1e-9);
+    Ok(show(a, &plan.head, &rows, &out, Some(speed)))
+}
+
+/// Where the file goes if nobody says.
+fn default(head: &Head) -> PathBuf {
+    let name = Path::new(&head.spec).file_stem().unwrap_or_default();
+    let file = match head.shard {
+        Some(shard) => format!("sweep.{}of{}.parquet", shard.index, shard.of),
+        None => "sweep.parquet".to_string(),
+    };
+    Path::new("out").join(name).join(file)
+}
+
+fn folder(out: &Path) -> Result<(), String> {
+    match out.parent().filter(|p| !p.as_os_str().is_empty()) {
+        Some(folder) => std::fs::create_dir_all(folder).map_err(|e| format!("cannot create {}: {e}", folder.display())),
+        None => Ok(()),
+    }
+}
+
+fn progress(runs: usize, done: usize) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(runs as u64).with_position(done as u64);
+    if let Ok(style) =
+        ProgressStyle::with_template("  {bar:40.cyan/black} {percent:>3} %  {pos} of {len} runs, {eta} left")
+    {
+        bar.set_style(style);
+    }
+    bar.reset_eta();
+    bar
+}
+
+/// Shows what came of the runs. `speed` is how many there were in a second.
+fn show(a: &Arguments, head: &Head, rows: &[Row], out: &Path, speed: Option<f64>) -> Outcome {
+    let digest = Digest::new(head, rows);
+    let shown = out.display().to_string();
+    if a.json {
+        output::print(&format!("{:#}\n", digest.json(&shown)));
+    } else {
+        output::print(&text(&digest, head, &shown, speed));
+    }
+    if digest.runs < digest.wanted {
+        let journal = journal::path(out);
+        output::error_line(&format!(
+            "interrupted: {} of {} runs are kept in {}; the same command with `--resume` goes on",
+            digest.runs,
+            digest.wanted,
+            journal.display()
+        ));
+    }
+    if digest.ok() { Outcome::Good } else { Outcome::Failed }
+}
+
+fn text(digest: &Digest, head: &Head, out: &str, speed: Option<f64>) -> String {
+    let mut rows = tables::wide_table(&["expectation, limit", "holds in", "worst margin", "at", "in run"]);
+    for (f, limit) in digest.expectations.iter().map(|f| (f, false)).chain(digest.limits.iter().map(|f| (f, true))) {
+        let [margin, at, run] = f.worst.map_or_else(Default::default, |w| cells(&w, f));
+        let title = if limit { format!("limit `{}`", f.title) } else { f.title.to_string() };
+        rows.add_row([title, format!("{} of {}", f.hold, f.of), margin, at, run]);
+    }
+    let mut text = format!("\n{}: {}\n{rows}\n", head.scenario, head.command);
+    let share = digest.share().map_or_else(String::new, |s| format!(" ({:.1} %)", 100.0 * s));
+    let _ = writeln!(text, "{} of {} runs as expected{share}", digest.hold, digest.runs);
+    if digest.refused > 0 {
+        let _ = writeln!(text, "{} did not run, because the spec is wrong with their values", digest.refused);
+    }
+    if digest.halted > 0 {
+        let _ = writeln!(text, "in {} a fault that nothing answers kept the robot still", digest.halted);
+    }
+    let mut shown: Vec<u64> = Vec::new();
+    let telling = |w: &Worst| w.margin.is_some() || w.verdict != Some(Verdict::Holds);
+    for f in &digest.expectations {
+        let Some(w) = f.worst.filter(|w| telling(w) && !shown.contains(&w.row.run)) else { continue };
+        shown.push(w.row.run);
+        let _ = writeln!(text, "worst for `{}`:\n  {}", f.title, digest.replay(w.row));
+    }
+    // What no expectation tells of: faults, margins where nothing is expected, values that make no program.
+    let told = |row: &Row| row.expectations.iter().any(|e| e.verdict.is_some_and(|v| v != Verdict::Holds));
+    for row in digest.failed.iter().filter(|row| !told(row)).take(3) {
+        let why = row.refused.as_ref().map_or_else(|| "failed".to_string(), |codes| format!("refused, {codes}"));
+        let _ = writeln!(text, "{why}, run {}:\n  {}", row.run, digest.replay(row));
+    }
+    if let Some(speed) = speed {
+        let _ = writeln!(text, "{speed:.0} runs a second");
+    }
+    if digest.runs == digest.wanted {
+        let _ = writeln!(text, "{} rows in {out}", digest.runs);
+    }
+    text
+}
+
+/// Margin, instant and run.
+fn cells(w: &Worst, f: &Figure) -> [String; 3] {
+    let margin = match (w.margin, w.verdict) {
+        (Some(m), _) => tables::margin(m, f.unit),
+        (None, Some(verdict)) => row::word(verdict).to_string(),
+        (None, None) => String::new(),
+    };
+    let at = w.at.map_or_else(String::new, |s| format!("{s:.2} s"));
+    [margin, at, w.row.run.to_string()]
+}

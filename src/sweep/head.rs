@@ -1,0 +1,204 @@
+//! What the file of a sweep says of itself, and the command lines that lead to it and to each of its runs.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use super::row::{Cell, Row};
+use crate::project::Settings;
+
+/// The version of a head and of its columns.
+pub const VERSION: u32 = 1;
+
+/// What a sweep is and what its columns hold. Two files with the same head, shards apart, are parts of one sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Head {
+    /// [`VERSION`].
+    pub version: u32,
+    /// The program that wrote it, with its version.
+    pub generated_by: String,
+    /// The spec, as the user named it.
+    pub spec: String,
+    /// The scenario.
+    pub scenario: String,
+    /// A hash of the program that is compiled with the first value of each param: XXH3, 128 bits.
+    pub program: String,
+    /// A hash of the texts of the spec and of the files that it brings in.
+    pub texts: String,
+    /// How many runs the sweep has, over all shards.
+    pub runs: u64,
+    /// The seed of the first.
+    pub seed: u64,
+    /// The command line of the whole sweep.
+    pub command: String,
+    /// How the command line of every run begins.
+    pub replay: String,
+    /// Params that are varied.
+    pub params: Vec<Param>,
+    /// Expectations, in the order written.
+    pub expectations: Vec<Expectation>,
+    /// Limits.
+    pub limits: Vec<Limit>,
+    /// The part of the sweep; none for the whole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<Shard>,
+}
+
+/// A param that is varied.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Param {
+    /// Its name.
+    pub name: String,
+    /// The values, as they were written.
+    pub values: String,
+    /// The SI unit of its number; none where its values are texts.
+    pub unit: Option<String>,
+}
+
+/// An expectation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Expectation {
+    /// What the spec calls it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub label: Option<String>,
+    /// As it is written.
+    pub text: String,
+    /// The SI unit of its margin; none where it has none.
+    pub unit: Option<String>,
+}
+
+/// A limit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Limit {
+    /// The task.
+    pub task: String,
+    /// The SI unit of its margins; several where its rows have several.
+    pub unit: String,
+}
+
+/// Part `index`, from 1, of `of` parts. It has every `of`th run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Shard {
+    /// Which part, from 1.
+    pub index: u64,
+    /// How many there are.
+    pub of: u64,
+}
+
+impl Shard {
+    /// True for a run of this part.
+    pub fn has(self, run: u64) -> bool {
+        run % self.of == self.index - 1
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Shard, String> {
+        let number = |t: &str| t.trim().parse::<u64>().ok();
+        let both = text.split_once('/').and_then(|(i, n)| Some((number(i)?, number(n)?)));
+        let both = both.filter(|(i, n)| (1..=*n).contains(i));
+        both.map(|(index, of)| Shard { index, of }).ok_or_else(|| "write I/N, with I from 1 to N".to_string())
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.index, self.of)
+    }
+}
+
+impl Head {
+    /// The same without its shard.
+    pub fn whole(&self) -> Head {
+        Head { shard: None, ..self.clone() }
+    }
+
+    /// The numbers of its runs.
+    pub fn own(&self) -> impl Iterator<Item = u64> {
+        let shard = self.shard;
+        (0..self.runs).filter(move |&run| shard.is_none_or(|s| s.has(run)))
+    }
+
+    /// The first thing in which another head differs, in words; none where it is the same.
+    pub fn differs(&self, other: &Head) -> Option<String> {
+        let pair = |what: &str, a: &str, b: &str| (a != b).then(|| format!("{what}: `{a}` there, `{b}` here"));
+        let texts = (self.texts != other.texts || self.program != other.program)
+            .then(|| "the spec, or a file that it brings in, is not the same any more".to_string());
+        let shard = |h: &Head| h.shard.map_or_else(|| "the whole".to_string(), |s| s.to_string());
+        pair("written by another version", &other.generated_by, &self.generated_by)
+            .or_else(|| pair("another command", &other.command, &self.command))
+            .or(texts)
+            .or_else(|| pair("another shard", &shard(other), &shard(self)))
+            .or_else(|| (self != other).then(|| "its columns are others".to_string()))
+    }
+
+    /// What `--set` is given for the values of a run.
+    pub fn sets(&self, values: &[Cell]) -> Vec<(String, String)> {
+        self.params.iter().zip(values).map(|(p, value)| (p.name.clone(), p.written(value))).collect()
+    }
+
+    /// The command line that runs a run again.
+    pub fn replay(&self, row: &Row) -> String {
+        let mut line = self.replay.clone();
+        for (name, text) in self.sets(&row.values) {
+            line += &format!(" --set {}", quoted(&format!("{name}={text}")));
+        }
+        line + &format!(" --seed {}", row.seed)
+    }
+}
+
+impl Param {
+    /// A value as it is written in the language: a number with all its digits, so that it reads back to the same bits.
+    pub fn written(&self, value: &Cell) -> String {
+        match value {
+            Cell::Number(Some(x)) => format!("{x:?}{}", self.unit.as_deref().unwrap_or_default()),
+            Cell::Text(Some(text)) => text.clone(),
+            _ => String::new(),
+        }
+    }
+}
+
+/// The words of a command line for a scenario of a spec, with what is always set.
+pub fn line(command: &str, spec: &str, scenario: &str, settings: &Settings) -> String {
+    let mut line = format!("hierarq {command} {} --scenario {}", quoted(spec), quoted(scenario));
+    let path = |p: &PathBuf| format!(" --package-path {}", quoted(&p.display().to_string()));
+    line.extend(settings.package_paths.iter().map(path));
+    line.extend(settings.set.iter().map(|(n, v)| format!(" --set {}", quoted(&format!("{n}={v}")))));
+    line
+}
+
+/// A word as a shell takes it.
+pub fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "_-./:=,+@%^".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_string()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shards_take_every_run_once() {
+        let parts: Vec<Shard> = (1..=3).map(|i| format!("{i}/3").parse().expect("a shard")).collect();
+        assert!((0..20).all(|run| parts.iter().filter(|s| s.has(run)).count() == 1));
+        for bad in ["", "1", "0/3", "4/3", "1/0", "a/b", "-1/3"] {
+            assert!(bad.parse::<Shard>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn words_survive_a_shell() {
+        assert_eq!(quoted("approach=0.137m"), "approach=0.137m");
+        assert_eq!(quoted("found at second sight"), "'found at second sight'");
+        assert_eq!(quoted("it's $HOME"), r"'it'\''s $HOME'");
+        assert_eq!(quoted(""), "''");
+    }
+}

@@ -1,0 +1,302 @@
+//! A sweep that was checked before anything runs: every run of it is known by its number.
+
+use std::path::{Path, PathBuf};
+
+use compiler::{ParamValue, Report};
+use runtime::expect::formula::Unit;
+use runtime::program::ScenarioProgram;
+use runtime::record::roster::Roster;
+use runtime::{Program, Simulation};
+use stdlib_tasks::task::Nature;
+use twox_hash::XxHash3_128;
+
+use super::axis::{Axis, Values, drawn, spread};
+use super::head::{Expectation, Head, Limit, Param, Shard, VERSION, line, quoted};
+use super::row::Cell;
+use crate::project::{self, Settings};
+use crate::trial;
+
+/// Most runs of a sweep.
+pub const MAX_RUNS: u64 = 10_000_000;
+
+/// The largest seed, as in a spec.
+pub const MAX_SEED: u64 = 9_000_000_000_000_000;
+
+/// Runs at each point where values are drawn and nothing else is said.
+pub const RUNS: u64 = 200;
+
+/// What is wanted.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// The spec, or a compiled program.
+    pub spec: PathBuf,
+    /// How it is compiled in every run.
+    pub settings: Settings,
+    /// The scenario; the only one where none is named.
+    pub scenario: Option<String>,
+    /// The params that are varied.
+    pub vary: Vec<Axis>,
+    /// Runs at each point of the grid.
+    pub runs: Option<u64>,
+    /// The seed of the first; that of the scenario where none is given.
+    pub seed: Option<u64>,
+    /// The part of the sweep.
+    pub shard: Option<Shard>,
+}
+
+/// Why there is no sweep.
+#[derive(Debug)]
+pub enum Refusal {
+    /// The spec is wrong with these values.
+    Spec(Box<Report>),
+    /// Something else; what to do is said.
+    Usage(String),
+}
+
+/// A sweep.
+pub struct Plan {
+    /// What its file says of it.
+    pub head: Head,
+    /// What the compiler said of the spec with the first value of each param.
+    pub report: Report,
+    spec: PathBuf,
+    settings: Settings,
+    axes: Vec<Points>,
+    per_point: u64,
+}
+
+/// The values of a param, checked.
+enum Points {
+    Drawn { low: f64, high: f64 },
+    Listed(Vec<Cell>),
+}
+
+/// A run before it runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// Its seed.
+    pub seed: u64,
+    /// The values of the params.
+    pub values: Vec<Cell>,
+}
+
+impl Plan {
+    /// Checks a sweep: every value that is written is tried out.
+    ///
+    /// # Errors
+    /// The spec is wrong with one of the values, or what is wanted makes no sense.
+    pub fn new(request: &Request) -> Result<Plan, Refusal> {
+        let usage = Refusal::Usage;
+        let vary = &request.vary;
+        for (i, a) in vary.iter().enumerate() {
+            let name = &a.name;
+            if vary[..i].iter().any(|other| other.name == *name) {
+                return Err(usage(format!("`{name}` is varied twice: name it once")));
+            }
+            if request.settings.set.iter().any(|(set, _)| set == name) {
+                return Err(usage(format!("`{name}` is both set and varied: leave one of them out")));
+            }
+        }
+        let compiled = project::load(&request.spec, &with(request, None));
+        let Some(program) = compiled.program else { return Err(Refusal::Spec(Box::new(compiled.report))) };
+        try_all(request)?;
+        let axes = vary
+            .iter()
+            .enumerate()
+            .map(|(i, a)| points(request, i, a))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(usage)?;
+        let scenario = scenario(&program, request.scenario.as_deref()).map_err(usage)?;
+
+        let listed = |p: &Points| if let Points::Listed(all) = p { all.len() as u64 } else { 1 };
+        let grid = axes.iter().try_fold(1_u64, |n, (points, _)| n.checked_mul(listed(points)));
+        let draws = axes.iter().any(|(p, _)| matches!(p, Points::Drawn { .. }));
+        let per_point = request.runs.unwrap_or(if draws || axes.is_empty() { RUNS } else { 1 });
+        let runs = grid.and_then(|n| n.checked_mul(per_point)).filter(|n| *n <= MAX_RUNS);
+        let runs = runs.ok_or_else(|| usage(format!("these are more than {MAX_RUNS} runs: give fewer values")))?;
+        let seed = request.seed.unwrap_or(scenario.run.simulator.seed);
+        if seed.saturating_add(per_point) > MAX_SEED {
+            return Err(usage(format!("a run would have a seed above {MAX_SEED}: begin with a smaller one")));
+        }
+
+        let (spec, name) = (request.spec.display().to_string(), &scenario.name);
+        let mut command = line("sweep", &spec, name, &request.settings);
+        for a in vary {
+            command += &format!(" --vary {}", quoted(&format!("{}={}", a.name, a.written)));
+        }
+        command += &format!(" --runs {per_point} --seed {seed}");
+        let bytes = serde_json::to_vec(&program).map_err(|e| usage(e.to_string()))?;
+        let param = |(a, (_, unit)): (&Axis, &(Points, Option<String>))| Param {
+            name: a.name.clone(),
+            values: a.written.clone(),
+            unit: unit.clone(),
+        };
+        let head = Head {
+            version: VERSION,
+            generated_by: concat!("hierarq ", env!("CARGO_PKG_VERSION")).to_string(),
+            replay: line("run", &spec, name, &request.settings),
+            program: format!("{:032x}", XxHash3_128::oneshot(&bytes)),
+            texts: texts(&compiled.report),
+            command,
+            runs,
+            seed,
+            params: vary.iter().zip(&axes).map(param).collect(),
+            expectations: expectations(scenario),
+            limits: limits(&program, scenario).map_err(usage)?,
+            scenario: name.clone(),
+            shard: request.shard,
+            spec,
+        };
+        Ok(Plan {
+            head,
+            report: compiled.report,
+            spec: request.spec.clone(),
+            settings: request.settings.clone(),
+            axes: axes.into_iter().map(|a| a.0).collect(),
+            per_point,
+        })
+    }
+
+    /// What a run is given. Points of the grid follow each other with the last param changing first; each has as many
+    /// runs, with the same seeds as every other.
+    pub fn point(&self, run: u64) -> Point {
+        let (mut place, seed) = (run / self.per_point, self.head.seed + run % self.per_point);
+        let mut values = Vec::with_capacity(self.axes.len());
+        for (points, p) in self.axes.iter().zip(&self.head.params).rev() {
+            values.push(match points {
+                Points::Drawn { low, high } => Cell::Number(Some(drawn(seed, &p.name, *low, *high))),
+                Points::Listed(all) => {
+                    let count = all.len() as u64;
+                    let value = all[(place % count) as usize].clone();
+                    place /= count;
+                    value
+                }
+            });
+        }
+        values.reverse();
+        Point { seed, values }
+    }
+
+    /// How the spec is compiled for these values.
+    pub fn settings(&self, values: &[Cell]) -> Settings {
+        let mut settings = self.settings.clone();
+        settings.set.extend(self.head.sets(values));
+        settings
+    }
+
+    /// The spec, or the compiled program.
+    pub fn spec(&self) -> &Path {
+        &self.spec
+    }
+}
+
+/// The settings of a request with a value for one of the params that are varied, the others at their first ones.
+fn with(request: &Request, one: Option<(usize, &str)>) -> Settings {
+    let mut settings = request.settings.clone();
+    for (i, a) in request.vary.iter().enumerate() {
+        let chosen = one.filter(|(k, _)| *k == i).map(|(_, text)| text);
+        let text = chosen.or_else(|| a.values.texts().first().copied());
+        settings.set.extend(text.map(|text| (a.name.clone(), text.to_string())));
+    }
+    settings
+}
+
+/// Compiles the spec with each value that is written.
+fn try_all(request: &Request) -> Result<(), Refusal> {
+    let others = |(i, a): (usize, &'_ Axis)| -> Vec<Settings> {
+        a.values.texts().into_iter().skip(1).map(|text| with(request, Some((i, text)))).collect()
+    };
+    let trials: Vec<Settings> = request.vary.iter().enumerate().flat_map(others).collect();
+    let compiled = trial::in_parallel(&trials, |settings| project::load(&request.spec, settings));
+    match compiled.into_iter().find(|c| c.program.is_none()) {
+        Some(bad) => Err(Refusal::Spec(Box::new(bad.report))),
+        None => Ok(()),
+    }
+}
+
+/// The values of a param in SI, and their unit.
+fn points(request: &Request, index: usize, axis: &Axis) -> Result<(Points, Option<String>), String> {
+    let name = &axis.name;
+    let of = |text: &str| -> Result<ParamValue, String> {
+        let all = project::params(&request.spec, &with(request, Some((index, text))));
+        all.into_iter().find(|p| p.name == *name).ok_or_else(|| format!("`{name}={text}` is no value"))
+    };
+    let all = axis.values.texts().into_iter().map(of).collect::<Result<Vec<ParamValue>, _>>()?;
+    let units: Vec<&str> = all.iter().map(|p| p.unit.as_str()).filter(|u| !u.is_empty()).collect();
+    let unit = units.first().copied().unwrap_or_default();
+    if let Some(other) = units.iter().find(|u| **u != unit) {
+        return Err(format!("the values of `{name}` have several units, `{unit}` and `{other}`: write one"));
+    }
+    let numbers: Option<Vec<f64>> = all.iter().map(|p| p.number).collect();
+    let kind = all.first().map_or("", |p| p.kind);
+    let Some(numbers) = numbers else {
+        return match &axis.values {
+            Values::Listed(texts) => {
+                Ok((Points::Listed(texts.iter().map(|t| Cell::Text(Some(t.clone()))).collect()), None))
+            }
+            _ => Err(format!("`{name}` is {kind}, and a range is one of numbers: list its values, `{name}=A,B`")),
+        };
+    };
+    let cell = |x: f64| Cell::Number(Some(x));
+    let points = match (&axis.values, &numbers[..]) {
+        (Values::Drawn(low, high) | Values::Spread(low, high, _), [a, b]) if a > b => {
+            return Err(format!("`{low}` is above `{high}`: write the smaller value of `{name}` first"));
+        }
+        (Values::Drawn(..), &[low, high]) => Points::Drawn { low, high },
+        (Values::Spread(_, _, n), &[low, high]) => {
+            Points::Listed((0..*n).map(|i| cell(spread(low, high, i, *n))).collect())
+        }
+        _ => Points::Listed(numbers.into_iter().map(cell).collect()),
+    };
+    Ok((points, Some(unit.to_string())))
+}
+
+/// The scenario of this name, or the only one.
+fn scenario<'p>(program: &'p Program, name: Option<&str>) -> Result<&'p ScenarioProgram, String> {
+    match (name, &program.scenarios[..]) {
+        (Some(name), _) => trial::find(program, name),
+        (None, [only]) => Ok(only),
+        (None, []) => Err("the spec has no scenario: declare one, `scenario NAME { expect .. }`".to_string()),
+        (None, several) => {
+            let names = compiler::names::list(several.iter().map(|s| s.name.as_str()), 12);
+            Err(format!("the spec has several scenarios: choose one with `--scenario`, of {names}"))
+        }
+    }
+}
+
+/// A hash of all texts that a spec was compiled from, without the values given to it.
+pub(super) fn texts(report: &Report) -> String {
+    let mut all = Vec::new();
+    for (_, source) in report.sources.iter().filter(|(_, s)| !s.name.starts_with("--set ")) {
+        for part in [&source.name, &source.text] {
+            all.extend((part.len() as u64).to_le_bytes());
+            all.extend(part.as_bytes());
+        }
+    }
+    format!("{:032x}", XxHash3_128::oneshot(&all))
+}
+
+fn expectations(scenario: &ScenarioProgram) -> Vec<Expectation> {
+    let units = scenario.units();
+    let unit = |u: Unit| if let Unit::Quantity(d) = u { Some(d.to_string()) } else { None };
+    let one = |e: &runtime::program::ExpectationProgram| Expectation {
+        label: e.label.clone(),
+        text: e.text.clone(),
+        unit: unit(e.formula.unit(&units)),
+    };
+    scenario.expectations.iter().map(one).collect()
+}
+
+fn limits(program: &Program, scenario: &ScenarioProgram) -> Result<Vec<Limit>, String> {
+    let program = scenario.program(program);
+    let simulation = Simulation::in_world(&program, scenario).map_err(|e| e.to_string())?;
+    let roster = Roster::new(simulation.controller());
+    let limits = roster.members.iter().filter(|m| m.nature == Nature::Limit);
+    let all = limits.map(|m| {
+        let mut units: Vec<String> = m.row_info.iter().map(|r| r.dimension.to_string()).collect();
+        units.sort();
+        units.dedup();
+        Limit { task: m.name.clone(), unit: units.join(" or ") }
+    });
+    Ok(all.collect())
+}

@@ -1,0 +1,216 @@
+//! A run as a row, and the columns of the rows.
+
+use runtime::expect::Verdict;
+use serde::{Deserialize, Serialize};
+
+use super::head::Head;
+
+/// A run of a sweep.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Its number, from 0.
+    pub run: u64,
+    /// Its seed.
+    pub seed: u64,
+    /// What the params were, in SI, in the order of [`Head::params`].
+    pub values: Vec<Cell>,
+    /// It went as expected.
+    pub holds: bool,
+    /// The codes of the errors that these values make in the spec; such a run has not run.
+    pub refused: Option<String>,
+    /// How many faults there were.
+    pub faults: u64,
+    /// The tick of the first, from 0.
+    pub first_fault_tick: Option<u64>,
+    /// Its kind.
+    pub first_fault: Option<String>,
+    /// A fault that no transition answers kept the robot still.
+    pub halted: bool,
+    /// Simulated time, in s.
+    pub duration: f64,
+    /// Expectations, in the order of [`Head::expectations`].
+    pub expectations: Vec<Expected>,
+    /// Limits, in the order of [`Head::limits`].
+    pub limits: Vec<Closest>,
+}
+
+/// What became of an expectation in a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Expected {
+    /// Whether it held; none where the run was refused.
+    pub verdict: Option<Verdict>,
+    /// Its margin in SI; see [`runtime::expect::Outcome::margin`].
+    pub margin: Option<f64>,
+    /// When it came nearest to failing, or failed by most, in s.
+    pub at: Option<f64>,
+}
+
+/// How close a run came to a limit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Closest {
+    /// The smallest `h` in SI; none where the limit never was in force.
+    pub margin: Option<f64>,
+    /// When, in s.
+    pub at: Option<f64>,
+}
+
+/// A value of a row.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Cell {
+    /// A whole number.
+    #[serde(skip)]
+    Whole(Option<u64>),
+    /// A truth value.
+    #[serde(skip)]
+    Truth(Option<bool>),
+    /// A number.
+    Number(Option<f64>),
+    /// A text.
+    Text(Option<String>),
+}
+
+/// What a column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Whole numbers.
+    Whole,
+    /// Truth values.
+    Truth,
+    /// Numbers.
+    Number,
+    /// Texts.
+    Text,
+}
+
+/// A column.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// Its name.
+    pub name: String,
+    /// What it holds.
+    pub kind: Kind,
+    /// True where each row has a value.
+    pub always: bool,
+    /// The SI unit, where it has one.
+    pub unit: Option<String>,
+    /// What it is of, in the words of the spec.
+    pub of: Option<String>,
+}
+
+/// The columns of a sweep, in their order.
+pub fn columns(head: &Head) -> Vec<Column> {
+    let mut all = Vec::new();
+    let mut add = |name: String, kind, always, unit: Option<&str>, of: Option<&str>| {
+        all.push(Column { name, kind, always, unit: unit.map(str::to_string), of: of.map(str::to_string) });
+    };
+    add("run".into(), Kind::Whole, true, None, None);
+    add("seed".into(), Kind::Whole, true, None, None);
+    for p in &head.params {
+        let kind = if p.unit.is_some() { Kind::Number } else { Kind::Text };
+        add(format!("param_{}", p.name), kind, true, p.unit.as_deref(), Some(&p.name));
+    }
+    add("holds".into(), Kind::Truth, true, None, None);
+    add("refused".into(), Kind::Text, false, None, None);
+    add("faults".into(), Kind::Whole, true, None, None);
+    add("first_fault_tick".into(), Kind::Whole, false, None, None);
+    add("first_fault".into(), Kind::Text, false, None, None);
+    add("halted".into(), Kind::Truth, true, None, None);
+    add("duration".into(), Kind::Number, true, Some("s"), None);
+    for (i, e) in head.expectations.iter().enumerate() {
+        let (i, of) = (i + 1, Some(e.label.as_ref().unwrap_or(&e.text).as_str()));
+        add(format!("expect_{i}_verdict"), Kind::Text, false, None, of);
+        add(format!("expect_{i}_margin"), Kind::Number, false, e.unit.as_deref(), of);
+        add(format!("expect_{i}_at"), Kind::Number, false, Some("s"), of);
+    }
+    for l in &head.limits {
+        add(format!("limit_{}_margin", l.task), Kind::Number, false, Some(&l.unit), Some(&l.task));
+        add(format!("limit_{}_at", l.task), Kind::Number, false, Some("s"), Some(&l.task));
+    }
+    all
+}
+
+/// The words for verdicts.
+const VERDICTS: [(Verdict, &str); 3] =
+    [(Verdict::Holds, "holds"), (Verdict::Fails, "fails"), (Verdict::Undecided, "undecided")];
+
+/// The word for a verdict.
+pub fn word(verdict: Verdict) -> &'static str {
+    VERDICTS.iter().find(|v| v.0 == verdict).map_or("", |v| v.1)
+}
+
+impl Row {
+    /// Its values, one for each of [`columns`].
+    pub fn cells(&self) -> Vec<Cell> {
+        let mut all = vec![Cell::Whole(Some(self.run)), Cell::Whole(Some(self.seed))];
+        all.extend(self.values.iter().cloned());
+        all.extend([
+            Cell::Truth(Some(self.holds)),
+            Cell::Text(self.refused.clone()),
+            Cell::Whole(Some(self.faults)),
+            Cell::Whole(self.first_fault_tick),
+            Cell::Text(self.first_fault.clone()),
+            Cell::Truth(Some(self.halted)),
+            Cell::Number(Some(self.duration)),
+        ]);
+        for e in &self.expectations {
+            let verdict = e.verdict.map(|v| word(v).to_string());
+            all.extend([Cell::Text(verdict), Cell::Number(e.margin), Cell::Number(e.at)]);
+        }
+        all.extend(self.limits.iter().flat_map(|l| [Cell::Number(l.margin), Cell::Number(l.at)]));
+        all
+    }
+
+    /// The row with these values; none where they are not those of a row.
+    pub fn of(head: &Head, cells: Vec<Cell>) -> Option<Row> {
+        let mut cells = cells.into_iter();
+        let mut row = Row { run: whole(&mut cells)??, seed: whole(&mut cells)??, ..Row::default() };
+        row.values = cells.by_ref().take(head.params.len()).collect();
+        row.holds = truth(&mut cells)??;
+        row.refused = text(&mut cells)?;
+        row.faults = whole(&mut cells)??;
+        row.first_fault_tick = whole(&mut cells)?;
+        row.first_fault = text(&mut cells)?;
+        row.halted = truth(&mut cells)??;
+        row.duration = number(&mut cells)??;
+        for _ in &head.expectations {
+            let verdict = match text(&mut cells)? {
+                Some(word) => Some(VERDICTS.iter().find(|v| v.1 == word)?.0),
+                None => None,
+            };
+            row.expectations.push(Expected { verdict, margin: number(&mut cells)?, at: number(&mut cells)? });
+        }
+        for _ in &head.limits {
+            row.limits.push(Closest { margin: number(&mut cells)?, at: number(&mut cells)? });
+        }
+        cells.next().is_none().then_some(row)
+    }
+}
+
+fn whole(cells: &mut impl Iterator<Item = Cell>) -> Option<Option<u64>> {
+    match cells.next()? {
+        Cell::Whole(x) => Some(x),
+        _ => None,
+    }
+}
+
+fn truth(cells: &mut impl Iterator<Item = Cell>) -> Option<Option<bool>> {
+    match cells.next()? {
+        Cell::Truth(x) => Some(x),
+        _ => None,
+    }
+}
+
+fn number(cells: &mut impl Iterator<Item = Cell>) -> Option<Option<f64>> {
+    match cells.next()? {
+        Cell::Number(x) => Some(x),
+        _ => None,
+    }
+}
+
+fn text(cells: &mut impl Iterator<Item = Cell>) -> Option<Option<String>> {
+    match cells.next()? {
+        Cell::Text(x) => Some(x),
+        _ => None,
+    }
+}
