@@ -4,6 +4,7 @@ mod actions;
 mod declared;
 mod expectations;
 mod given;
+mod humans;
 mod in_place;
 mod machine;
 mod measures;
@@ -14,6 +15,7 @@ mod signals;
 mod stack;
 mod triggers;
 mod values;
+mod walks;
 mod wording;
 mod world;
 
@@ -34,7 +36,7 @@ use crate::ranges::Ground;
 use crate::report::Report;
 use crate::robot_binding::{self, BoundRobot, Files};
 use crate::spelling::in_yaml;
-use crate::{bounds, follow_ons, overridden, pointless};
+use crate::{bounds, follow_ons, overridden, pointless, starts};
 pub use actions::{VERBS, Verb};
 use declared::Declared;
 use in_place::definitions;
@@ -142,6 +144,8 @@ struct Lowerer<'a> {
     interface: Interface,
     /// Tasks that a misspelt name in a stack probably meant.
     meant: Vec<String>,
+    /// For each scenario the place of its start, or of its name.
+    starts: Vec<Span>,
     /// Parts of expectations so far.
     expected: usize,
     /// Tasks that could not be expanded.
@@ -165,6 +169,7 @@ impl<'a> Lowerer<'a> {
             params: Params::default(),
             interface: Interface::default(),
             meant: Vec::new(),
+            starts: Vec::new(),
             expected: 0,
             failed: std::collections::BTreeSet::new(),
         }
@@ -212,6 +217,7 @@ impl<'a> Lowerer<'a> {
                     later.extend(constants.declare_let(l, self.diagnostics).then_some(l));
                 }
                 Named::Signal(s) => self.signal(s),
+                Named::Human(h) => self.human(h),
             }
         }
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
@@ -263,6 +269,9 @@ impl<'a> Lowerer<'a> {
         self.unused(&declared, expanded, complete);
         let ground = Ground::new(&self.graph, &self.table, &program.robot.model);
         checks::program(&ground, &program, &places, self.diagnostics);
+        if self.errors() == 0 {
+            starts::check(&program, &self.starts, self.diagnostics);
+        }
         if let Some(places) = &places.machine {
             crate::machine::checks(&program, places, self.diagnostics);
         }
