@@ -176,7 +176,8 @@ pub(crate) fn expand(
     e.out
 }
 
-/// The files that a spec reads, as far as they can be found: those that it imports, and the URDFs that are named.
+/// The files that a spec reads, as far as they can be found: those that it imports, the URDFs that are named, and the
+/// recordings of its scenarios.
 pub fn files(input: &Input) -> Vec<PathBuf> {
     let (mut sources, mut diagnostics, none) = (Sources::default(), Vec::new(), Texts::new());
     let source = sources.add(input.name, input.text);
@@ -188,6 +189,7 @@ pub fn files(input: &Input) -> Vec<PathBuf> {
         files.extend(module.urdfs().map(|urdf| input.folder.join(&module.folder).join(urdf)));
         files.extend(module.missing.iter().cloned());
     }
+    files.extend(e.modules.first().into_iter().flat_map(Module::recordings).map(|file| input.folder.join(file)));
     files
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use dsl::tree::{Import, Item, ItemKind, Parameter, ValueKind};
+use dsl::tree::{Entry, Import, Item, ItemKind, Parameter, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 
 use super::{Class, Expander, TYPES};
@@ -44,6 +44,26 @@ impl Module {
             ItemKind::Robot(robot) => text_of(&robot.body.get("urdf")?.value),
             _ => None,
         })
+    }
+
+    /// The recordings of people that its scenarios name.
+    pub fn recordings(&self) -> impl Iterator<Item = &str> {
+        let scenarios = self.items.iter().filter_map(|item| match &item.kind {
+            ItemKind::Scenario(scenario) => scenario.body.get("humans"),
+            _ => None,
+        });
+        scenarios.flat_map(|e| entries(&e.value)).filter_map(|e| {
+            let file = entries(&e.value).iter().find(|e| e.key.value == "file")?;
+            text_of(&file.value)
+        })
+    }
+}
+
+/// The entries of a block.
+fn entries(value: &Value) -> &[Entry] {
+    match &value.kind {
+        ValueKind::Block(block) => &block.entries,
+        _ => &[],
     }
 }
 

@@ -4,7 +4,9 @@ use super::Reader;
 use crate::explain::{self, After, clip};
 use crate::expr::{Place, missing};
 use crate::grammar::{Pair, Rule};
-use crate::tree::{Block, Comments, Human, Item, ItemKind, Param, Robot, Run, Spec, Stack, Task, TaskDefinition, Value};
+use crate::tree::{
+    Block, Comments, Human, Item, ItemKind, Param, Robot, Run, Spec, Stack, Task, TaskDefinition, Value,
+};
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned, checks};
 
@@ -150,7 +152,10 @@ impl Reader<'_> {
         let unclosed = !self.nested
             && parts.junk.is_none()
             && match &parts.body {
-                None => parts.from.is_none() && matches!(rule, Rule::robot_rest | Rule::human_rest | Rule::stack_rest | Rule::run_rest),
+                None => {
+                    parts.from.is_none()
+                        && matches!(rule, Rule::robot_rest | Rule::human_rest | Rule::stack_rest | Rule::run_rest)
+                }
                 Some(body) => rule == Rule::task_rest && body.clone().into_inner().all(|p| p.as_rule() != Rule::block),
             };
         let headless = if unclosed { self.headless(*end) } else { None };

@@ -4,7 +4,9 @@ use super::Reader;
 use super::events::{Kind, Node, NodeId};
 use crate::explain::clip;
 use crate::hq::{bad_version, no_header};
-use crate::tree::{Block, Comments, Human, Item, ItemKind, Let, Parameter, Robot, Run, Spec, Task, TaskDefinition, ValueKind};
+use crate::tree::{
+    Block, Comments, Human, Item, ItemKind, Let, Parameter, Robot, Run, Spec, Task, TaskDefinition, ValueKind,
+};
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned};
 

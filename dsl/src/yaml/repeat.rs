@@ -125,7 +125,18 @@ impl Reader<'_> {
                 self.diags.push(
                     match nearest(
                         &key.value,
-                        &["name", "in", "params", "lets", "tasks", "stacks", "signals", "humans", "machines", "scenarios"],
+                        &[
+                            "name",
+                            "in",
+                            "params",
+                            "lets",
+                            "tasks",
+                            "stacks",
+                            "signals",
+                            "humans",
+                            "machines",
+                            "scenarios",
+                        ],
                     ) {
                         Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
                         None => diagnostic.help(form),

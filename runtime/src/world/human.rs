@@ -91,7 +91,15 @@ mod tests {
         for name in ["walker.chest", "walker.hand"] {
             let (name, kind) = (name.to_string(), "point".to_string());
             let optional = false;
-            signals.push(SignalProgram { name, kind, at, len: 3, optional, timeout: Some(0.054), motion: Some(motion) });
+            signals.push(SignalProgram {
+                name,
+                kind,
+                at,
+                len: 3,
+                optional,
+                timeout: Some(0.054),
+                motion: Some(motion),
+            });
             at += signals[signals.len() - 1].width();
         }
         let human = HumanProgram { name: "walker".into(), points: vec![0, 1], links: vec![(0, 1)] };
