@@ -42,6 +42,7 @@ fn a_tick_allocates_nothing() {
     assert!(ALLOCATIONS.load(Ordering::SeqCst) > before, "the counter counts");
 
     machines();
+    people();
     for name in common::EXAMPLES {
         let program = common::program(&format!("{name}.hq"));
         let mut controller = Controller::new(&program).expect("it can be executed");
@@ -57,6 +58,33 @@ fn a_tick_allocates_nothing() {
             robot.apply(&velocity);
         }
     }
+}
+
+/// Points of a person that come, move, are lost and held, and come again.
+fn people() {
+    let mut program = common::program("bystander.hq");
+    program.run = program.scenarios[0].run.clone();
+    let mut controller = Controller::new(&program).expect("it can be executed");
+    let mut robot = SimulatedRobot::new(&program);
+    let mut uncertain = 0;
+    for k in 0..800 {
+        let time = k as f64 * 0.01;
+        let q = robot.measure();
+        let before = ALLOCATIONS.load(Ordering::SeqCst);
+        if k % 200 < 150 {
+            for (point, height) in [1.0, 0.7, 0.7].into_iter().enumerate() {
+                let x = if k % 100 == 50 { f64::NAN } else { 1.0 - 0.1 * time.sin() };
+                assert!(controller.signals().set(point, &[x, 0.3, height], time));
+            }
+        }
+        let command = controller.step(&Observation { time, q });
+        assert_eq!(ALLOCATIONS.load(Ordering::SeqCst), before, "a person allocates at tick {k}");
+        assert!(command.fault.is_none(), "tick {k}: {:?}", command.fault);
+        let velocity = command.velocity.to_vec();
+        uncertain += usize::from(controller.signals().uncertainty(0).is_some_and(|u| u > 0.0));
+        robot.apply(&velocity);
+    }
+    assert!(uncertain > 100, "{uncertain}");
 }
 
 /// A machine that changes between stacks at every turn, blends, begins and calls off actions, and answers faults.

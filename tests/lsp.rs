@@ -7,6 +7,8 @@ mod editor;
 mod files;
 #[path = "lsp/fixes.rs"]
 mod fixes;
+#[path = "lsp/humans.rs"]
+mod humans;
 #[path = "lsp/imports.rs"]
 mod imports;
 #[path = "lsp/machines.rs"]

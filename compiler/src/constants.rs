@@ -13,9 +13,33 @@ use crate::units;
 
 /// True for a name that the language gives a meaning of its own.
 pub fn is_word(name: &str) -> bool {
-    let words =
-        ["pi", "t", "time", "true", "false", "auto", "initial", "frame", "joint", "com", "and", "or", "not", "present"];
+    let words = [
+        "pi",
+        "t",
+        "time",
+        "true",
+        "false",
+        "auto",
+        "initial",
+        "frame",
+        "joint",
+        "com",
+        "and",
+        "or",
+        "not",
+        "present",
+        "uncertainty",
+    ];
     words.contains(&name) || FUNCTIONS.iter().any(|f| f.name == name)
+}
+
+/// A human: points that are tracked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Human {
+    /// The names of its points, each with the number that says whether it is present, and that of its uncertainty.
+    pub points: Vec<(String, usize, usize)>,
+    /// Whether its points are held when their readings stop.
+    pub held: bool,
 }
 
 /// What is known of the declared parameters, and of other named values.
@@ -33,6 +57,8 @@ pub struct Params {
     pub presence: BTreeMap<String, usize>,
     /// Signals that are wrenches.
     pub wrenches: BTreeSet<String>,
+    /// Humans. A point stands among the symbols under a name that cannot be written.
+    pub humans: BTreeMap<String, Human>,
     /// Events that the host raises, and where they were declared.
     pub events: BTreeMap<String, Span>,
 }
@@ -53,6 +79,10 @@ impl Params {
                 Meaning::Value(symbol.clone())
             }
             None if self.wrenches.contains(name) => Meaning::Wrench,
+            None if self.humans.contains_key(name) => {
+                self.used.insert(name.to_string());
+                Meaning::Human(self.humans[name].clone())
+            }
             None if self.events.contains_key(name) => Meaning::Event,
             None => Meaning::Unknown,
         }
@@ -70,6 +100,7 @@ impl Params {
     pub fn knows(&self, name: &str) -> bool {
         let name = target(name);
         self.wrenches.contains(name)
+            || self.humans.contains_key(name)
             || self.symbols.contains_key(name)
             || self.failed.contains(name)
             || self.later.contains(name)
@@ -77,7 +108,13 @@ impl Params {
 
     /// All names that can be written.
     pub fn names(&self) -> Vec<String> {
-        self.symbols.keys().chain(&self.failed).filter(|n| !n.contains('.')).cloned().collect()
+        self.symbols
+            .keys()
+            .chain(self.humans.keys())
+            .chain(&self.failed)
+            .filter(|n| !n.contains('.'))
+            .cloned()
+            .collect()
     }
 }
 

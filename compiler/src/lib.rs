@@ -23,10 +23,12 @@ mod paths;
 mod pointless;
 mod ranges;
 mod reach;
+mod recording;
 pub mod report;
 mod robot_binding;
 pub mod sections;
 mod spelling;
+mod starts;
 pub mod units;
 mod window;
 

@@ -23,6 +23,8 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("reuse", include_str!("cases/reuse.txt"), Spelling::Hq),
     ("scenarios", include_str!("cases/scenarios.txt"), Spelling::Hq),
     ("scenarios_yaml", include_str!("cases/scenarios_yaml.txt"), Spelling::Yaml),
+    ("humans", include_str!("cases/humans.txt"), Spelling::Hq),
+    ("humans_yaml", include_str!("cases/humans_yaml.txt"), Spelling::Yaml),
     ("machines", include_str!("cases/machines.txt"), Spelling::Hq),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Spelling::Yaml),
 ];
@@ -82,6 +84,16 @@ fn check(name: &str) {
 #[test]
 fn names() {
     check("names");
+}
+
+#[test]
+fn humans() {
+    check("humans");
+}
+
+#[test]
+fn humans_yaml() {
+    check("humans_yaml");
 }
 
 #[test]

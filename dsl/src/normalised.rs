@@ -4,7 +4,7 @@ use crate::tree::{Item, ItemKind, Spec};
 
 impl Spec {
     /// The same spec with its declarations sorted by kind as YAML groups them: imports, params, lets, robots, tasks,
-    /// stacks, signals, machines, scenarios, repetitions, run. Within a kind the order stays.
+    /// stacks, signals, humans, machines, scenarios, repetitions, run. Within a kind the order stays.
     pub fn normalised(mut self) -> Spec {
         sort(&mut self.items);
         self
@@ -20,10 +20,11 @@ fn sort(items: &mut [Item]) {
         ItemKind::Task(_) => 4,
         ItemKind::Stack(_) => 5,
         ItemKind::Signal(_) => 6,
-        ItemKind::Machine(_) => 7,
-        ItemKind::Scenario(_) => 8,
-        ItemKind::For(_) => 9,
-        ItemKind::Run(_) => 10,
+        ItemKind::Human(_) => 7,
+        ItemKind::Machine(_) => 8,
+        ItemKind::Scenario(_) => 9,
+        ItemKind::For(_) => 10,
+        ItemKind::Run(_) => 11,
     });
     for item in items {
         if let ItemKind::For(repeat) = &mut item.kind {

@@ -12,7 +12,7 @@ mod scenarios;
 use crate::span::{Span, Spanned};
 
 pub use comments::Comments;
-pub use machines::{Action, Machine, Moment, Signal, State, StateBody, Transition, Trigger};
+pub use machines::{Action, Human, Machine, Moment, Signal, State, StateBody, Transition, Trigger};
 pub use reuse::{
     Beside, Call, Change, Import, ImportName, Let, Parameter, Removal, Repeat, RepeatItems, RepeatMembers, Values,
 };
@@ -67,6 +67,8 @@ pub enum ItemKind {
     Stack(Stack),
     /// `signal peduncle : point?  timeout 0.5 s`
     Signal(Signal),
+    /// `human operator { points [chest]  timeout 0.2 s }`
+    Human(Human),
     /// `machine harvest { state look { .. } }`
     Machine(Machine),
     /// `scenario "bunch hidden by leaves" { .. }`

@@ -7,4 +7,4 @@ pub static UNITS: &[&str] = &[
 ];
 
 /// Keys whose value is text, so that YAML may write it without quotes of ours around it.
-pub static TEXT_KEYS: &[&str] = &["urdf", "title", "package_path"];
+pub static TEXT_KEYS: &[&str] = &["urdf", "title", "package_path", "file"];

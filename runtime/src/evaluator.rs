@@ -76,11 +76,7 @@ pub struct Rest {
 impl Rest {
     /// For a program.
     pub fn new(program: &Program) -> Rest {
-        let mut signals = vec![f64::NAN; program.interface.width()];
-        for s in &program.interface.signals {
-            signals[s.at] = -1.0;
-        }
-        Rest { signals, velocity: vec![0.0; program.robot.model.nv()] }
+        Rest { signals: program.interface.absent(), velocity: vec![0.0; program.robot.model.nv()] }
     }
 
     /// The moment at which the clocks show these times.

@@ -7,6 +7,7 @@ pub mod controller;
 pub mod evaluator;
 pub mod expect;
 pub mod fault;
+mod motion;
 pub mod program;
 pub mod quantity;
 pub mod record;

@@ -1,7 +1,8 @@
 //! What the host tells the controller between ticks: values of signals, each with the time at which it was received, and
 //! events.
 
-use crate::program::Interface;
+use crate::motion::Estimate;
+use crate::program::{Interface, Lost, SignalProgram};
 
 /// A quaternion whose length differs from 1 by more is no orientation.
 pub const NOT_UNIT: f64 = 1e-3;
@@ -21,6 +22,10 @@ fn normalised(q: &mut [f64]) -> bool {
 /// A value counts until its signal's timeout has passed; then it is absent, as it is before the first one was received. A
 /// value that is not finite makes its signal absent at once, and so does an orientation whose quaternion is further than
 /// [`NOT_UNIT`] from length 1; closer ones are normalised.
+///
+/// The tracked point of a person has a velocity beside its value, which the host sends behind the position or which is
+/// estimated. When its readings stop it is absent too; but where it is held, its last position counts on, at rest, with
+/// an uncertainty that grows from then on.
 pub struct Signals {
     interface: Interface,
     /// For each signal when its value was received, in s; never is minus infinity.
@@ -29,6 +34,10 @@ pub struct Signals {
     table: Vec<f64>,
     /// The last value of each, in the places of the table.
     last: Vec<f64>,
+    /// For each signal, of tracked points, how it moves.
+    motions: Vec<Option<Estimate>>,
+    /// For each signal since when its readings have been missing, in s; infinity where none ever came.
+    lost: Vec<f64>,
     /// Events since the last tick.
     raised: Vec<bool>,
 }
@@ -37,8 +46,10 @@ impl Signals {
     pub(crate) fn new(interface: &Interface) -> Self {
         let mut signals = Signals {
             received: vec![f64::NEG_INFINITY; interface.signals.len()],
-            table: vec![f64::NAN; interface.width()],
+            table: interface.absent(),
             last: vec![f64::NAN; interface.width()],
+            motions: interface.signals.iter().map(|s| s.motion.as_ref().map(Estimate::new)).collect(),
+            lost: vec![f64::INFINITY; interface.signals.len()],
             raised: vec![false; interface.events.len()],
             interface: interface.clone(),
         };
@@ -53,9 +64,19 @@ impl Signals {
 
     /// Gives a signal a value that was received at a time, in s. Never allocates.
     ///
-    /// False where there is no such signal, or it has another number of numbers.
+    /// False where there is no such signal, or it has another number of numbers: of a tracked point whose velocity is
+    /// measured they are six, its position in m and its velocity in m/s.
     pub fn set(&mut self, signal: usize, value: &[f64], time: f64) -> bool {
-        let Some(s) = self.interface.signals.get(signal).filter(|s| s.len == value.len()) else { return false };
+        let Some(s) = self.interface.signals.get(signal).filter(|s| s.sent() == value.len()) else { return false };
+        if let Some(Some(estimate)) = self.motions.get_mut(signal) {
+            return point(
+                s,
+                estimate,
+                value,
+                time,
+                (&mut self.received[signal], &mut self.lost[signal], &mut self.last),
+            );
+        }
         let last = &mut self.last[s.at + 1..s.at + 1 + s.len];
         last.copy_from_slice(value);
         let turned = match s.kind.as_str() {
@@ -68,10 +89,14 @@ impl Signals {
         true
     }
 
-    /// Makes a signal absent.
+    /// Makes a signal absent. What was known of it is forgotten.
     pub fn clear(&mut self, signal: usize) {
         if let Some(received) = self.received.get_mut(signal) {
             *received = f64::NEG_INFINITY;
+            self.lost[signal] = f64::INFINITY;
+            if let Some(estimate) = &mut self.motions[signal] {
+                estimate.forget();
+            }
         }
     }
 
@@ -83,6 +108,23 @@ impl Signals {
     /// Whether a signal is present at the last tick.
     pub fn is_present(&self, signal: usize) -> bool {
         self.interface.signals.get(signal).is_some_and(|s| self.table[s.at] > 0.0)
+    }
+
+    /// Whether the value of a signal may be used at the last tick: it is present, or it is held.
+    pub fn is_known(&self, signal: usize) -> bool {
+        self.interface.signals.get(signal).is_some_and(|s| self.table[s.known_at()] > 0.0)
+    }
+
+    /// The velocity of a tracked point at the last tick, in m/s; NaN where the point is absent, empty for other signals.
+    pub fn velocity(&self, signal: usize) -> &[f64] {
+        let points = self.interface.signals.get(signal).filter(|s| s.motion.is_some());
+        points.map_or(&[], |s| &self.table[s.velocity_at()..s.known_at()])
+    }
+
+    /// The uncertainty of a tracked point at the last tick, in m; NaN where it is absent, none for other signals.
+    pub fn uncertainty(&self, signal: usize) -> Option<f64> {
+        let s = self.interface.signals.get(signal).filter(|s| s.motion.is_some())?;
+        Some(self.table[s.uncertainty_at()])
     }
 
     /// The value of a signal at the last tick; NaN where absent.
@@ -105,13 +147,69 @@ impl Signals {
 
     /// Works out the table for a tick.
     pub(crate) fn at(&mut self, time: f64) {
-        for (s, &received) in self.interface.signals.iter().zip(&self.received) {
+        for (i, (s, &received)) in self.interface.signals.iter().zip(&self.received).enumerate() {
             let known = received > f64::NEG_INFINITY;
             let present = known && s.timeout.is_none_or(|t| time - received <= t);
+            if let Some(Some(estimate)) = self.motions.get_mut(i) {
+                if !present {
+                    estimate.forget();
+                }
+                moving(s, estimate, self.lost[i], time, &self.last, &mut self.table);
+                continue;
+            }
             self.table[s.at] = if present { 1.0 } else { -1.0 };
             for i in s.at + 1..s.at + 1 + s.len {
                 self.table[i] = if present { self.last[i] } else { f64::NAN };
             }
         }
+    }
+}
+
+/// Takes a reading of a tracked point.
+fn point(
+    s: &SignalProgram,
+    estimate: &mut Estimate,
+    value: &[f64],
+    time: f64,
+    (received, lost, last): (&mut f64, &mut f64, &mut [f64]),
+) -> bool {
+    if value.iter().all(|x| x.is_finite()) {
+        // A reading that was missing for too long has no predecessor.
+        if time - *received > s.timeout.unwrap_or(f64::INFINITY) {
+            estimate.forget();
+        }
+        estimate.reading(value, time);
+        last[s.at + 1..s.at + 4].copy_from_slice(&value[..3]);
+        *received = time;
+        *lost = time + s.timeout.unwrap_or(f64::INFINITY);
+    } else {
+        estimate.forget();
+        *received = f64::NEG_INFINITY;
+        if lost.is_finite() {
+            *lost = lost.min(time);
+        }
+    }
+    true
+}
+
+/// Writes a tracked point into the table. `lost` is since when its readings have been missing: infinity where they are
+/// not, or where none ever came.
+fn moving(s: &SignalProgram, estimate: &Estimate, lost: f64, time: f64, last: &[f64], table: &mut [f64]) {
+    let (value, velocity, known, uncertainty) = (s.at + 1, s.velocity_at(), s.known_at(), s.uncertainty_at());
+    table[value..uncertainty + 2].fill(f64::NAN);
+    let growth = s.motion.and_then(|m| if let Lost::Hold(growth) = m.lost { Some(growth) } else { None });
+    let held = growth.filter(|_| lost.is_finite());
+    let present = estimate.is_known();
+    table[s.at] = if present { 1.0 } else { -1.0 };
+    table[known] = if present || held.is_some() { 1.0 } else { -1.0 };
+    if present {
+        table[value..velocity].copy_from_slice(&last[value..velocity]);
+        table[velocity..known].copy_from_slice(estimate.velocity());
+        table[uncertainty..uncertainty + 2].fill(0.0);
+    } else if let Some(growth) = held {
+        table[value..velocity].copy_from_slice(&last[value..velocity]);
+        table[velocity..known].fill(0.0);
+        table[uncertainty] = growth * (time - lost).max(0.0);
+        table[uncertainty + 1] = growth;
     }
 }

@@ -32,6 +32,8 @@ pub struct Tick<'a> {
     pub controller: &'a Controller,
     /// Margins and errors at the true configuration.
     pub evaluator: &'a Evaluator,
+    /// The table of signals at this tick, with people where they truly are.
+    pub signals: &'a [f64],
     /// What the solver was asked.
     pub problem: &'a Problem,
     /// The solver's answer.
@@ -87,15 +89,23 @@ pub struct Simulation {
     robot: SimulatedRobot,
     truth: Option<Truth>,
     world: Option<World>,
+    /// The table of signals as recorders see it.
+    signals: Vec<f64>,
     period: f64,
     ticks: usize,
 }
 
 impl Truth {
-    fn tick(&mut self, controller: &Controller, q: &[f64], time: f64, velocity: &[f64]) -> &Evaluator {
+    fn tick(
+        &mut self,
+        controller: &Controller,
+        (q, time): (&[f64], f64),
+        signals: &[f64],
+        velocity: &[f64],
+    ) -> &Evaluator {
         let (evaluator, problem) = &mut self.stages[controller.stage()];
         let times = Times { t: time - controller.stage_entered(), time };
-        let moment = Moment { times, signals: controller.signal_table(), velocity: &self.last };
+        let moment = Moment { times, signals, velocity: &self.last };
         if self.visit != Some(controller.visit()) {
             self.visit = Some(controller.visit());
             evaluator.enter(q, moment);
@@ -140,7 +150,8 @@ impl Simulation {
         };
         let ticks = (program.run.duration / program.robot.period).round() as usize;
         let world = scenario.map(|s| World::new(program, s));
-        Ok(Simulation { controller, robot, truth, world, period: program.robot.period, ticks })
+        let signals = program.interface.absent();
+        Ok(Simulation { signals, controller, robot, truth, world, period: program.robot.period, ticks })
     }
 
     /// The controller.
@@ -189,8 +200,12 @@ impl Simulation {
                     world.ask(&self.controller, &requests, time);
                 }
             }
+            self.signals.copy_from_slice(self.controller.signal_table());
+            if let Some(world) = &self.world {
+                world.truth(time, &mut self.signals);
+            }
             let evaluator = match &mut self.truth {
-                Some(truth) => truth.tick(&self.controller, self.robot.q(), time, &velocity),
+                Some(truth) => truth.tick(&self.controller, (self.robot.q(), time), &self.signals, &velocity),
                 None => self.controller.evaluator(),
             };
             let tick = Tick {
@@ -203,6 +218,7 @@ impl Simulation {
                 state_index: self.controller.state_index(),
                 controller: &self.controller,
                 command: &velocity,
+                signals: &self.signals,
                 evaluator,
                 problem: self.controller.problem(),
                 solution: self.controller.solution(),

@@ -1,7 +1,8 @@
 //! The simulated robot: a velocity-controlled mechanism that moves on its configuration manifold.
 //!
 //! It follows a command within the speeds of its joints, stops at their mechanical limits, and may be made imperfect: a
-//! first-order lag of the actuators and Gaussian noise on the measured positions, seeded and reproducible.
+//! first-order lag of the actuators, speeds and accelerations that they cannot exceed, and Gaussian noise on the measured
+//! positions, seeded and reproducible.
 
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
@@ -15,6 +16,8 @@ pub struct SimulatedRobot {
     model: Model,
     period: f64,
     lag: f64,
+    speed: f64,
+    acceleration: f64,
     noise: Option<(Normal<f64>, Pcg64)>,
     q: Vec<f64>,
     v: Vec<f64>,
@@ -31,6 +34,8 @@ impl SimulatedRobot {
         SimulatedRobot {
             period: program.robot.period,
             lag: s.lag,
+            speed: s.speed.unwrap_or(f64::INFINITY),
+            acceleration: s.acceleration.unwrap_or(f64::INFINITY),
             noise: noise.map(|n| (n, Pcg64::seed_from_u64(s.seed))),
             q: program.robot.home.clone(),
             v: vec![0.0; model.nv()],
@@ -47,7 +52,7 @@ impl SimulatedRobot {
 
     /// True where the robot does exactly what it is told, so that what is measured is what is.
     pub fn is_perfect(&self) -> bool {
-        self.lag == 0.0 && self.noise.is_none()
+        self.lag == 0.0 && self.speed == f64::INFINITY && self.acceleration == f64::INFINITY && self.noise.is_none()
     }
 
     /// The configuration as the sensors report it: joints with noise, the base without.
@@ -66,18 +71,89 @@ impl SimulatedRobot {
     /// Moves for one period under a constant velocity command.
     pub fn apply(&mut self, command: &[f64]) {
         let t = self.period;
-        let decay = if self.lag > 0.0 { (-t / self.lag).exp() } else { 0.0 };
         for (i, d) in self.model.dofs.iter().enumerate() {
-            let wanted = command[i].clamp(-d.velocity, d.velocity);
-            let behind = self.v[i] - wanted;
-            self.mean[i] = if self.lag > 0.0 { wanted + behind * self.lag * (1.0 - decay) / t } else { wanted };
-            self.v[i] = wanted + behind * decay;
+            let most = d.velocity.min(self.speed);
+            let wanted = command[i].clamp(-most, most);
+            (self.mean[i], self.v[i]) = follow(self.v[i], wanted, t, self.lag, self.acceleration);
         }
         self.model.integrate(&mut self.q, &self.mean, t);
         for d in &self.model.dofs {
             if let Some(i) = d.q_index {
                 self.q[i] = self.q[i].clamp(d.lower, d.upper);
             }
+        }
+    }
+}
+
+/// The mean velocity of an actuator over a time, and its velocity then: `lag v' = wanted - v`, as far as `|v'|` stays
+/// within `most`; without a lag it goes to what is wanted as fast as it may.
+fn follow(v: f64, wanted: f64, time: f64, lag: f64, most: f64) -> (f64, f64) {
+    let behind = v - wanted;
+    // First the acceleration is the limit, until the lag asks for no more than that.
+    let ramp = if most.is_finite() { ((behind.abs() - most * lag) / most).clamp(0.0, time) } else { 0.0 };
+    let slope = if ramp > 0.0 { most * behind.signum() } else { 0.0 };
+    let rest = behind - slope * ramp;
+    let left = time - ramp;
+    let decay = if lag > 0.0 {
+        (-left / lag).exp()
+    } else if left > 0.0 {
+        0.0
+    } else {
+        1.0
+    };
+    let way = (behind - 0.5 * slope * ramp) * ramp + rest * lag * (1.0 - decay);
+    (wanted + way / time, wanted + rest * decay)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// The same by small steps.
+    fn in_small_steps(mut v: f64, wanted: f64, time: f64, lag: f64, most: f64) -> (f64, f64) {
+        let steps = 200_000;
+        let dt = time / f64::from(steps);
+        let mut way = 0.0;
+        for _ in 0..steps {
+            let before = v;
+            let pull = if lag > 0.0 { (wanted - v) / lag } else { (wanted - v) / dt };
+            v += pull.clamp(-most, most) * dt;
+            way += 0.5 * (before + v) * dt;
+        }
+        (way / time, v)
+    }
+
+    #[test]
+    fn an_actuator_follows_as_its_equation_says() {
+        for (v, wanted) in [(0.0, 1.0), (0.5, -0.5), (1.0, 0.98), (0.3, 0.3), (-1.0, 1.0)] {
+            for lag in [0.0, 0.004, 0.05] {
+                for most in [0.5, 5.0, 50.0, 1e4] {
+                    let (mean, end) = follow(v, wanted, 0.01, lag, most);
+                    let (m, e) = in_small_steps(v, wanted, 0.01, lag, most);
+                    assert!(
+                        (mean - m).abs() < 1e-4 && (end - e).abs() < 1e-4,
+                        "{v} {wanted} {lag} {most}: {mean} {m}, {end} {e}"
+                    );
+                }
+            }
+        }
+        assert_eq!(follow(0.2, 1.0, 0.01, 0.0, f64::INFINITY), (1.0, 1.0));
+    }
+
+    proptest! {
+        #[test]
+        fn an_actuator_neither_overshoots_nor_exceeds_its_acceleration(
+            v in -5.0..5.0_f64,
+            wanted in -5.0..5.0_f64,
+            lag in prop_oneof![Just(0.0), 1e-4..0.2_f64],
+            most in prop_oneof![Just(f64::INFINITY), 1e-3..1e3_f64],
+        ) {
+            let (mean, end) = follow(v, wanted, 0.01, lag, most);
+            let (low, high) = (v.min(wanted) - 1e-12, v.max(wanted) + 1e-12);
+            prop_assert!((low..=high).contains(&end) && (low..=high).contains(&mean));
+            prop_assert!((end - v).abs() <= most * 0.01 * (1.0 + 1e-12) + 1e-15);
         }
     }
 }

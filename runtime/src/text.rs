@@ -49,6 +49,12 @@ fn simulator(s: &Simulator, out: &mut String) -> std::fmt::Result {
     if s.lag > 0.0 || s.noise > 0.0 {
         writeln!(out, "  simulator lag {} s, noise {} rad or m, seed {}", s.lag, s.noise, s.seed)?;
     }
+    if let Some(speed) = s.speed {
+        writeln!(out, "  simulator speed at most {speed} rad/s or m/s")?;
+    }
+    if let Some(acceleration) = s.acceleration {
+        writeln!(out, "  simulator acceleration at most {acceleration} rad/s^2 or m/s^2")?;
+    }
     Ok(())
 }
 

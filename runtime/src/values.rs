@@ -15,7 +15,7 @@ pub(crate) struct ValueTable {
     reads: Vec<Option<usize>>,
     /// Signals that must be present: those that are read, but for those whose presence is asked for.
     needs: Vec<usize>,
-    /// The number that says whether each of them is present.
+    /// The number that says whether each of them may be used.
     presence: Vec<usize>,
     registers: Vec<f64>,
     /// Values, in the places of [`Values::initial`].
@@ -36,7 +36,7 @@ impl ValueTable {
             ranges: values.ranges.iter().filter(|r| wanted.contains(&r.at)).copied().collect(),
             inputs: vec![0.0; tape.inputs],
             reads: tape.readers(),
-            presence: needs.iter().map(|&s| interface.signals[s].at).collect(),
+            presence: needs.iter().map(|&s| interface.signals[s].known_at()).collect(),
             needs: needs.into_iter().collect(),
             registers: vec![0.0; tape.ops.len()],
             current: values.initial.clone(),

@@ -199,7 +199,11 @@ impl List<'_> {
                     self.add(field, CompletionItemKind::FIELD, 0, "", String::new());
                 }
             }
-            Slot::Signal => self.names(mentions, Class::Signal, 0),
+            Slot::Signal => {
+                self.names(mentions, Class::Signal, 0);
+                self.names(mentions, Class::Human, 0);
+            }
+            Slot::Human => self.names(mentions, Class::Human, 0),
             Slot::Task => self.names(mentions, Class::Task, 0),
             Slot::Machine => self.names(mentions, Class::Machine, 0),
             Slot::Events { whole } => self.events(mentions, *whole),
@@ -299,6 +303,7 @@ impl List<'_> {
         self.names(mentions, Class::Param, 0);
         self.names(mentions, Class::Let, 0);
         self.names(mentions, Class::Signal, 0);
+        self.names(mentions, Class::Human, 0);
         let known = BUILT_IN.iter().map(|k| k.name).filter(|n| state || !PRESENT.contains(n));
         let known: Vec<&str> = known.collect();
         self.built_in(&known, 1);

@@ -45,6 +45,7 @@ fn item(item: &Item, out: &mut Vec<(usize, String)>) {
     match &item.kind {
         ItemKind::Import(_) => {}
         ItemKind::Signal(s) => block(&s.settings, out),
+        ItemKind::Human(h) => block(&h.body, out),
         ItemKind::Machine(m) => states(&m.body, out),
         ItemKind::Scenario(s) => {
             block(&s.body, out);

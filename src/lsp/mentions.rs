@@ -37,6 +37,10 @@ pub(super) enum Class {
     JointGroup,
     /// A signal with a value.
     Signal,
+    /// A person.
+    Human,
+    /// A point of a person; its name is looked up together with that of the person.
+    Tracked,
     /// A signal that is an event.
     Event,
     /// An event that no signal declares: a state raises it, or it is how an action came out.
@@ -63,6 +67,8 @@ impl Class {
             Class::Group => "group",
             Class::JointGroup => "group of joints",
             Class::Signal => "signal",
+            Class::Human => "human",
+            Class::Tracked => "point of a human",
             Class::Event | Class::Raised => "event",
             Class::Machine => "machine",
             Class::State => "state",
@@ -175,8 +181,10 @@ pub(super) enum Slot {
     Joint,
     /// Joints and their groups, as keys, without those that are there.
     JointKey(Vec<String>),
-    /// A signal with a value.
+    /// A signal with a value, or a person.
     Signal,
+    /// A person.
+    Human,
     /// An event.
     Events {
         /// Faults and completion of tasks may stand in its place.

@@ -25,6 +25,7 @@ mod values;
 mod vocabulary;
 mod walk;
 mod walk_expressions;
+mod walk_humans;
 mod walk_machines;
 mod walk_reuse;
 mod walk_scenarios;

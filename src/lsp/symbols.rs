@@ -38,6 +38,15 @@ impl Outline<'_> {
                 let detail = format!("signal, {}{mark}", s.ty.value);
                 o.symbol(&s.name, item.span, SymbolKind::EVENT, &detail, Vec::new())
             }
+            ItemKind::Human(h) => {
+                let points = h.body.get("points").map_or(&[][..], |e| super::walk::items(&e.value));
+                let point = |p: &dsl::tree::Value| {
+                    let name = Spanned::new(super::walk::word(p)?.to_string(), p.span);
+                    Some(o.symbol(&name, p.span, SymbolKind::FIELD, "point", Vec::new()))
+                };
+                let points = points.iter().filter_map(point).collect();
+                o.symbol(&h.name, item.span, SymbolKind::CLASS, "human", points)
+            }
             ItemKind::Machine(m) => o.symbol(&m.name, item.span, SymbolKind::CLASS, "machine", o.states(&m.body)),
             ItemKind::Scenario(s) => o.symbol(&s.name, item.span, SymbolKind::EVENT, "scenario", Vec::new()),
             ItemKind::Run(_) => {

@@ -131,7 +131,8 @@ impl Walker<'_> {
             // A task may be given to a declaration: `guarded(left, hold(right))`.
             ValueKind::Call(name, args) if self.task(name) => args.iter().for_each(|v| self.anything(v)),
             ValueKind::Name(n)
-                if n != MARKER && ![Class::Param, Class::Let, Class::Signal].iter().any(|c| self.has(*c, n)) =>
+                if n != MARKER
+                    && ![Class::Param, Class::Let, Class::Signal, Class::Human].iter().any(|c| self.has(*c, n)) =>
             {
                 if !self.scoped(n, value.span) && self.has(Class::Arm, n) {
                     self.note(n, value.span, What::Declared(Class::Arm, n.clone()));

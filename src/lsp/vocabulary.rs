@@ -53,7 +53,15 @@ pub(super) static BUILT_IN: &[Word] = &[
         "The robot's centre of mass in the world, a point in m, of the links to which the URDF gives a mass; in `keep` and \
          `track`, and in `initial(..)`.",
     ),
-    word("present", "`present(SIGNAL)`: whether a signal has come, and not longer ago than its `timeout`."),
+    word(
+        "present",
+        "`present(SIGNAL)`, `present(HUMAN)`, `present(HUMAN.POINT)`: whether it has come, and not longer ago than its `timeout`.",
+    ),
+    word(
+        "uncertainty",
+        "`uncertainty(HUMAN)`, `uncertainty(HUMAN.POINT)`: how far a person whom nobody sees may be from where they were \
+         seen last, in m; of several points the most. Zero while they are seen.",
+    ),
     word("true", "The truth value of what holds."),
     word("false", "The truth value of what does not hold."),
 ];
@@ -89,7 +97,7 @@ pub(super) static FAULTS: &[Word] = &[
 pub(super) static PRESENT: &[&str] = &["frame", "joint", "point", "distance", "plane", "com"];
 
 /// Those of them that are called: without brackets, such a name is that of something else.
-pub(super) static CALLED: &[&str] = &["frame", "joint", "point", "distance", "plane", "present"];
+pub(super) static CALLED: &[&str] = &["frame", "joint", "point", "distance", "plane", "present", "uncertainty"];
 
 /// What expectations measure while a scenario runs.
 pub(super) static MEASURED: &[Word] = &[

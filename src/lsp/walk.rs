@@ -89,6 +89,7 @@ impl Walker<'_> {
                 }
             }
             ItemKind::Signal(s) => self.declared_signal(s, item),
+            ItemKind::Human(h) => self.declared_human(h, item),
             ItemKind::Machine(m) => self.declared_machine(m, item),
             ItemKind::Run(_) | ItemKind::Scenario(_) => {}
         }
@@ -146,6 +147,10 @@ impl Walker<'_> {
                 self.keyword("signal", start, item.span);
                 self.signal(s);
             }
+            ItemKind::Human(h) => {
+                self.keyword("human", start, item.span);
+                self.human(h);
+            }
             ItemKind::Machine(m) => {
                 self.keyword("machine", start, item.span);
                 self.machine(m);
@@ -170,7 +175,10 @@ impl Walker<'_> {
             }
             if let Some(key) = section.key(&e.key.value, self.spelling) {
                 self.note(&e.key.value, e.key.span, What::Key(key));
-                self.held(&key.holds, &e.value);
+                match key.name {
+                    "humans" => self.human_scripts(&e.value),
+                    _ => self.held(&key.holds, &e.value),
+                }
             }
         }
     }

@@ -24,6 +24,8 @@ impl Walker<'_> {
                     self.note(name, value.span, What::Declared(Class::Let, name.clone()));
                 } else if self.has(Class::Signal, name) {
                     self.note(name, value.span, What::Declared(Class::Signal, name.clone()));
+                } else if self.has(Class::Human, name) {
+                    self.note(name, value.span, What::Declared(Class::Human, name.clone()));
                 } else if find(name).is_some() && !CALLED.contains(&name.as_str()) {
                     self.note(name, value.span, What::BuiltIn(name.clone()));
                 } else {
@@ -52,6 +54,7 @@ impl Walker<'_> {
                 match (function.value.as_str(), args.as_slice()) {
                     ("initial", [one]) => self.captured(one, actuals),
                     ("present", [one]) => self.signal_name(one),
+                    ("uncertainty", [one]) => self.uncertain(one),
                     ("frame", [one]) => self.frame(one),
                     ("joint", [one]) => self.joints(one),
                     (name, [one]) if MEASURES.contains(&name) => self.measured(name, one),
@@ -67,6 +70,9 @@ impl Walker<'_> {
                 }
             }
             ValueKind::Field(inner, field) => {
+                if self.human_field(inner, field) {
+                    return;
+                }
                 if matches!(&inner.kind, ValueKind::Call(f, _) if f.value == "frame") {
                     self.marked(&field.value, || Slot::FrameField);
                 } else if word(inner).and_then(|n| self.found.types.get(n)).is_some_and(|ty| ty == "wrench") {

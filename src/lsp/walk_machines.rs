@@ -251,8 +251,11 @@ impl Walker<'_> {
         }
     }
 
-    /// A signal by its name, in `present(..)` and `stale(..)`.
+    /// A signal or a human by its name, in `present(..)` and `stale(..)`.
     pub(super) fn signal_name(&mut self, value: &Value) {
+        if self.human_name(value) {
+            return;
+        }
         let Some(name) = word(value) else { return };
         if !self.marked(name, || Slot::Signal) {
             self.note(name, value.span, What::Declared(Class::Signal, name.to_string()));

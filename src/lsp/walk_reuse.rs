@@ -9,8 +9,17 @@ use super::origin::Elsewhere;
 use super::walk::word;
 
 /// What a spec can see of a file, class by class.
-pub(super) const VISIBLE: [Class; 8] =
-    [Class::Param, Class::Let, Class::Robot, Class::Task, Class::Stack, Class::Signal, Class::Event, Class::Machine];
+pub(super) const VISIBLE: [Class; 9] = [
+    Class::Param,
+    Class::Let,
+    Class::Robot,
+    Class::Task,
+    Class::Stack,
+    Class::Signal,
+    Class::Human,
+    Class::Event,
+    Class::Machine,
+];
 
 /// What comes with a robot.
 pub(super) const PARTS: [Class; 5] = [Class::Arm, Class::Point, Class::Segment, Class::Group, Class::JointGroup];
@@ -109,7 +118,7 @@ impl Walker<'_> {
             let own = |before: &str| Some(key.1.strip_prefix(before)?.strip_prefix('.')?.to_string());
             let name = match (class, key.0) {
                 (Class::Robot, part) if PARTS.contains(&part) => Some(key.1.clone()),
-                (Class::Stack, Class::Level) | (Class::Machine, Class::State) => {
+                (Class::Stack, Class::Level) | (Class::Machine, Class::State) | (Class::Human, Class::Tracked) => {
                     own(there).map(|level| format!("{here}.{level}"))
                 }
                 (Class::Task | Class::Stack, Class::Argument) => own(&owner).map(|p| format!("{word} {here}.{p}")),

@@ -228,10 +228,10 @@ fn symbol(class: Class) -> Option<SymbolKind> {
         Class::Stack => SymbolKind::MODULE,
         Class::Level => SymbolKind::NAMESPACE,
         Class::Arm => SymbolKind::OBJECT,
-        Class::Point | Class::Segment => SymbolKind::FIELD,
+        Class::Point | Class::Segment | Class::Tracked => SymbolKind::FIELD,
         Class::Group | Class::JointGroup => SymbolKind::ARRAY,
         Class::Signal | Class::Event => SymbolKind::EVENT,
-        Class::Machine => SymbolKind::CLASS,
+        Class::Human | Class::Machine => SymbolKind::CLASS,
         Class::State => SymbolKind::ENUM_MEMBER,
         Class::Argument | Class::Raised => return None,
     })

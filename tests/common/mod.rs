@@ -19,6 +19,7 @@ pub const EXAMPLES: &[&str] = &[
     "both_arms",
     "compliance",
     "tested",
+    "bystander",
     "admittance",
     "hand_guiding",
     "harvesting",

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dsl::tree::{Entry, ItemKind, Let, Param, Robot, Signal, Spec, Stack, Task, Value, ValueKind};
+use dsl::tree::{Entry, Human, ItemKind, Let, Param, Robot, Signal, Spec, Stack, Task, Value, ValueKind};
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 
 use super::fill::{Frame, parts};
@@ -11,6 +11,9 @@ use super::{Class, Expander, MAX_DEPTH, Named};
 use crate::forms::text_of;
 use crate::names::{list, suggest};
 use crate::paths::tidy;
+
+/// Keys of a human whose names are not those of values.
+const IN_A_HUMAN: [&str; 4] = ["points", "links", "velocity", "lost"];
 
 impl Expander<'_> {
     /// Expands the spec itself, module 0.
@@ -47,7 +50,9 @@ impl Expander<'_> {
         let all = imported.iter().filter_map(|(class, name, _)| Some((*class, self.find(0, *class, name).ok()?)));
         let all: Vec<(Class, (usize, usize))> = all.chain(own).collect();
         // Signals first, so that their order is that of the text whatever uses them.
-        let is_signal = |e: &Self, (m, i): (usize, usize)| matches!(e.modules[m].items[i].kind, ItemKind::Signal(_));
+        let is_signal = |e: &Self, (m, i): (usize, usize)| {
+            matches!(e.modules[m].items[i].kind, ItemKind::Signal(_) | ItemKind::Human(_))
+        };
         for (_, found) in all.iter().filter(|a| a.0 == Class::Value) {
             if is_signal(self, *found) {
                 self.emit(*found);
@@ -87,7 +92,7 @@ impl Expander<'_> {
         }
         match kind.clone() {
             ItemKind::Robot(robot) => self.emit_robot(m, &robot),
-            ItemKind::Param(_) | ItemKind::Let(_) | ItemKind::Signal(_) => {
+            ItemKind::Param(_) | ItemKind::Let(_) | ItemKind::Signal(_) | ItemKind::Human(_) => {
                 self.emit_value((m, i), span);
             }
             ItemKind::Task(_) => {
@@ -158,6 +163,10 @@ impl Expander<'_> {
         let mut open: Vec<&Value> = match &self.modules[m].items[i].kind {
             ItemKind::Param(p) => std::iter::once(&p.value).chain(p.range.entries.iter().map(|e| &e.value)).collect(),
             ItemKind::Let(l) => vec![&l.value],
+            ItemKind::Human(h) => {
+                let settings = h.body.entries.iter().filter(|e| !IN_A_HUMAN.contains(&e.key.value.as_str()));
+                settings.map(|e| &e.value).collect()
+            }
             _ => Vec::new(),
         };
         let mut out = Vec::new();
@@ -190,6 +199,7 @@ impl Expander<'_> {
             }
             ItemKind::Let(l) => Named::Let(Let { name, value: value(self, &l.value) }),
             ItemKind::Signal(s) => Named::Signal(Signal { name, ..self.copied_signal(s, &mut frame) }),
+            ItemKind::Human(h) => Named::Human(Human { name, ..self.copied_human(h, &mut frame) }),
             _ => return,
         };
         self.out.values.push(named);

@@ -1,7 +1,7 @@
-//! Signals and machines: copies of them, and the stacks that states name.
+//! Signals, humans and machines: copies of them, and the stacks that states name.
 
 use dsl::tree::{
-    Action, Call, ItemKind, Machine, Signal, Stack, State, StateBody, Transition, Trigger, Value, ValueKind,
+    Action, Call, Human, ItemKind, Machine, Signal, Stack, State, StateBody, Transition, Trigger, Value, ValueKind,
 };
 use dsl::{Span, Spanned};
 
@@ -18,6 +18,11 @@ impl Expander<'_> {
             optional: s.optional.map(|at| self.at(at, frame)),
             settings: self.block(&s.settings, frame),
         }
+    }
+
+    /// A human with holes filled.
+    pub(super) fn copied_human(&mut self, h: &Human, frame: &mut Frame) -> Human {
+        Human { name: self.name(&h.name, frame), body: self.block(&h.body, frame) }
     }
 
     /// A machine with holes filled.

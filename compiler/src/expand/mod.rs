@@ -24,7 +24,7 @@ mod tasks;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use dsl::tree::{Let, Level, Machine, Param, Robot, Run, Scenario, Signal, Spec, Stack, Task, Value};
+use dsl::tree::{Human, Let, Level, Machine, Param, Robot, Run, Scenario, Signal, Spec, Stack, Task, Value};
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Spelling};
 
 use crate::lowering::Input;
@@ -52,6 +52,8 @@ pub(crate) enum Named {
     Let(Let),
     /// A signal.
     Signal(Signal),
+    /// A human.
+    Human(Human),
 }
 
 /// A quantity given for a parameter of a task or stack, whose type is known only when expressions are.
@@ -68,7 +70,7 @@ pub(crate) struct Given {
 /// The plain declarations of a spec.
 #[derive(Debug, Default)]
 pub(crate) struct Expanded {
-    /// Params, lets and signals, each behind those that it uses.
+    /// Params, lets, signals and humans, each behind those that it uses.
     pub values: Vec<Named>,
     /// Robots, without those that others are made from.
     pub robots: Vec<Robot>,
@@ -100,10 +102,10 @@ pub(crate) struct Expanded {
     pub spellings: BTreeMap<SourceId, Spelling>,
 }
 
-/// The kinds of name; params, lets and signals share one.
+/// The kinds of name; params, lets, signals and humans share one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Class {
-    /// Params, lets and signals.
+    /// Params, lets, signals and humans.
     Value,
     /// Robots.
     Robot,
@@ -174,7 +176,8 @@ pub(crate) fn expand(
     e.out
 }
 
-/// The files that a spec reads, as far as they can be found: those that it imports, and the URDFs that are named.
+/// The files that a spec reads, as far as they can be found: those that it imports, the URDFs that are named, and the
+/// recordings of its scenarios.
 pub fn files(input: &Input) -> Vec<PathBuf> {
     let (mut sources, mut diagnostics, none) = (Sources::default(), Vec::new(), Texts::new());
     let source = sources.add(input.name, input.text);
@@ -186,6 +189,7 @@ pub fn files(input: &Input) -> Vec<PathBuf> {
         files.extend(module.urdfs().map(|urdf| input.folder.join(&module.folder).join(urdf)));
         files.extend(module.missing.iter().cloned());
     }
+    files.extend(e.modules.first().into_iter().flat_map(Module::recordings).map(|file| input.folder.join(file)));
     files
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use dsl::tree::{Import, Item, ItemKind, Parameter, ValueKind};
+use dsl::tree::{Entry, Import, Item, ItemKind, Parameter, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 
 use super::{Class, Expander, TYPES};
@@ -45,6 +45,26 @@ impl Module {
             _ => None,
         })
     }
+
+    /// The recordings of people that its scenarios name.
+    pub fn recordings(&self) -> impl Iterator<Item = &str> {
+        let scenarios = self.items.iter().filter_map(|item| match &item.kind {
+            ItemKind::Scenario(scenario) => scenario.body.get("humans"),
+            _ => None,
+        });
+        scenarios.flat_map(|e| entries(&e.value)).filter_map(|e| {
+            let file = entries(&e.value).iter().find(|e| e.key.value == "file")?;
+            text_of(&file.value)
+        })
+    }
+}
+
+/// The entries of a block.
+fn entries(value: &Value) -> &[Entry] {
+    match &value.kind {
+        ValueKind::Block(block) => &block.entries,
+        _ => &[],
+    }
 }
 
 /// The class and name of a declaration that has one.
@@ -57,6 +77,7 @@ pub(super) fn declared(kind: &ItemKind) -> Option<(Class, &Spanned<String>)> {
         ItemKind::Stack(s) => Some((Class::Stack, &s.name)),
         ItemKind::Import(_) | ItemKind::For(_) | ItemKind::Run(_) | ItemKind::Scenario(_) => None,
         ItemKind::Signal(s) => Some((Class::Value, &s.name)),
+        ItemKind::Human(h) => Some((Class::Value, &h.name)),
         ItemKind::Machine(m) => Some((Class::Machine, &m.name)),
     }
 }

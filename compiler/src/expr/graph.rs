@@ -14,6 +14,8 @@ pub struct Graph {
     state: Vec<bool>,
     known: BTreeMap<(u8, u64, usize, usize), usize>,
     rates: BTreeMap<usize, usize>,
+    /// Numbers of the table of signals that have a rate there: the number of that.
+    moving: BTreeMap<usize, usize>,
     /// What is known of several nodes together, by each of them.
     facts: BTreeMap<usize, Vec<Known>>,
 }
@@ -64,6 +66,12 @@ impl Graph {
             Op::Const(x) => Some(x),
             _ => None,
         }
+    }
+
+    /// A number of the table of signals, whose rate in time is another number of it.
+    pub fn moving_signal(&mut self, number: usize, rate: usize) -> usize {
+        self.moving.insert(number, rate);
+        self.push(Op::Signal(number))
     }
 
     /// True where the robot's present state stands in a node.
@@ -165,6 +173,7 @@ impl Graph {
     fn rate_of(&mut self, node: usize) -> usize {
         let d = |g: &Self, n: usize| g.rates[&n];
         match self.ops[node] {
+            Op::Signal(k) if self.moving.contains_key(&k) => self.push(Op::Signal(self.moving[&k])),
             Op::Const(_) | Op::Input(_) | Op::State(_) | Op::Signal(_) | Op::Less(..) | Op::LessEqual(..) => {
                 self.number(0.0)
             }

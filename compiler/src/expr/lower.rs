@@ -11,7 +11,7 @@ use super::ops::{self, Mismatch};
 use super::present::{Now, PRESENT};
 use super::{Axes, Frame, Graph, Kind, Typed, frames};
 use crate::codes;
-use crate::constants::{bare_angle, merge_bare};
+use crate::constants::{Human, bare_angle, merge_bare};
 use crate::names::suggest;
 use crate::units;
 
@@ -35,6 +35,8 @@ pub enum Meaning {
     Later,
     /// A signal with a force and a moment.
     Wrench,
+    /// A person, whose points are tracked.
+    Human(Human),
     /// An event, which is no value.
     Event,
     /// Nothing.
@@ -226,6 +228,12 @@ impl Lowering<'_> {
                 let d = Diagnostic::error("HQ0304", span, format!("`{written}` is a wrench, which is no single value"));
                 return self.fail(d.help(format!("write `{written}.force` or `{written}.moment`")));
             }
+            Meaning::Human(human) => {
+                let written = crate::forms::written(name);
+                let d = Diagnostic::error("HQ0304", span, format!("`{written}` is a person, who is no single value"));
+                let points: Vec<String> = human.points.iter().map(|p| format!("`{written}.{}`", p.0)).collect();
+                return self.fail(d.help(format!("name one of its points: {}", points.join(", "))));
+            }
             Meaning::Event => {
                 let written = crate::forms::written(name);
                 let d = Diagnostic::error("HQ0304", span, format!("`{written}` is an event, which has no value"));
@@ -311,6 +319,9 @@ impl Lowering<'_> {
         if function.value == "present" {
             return self.presence(args, span);
         }
+        if function.value == "uncertainty" {
+            return self.uncertainty(args, span);
+        }
         if PRESENT.contains(&function.value.as_str()) {
             return self.present(function, args, span);
         }
@@ -318,7 +329,11 @@ impl Lowering<'_> {
             return self.scope.measured(self.graph, function, args, span, self.diagnostics).ok_or(Failed);
         }
         let Some(known) = FUNCTIONS.iter().find(|f| f.name == function.value) else {
-            let names = FUNCTIONS.iter().map(|f| f.name).chain(["initial", "present"]).chain(PRESENT.iter().copied());
+            let names = FUNCTIONS
+                .iter()
+                .map(|f| f.name)
+                .chain(["initial", "present", "uncertainty"])
+                .chain(PRESENT.iter().copied());
             let mut d =
                 Diagnostic::error("HQ0201", function.span, format!("there is no function `{}`", function.value));
             d = d.help(match (elsewhere(&function.value), suggest(&function.value, names)) {

@@ -79,6 +79,9 @@ impl Lowering<'_> {
         if let Some(part) = self.part_of_wrench(inner, field, span) {
             return part;
         }
+        if let Some(point) = self.tracked(inner, field, span) {
+            return point;
+        }
         if let Some(k) = ["x", "y", "z"].iter().position(|n| *n == field.value) {
             let of = self.value(inner)?;
             if of.kind == Kind::Vector {

@@ -14,8 +14,21 @@ const PARTS: [&str; 2] = ["force", "moment"];
 impl Lowering<'_> {
     /// `present(SIGNAL)`
     pub(super) fn presence(&mut self, args: &[Value], span: Span) -> Result<Typed, Failed> {
+        if let [who] = args
+            && let Some(numbers) = self.numbers_of_human(who, |p| p.1)
+        {
+            // All of them: `if a then b else a`, as `and` is.
+            let nodes = numbers?.into_iter().map(|at| self.graph.push(Op::Signal(at))).collect::<Vec<usize>>();
+            let all = nodes.into_iter().reduce(|a, b| self.graph.push(Op::Select(a, b, a)));
+            let nodes = all.into_iter().collect();
+            return Ok(Typed { kind: Kind::Truth, dimension: NONE, nodes, bare: false, axes: Axes::default(), span });
+        }
         let [Value { kind: ValueKind::Name(name), .. }] = args else {
-            let d = Diagnostic::error("HQ0310", span, "`present` takes the name of one signal");
+            let d = Diagnostic::error(
+                "HQ0310",
+                span,
+                "`present` takes the name of one signal, person or point of a person",
+            );
             return self.fail(d.help("write for instance `present(peduncle)`"));
         };
         let Some(at) = self.scope.presence(name) else {

@@ -107,7 +107,7 @@ impl Lowerer<'_> {
         (self.errors() == before).then_some((program, places))
     }
 
-    fn errors(&self) -> usize {
+    pub(super) fn errors(&self) -> usize {
         self.diagnostics.iter().filter(|d| d.severity == dsl::Severity::Error).count()
     }
 
@@ -367,6 +367,7 @@ impl Lowerer<'_> {
     fn pattern(&mut self, args: &[Value], at: Span, around: &Surroundings) -> Option<FaultPattern> {
         let known = Known {
             signals: self.interface.signals.iter().map(|s| s.name.as_str()).collect(),
+            humans: self.interface.humans.iter().map(|h| (h.name.as_str(), h.points.as_slice())).collect(),
             tasks: &around.tasks,
             limits: (around.bound.iter()).map(|b| b.as_ref().is_none_or(|b| b.kind.nature == Nature::Limit)).collect(),
         };

@@ -4,6 +4,7 @@ mod actions;
 mod declared;
 mod expectations;
 mod given;
+mod humans;
 mod in_place;
 mod machine;
 mod measures;
@@ -15,6 +16,7 @@ mod signals;
 mod stack;
 mod triggers;
 mod values;
+mod walks;
 mod wording;
 mod world;
 
@@ -35,7 +37,7 @@ use crate::ranges::Ground;
 use crate::report::Report;
 use crate::robot_binding::{self, BoundRobot, Files};
 use crate::spelling::in_yaml;
-use crate::{bounds, follow_ons, overridden, pointless};
+use crate::{bounds, follow_ons, overridden, pointless, starts};
 pub use actions::{VERBS, Verb};
 use declared::Declared;
 use in_place::definitions;
@@ -144,6 +146,8 @@ struct Lowerer<'a> {
     interface: Interface,
     /// Tasks that a misspelt name in a stack probably meant.
     meant: Vec<String>,
+    /// For each scenario the place of its start, or of its name.
+    starts: Vec<Span>,
     /// Parts of expectations so far.
     expected: usize,
     /// Tasks that could not be expanded.
@@ -167,6 +171,7 @@ impl<'a> Lowerer<'a> {
             params: Params::default(),
             interface: Interface::default(),
             meant: Vec::new(),
+            starts: Vec::new(),
             expected: 0,
             failed: std::collections::BTreeSet::new(),
         }
@@ -251,6 +256,9 @@ impl<'a> Lowerer<'a> {
         self.unused(&declared, expanded, complete);
         let ground = Ground::new(&self.graph, &self.table, &program.robot.model);
         checks::program(&ground, &program, &places, self.diagnostics);
+        if self.errors() == 0 {
+            starts::check(&program, &self.starts, self.diagnostics);
+        }
         if let Some(places) = &places.machine {
             crate::machine::checks(&program, places, self.diagnostics);
         }

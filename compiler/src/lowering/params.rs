@@ -40,6 +40,7 @@ impl Lowerer<'_> {
                     later.extend(constants.declare_let(l, self.diagnostics).then_some(l));
                 }
                 Named::Signal(s) => self.signal(s),
+                Named::Human(h) => self.human(h),
             }
         }
         later

@@ -1,10 +1,10 @@
 //! What a `run` block says, and which stack it runs.
 
-use dsl::tree::{Block, Run};
+use dsl::tree::{Block, Entry, Run};
 use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::{RunProgram, Simulator, Subject};
 use solver::Backend;
-use stdlib_tasks::dimension::{ANGLE, NONE, TIME};
+use stdlib_tasks::dimension::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, Dimension, NONE, TIME};
 
 use super::Lowerer;
 use super::declared::Declared;
@@ -93,6 +93,14 @@ fn simulator(block: &Block, constants: &mut Constants, diagnostics: &mut Vec<Dia
     let mut s = Simulator::default();
     for e in &block.entries {
         let wanted = match e.key.value.as_str() {
+            "speed" => {
+                s.speed = limit_of_actuators(e, ANGULAR_VELOCITY, constants, diagnostics);
+                continue;
+            }
+            "acceleration" => {
+                s.acceleration = limit_of_actuators(e, ANGULAR_ACCELERATION, constants, diagnostics);
+                continue;
+            }
             "lag" => TIME,
             "noise" => ANGLE,
             "seed" => NONE,
@@ -127,6 +135,23 @@ fn simulator(block: &Block, constants: &mut Constants, diagnostics: &mut Vec<Dia
         }
     }
     s
+}
+
+/// A limit of what actuators can do: a number above zero.
+pub(super) fn limit_of_actuators(
+    e: &Entry,
+    wanted: Dimension,
+    constants: &mut Constants,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<f64> {
+    let x = constants.scalar(&e.value, wanted, diagnostics)?;
+    if x > 0.0 && x.is_finite() {
+        return Some(x);
+    }
+    let text = format!("`{}` is above zero, and this is {}", e.key.value, units::shown(x, wanted));
+    let d = Diagnostic::error("HQ0308", e.value.span, text);
+    diagnostics.push(d.help("write what the actuators can do, or leave it out for any"));
+    None
 }
 
 impl Lowerer<'_> {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use dsl::tree::{Block, Scenario};
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, RunProgram, ScenarioProgram, Subject, WorldProgram};
-use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, TIME};
+use stdlib_tasks::dimension::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, Dimension, LENGTH, NONE, TIME};
 
 use super::Lowerer;
 use super::declared::twice;
@@ -46,6 +46,7 @@ impl Lowerer<'_> {
             let known = (program, robot, shapes.as_slice());
             self.expectations((&s.expects, texts), &mut scenario, known, &mut measures);
             all.push(scenario);
+            self.starts.push(s.body.get("start").map_or(s.name.span, |e| e.key.span));
         }
         all
     }
@@ -147,9 +148,17 @@ impl Lowerer<'_> {
             match e.key.value.as_str() {
                 "lag" => run.simulator.lag = self.scenario_number(&e.value, TIME).unwrap_or(0.0),
                 "noise" => run.simulator.noise = self.scenario_number(&e.value, ANGLE).unwrap_or(0.0),
+                "speed" => run.simulator.speed = self.above_zero(e, ANGULAR_VELOCITY),
+                "acceleration" => run.simulator.acceleration = self.above_zero(e, ANGULAR_ACCELERATION),
                 _ => {}
             }
         }
+    }
+
+    /// A constant number above zero.
+    fn above_zero(&mut self, e: &dsl::tree::Entry, wanted: Dimension) -> Option<f64> {
+        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+        super::run::limit_of_actuators(e, wanted, &mut constants, self.diagnostics)
     }
 
     /// A constant number that is zero or more.
@@ -223,6 +232,7 @@ impl Lowerer<'_> {
     fn world(&mut self, body: &Block, program: &Program, robot: &BoundRobot) -> WorldProgram {
         WorldProgram {
             signals: self.signal_scripts(body, program),
+            humans: self.human_scripts(body, program),
             events: self.scenario_events(body, program),
             outcomes: self.outcome_scripts(body, program),
             pushes: self.push_scripts(body, program, robot),

@@ -124,6 +124,7 @@ impl Lowerer<'_> {
             len,
             optional: s.optional.is_some(),
             timeout,
+            motion: None,
         });
         at
     }

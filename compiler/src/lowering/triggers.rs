@@ -8,12 +8,14 @@ use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE};
 use stdlib_tasks::task::Measure;
 
 use crate::expr::{Kind, Typed};
-use crate::forms::text_of;
+use crate::forms::{path_of, text_of};
 use crate::names::{list, suggest};
 
 /// The names that a pattern may hold.
 pub(super) struct Known<'k> {
     pub signals: Vec<&'k str>,
+    /// People, with the places of their points among the signals.
+    pub humans: Vec<(&'k str, &'k [usize])>,
     pub tasks: &'k [&'k str],
     /// For each task whether it is a limit.
     pub limits: Vec<bool>,
@@ -33,16 +35,24 @@ pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPa
     };
     let words = || FaultKind::ALL.into_iter().map(FaultKind::word);
     if let ValueKind::Call(kind, args) = &value.kind {
-        let name = args.first().filter(|_| args.len() == 1).and_then(text_of);
+        let name = args.first().filter(|_| args.len() == 1).and_then(path_of);
+        let name = name.as_deref();
+        if let ("stale", Some(name)) = (kind.value.as_str(), name)
+            && let Some((_, points)) = known.humans.iter().find(|h| h.0 == name)
+        {
+            return Ok(FaultPattern::StaleAmong(points.to_vec()));
+        }
         return match (kind.value.as_str(), name) {
-            ("stale", Some(name)) => match known.signals.iter().position(|s| s == &name) {
+            ("stale", Some(name)) => match known.signals.iter().position(|s| *s == name) {
                 Some(signal) => Ok(FaultPattern::Stale(signal)),
                 None => {
                     let d = Diagnostic::error("HQ0201", args[0].span, format!("there is no signal `{name}`"));
-                    refused(match suggest(name, known.signals.iter().copied()) {
-                        Some(near) => d.help(format!("did you mean `{near}`?")),
-                        None => d.help("declare it: `signal NAME : TYPE  timeout 0.5 s`"),
-                    })
+                    refused(
+                        match suggest(name, known.signals.iter().chain(known.humans.iter().map(|h| &h.0)).copied()) {
+                            Some(near) => d.help(format!("did you mean `{near}`?")),
+                            None => d.help("declare it: `signal NAME : TYPE  timeout 0.5 s`"),
+                        },
+                    )
                 }
             },
             ("infeasible", Some(name)) => Ok(FaultPattern::Infeasible(name.to_string())),

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use dsl::tree::{Block, Entry, Value, ValueKind};
 use dsl::{Diagnostic, Span};
 use runtime::program::{
-    Force, LostReading, OutcomeProgram, OutcomeScript, Program, PushScript, SignalProgram, SignalScript,
+    Force, LostReading, OutcomeProgram, OutcomeScript, Program, PushScript, Sending, SignalProgram, SignalScript,
 };
 use stdlib_tasks::dimension::{Dimension, FORCE, LENGTH, MOMENT, NONE, TIME};
 
@@ -31,7 +31,7 @@ fn is_straight(signal: &SignalProgram) -> bool {
 
 impl Lowerer<'_> {
     /// A key of a block that must be there.
-    fn needed<'b>(&mut self, block: &'b Block, key: &str, example: &str) -> Option<&'b Entry> {
+    pub(super) fn needed<'b>(&mut self, block: &'b Block, key: &str, example: &str) -> Option<&'b Entry> {
         let found = block.get(key);
         if found.is_none() {
             let d = Diagnostic::error("HQ0206", block.span, format!("`{key}` is missing here"));
@@ -41,7 +41,7 @@ impl Lowerer<'_> {
     }
 
     /// The blocks behind a key: one, or a list of them.
-    fn blocks<'v>(&mut self, value: &'v Value, what: &str, section: &Section) -> Vec<&'v Block> {
+    pub(super) fn blocks<'v>(&mut self, value: &'v Value, what: &str, section: &Section) -> Vec<&'v Block> {
         let mut all = Vec::new();
         for item in items_of(value) {
             if let Some(block) = block_of(item, what, self.diagnostics) {
@@ -53,25 +53,25 @@ impl Lowerer<'_> {
     }
 
     /// The entries of a block behind a key of the scenario.
-    fn named_entries<'b>(&mut self, body: &'b Block, key: &str) -> &'b [Entry] {
+    pub(super) fn named_entries<'b>(&mut self, body: &'b Block, key: &str) -> &'b [Entry] {
         let block = body.get(key).and_then(|e| block_of(&e.value, &format!("`{key}`"), self.diagnostics));
         block.map_or(&[], |b| &b.entries)
     }
 
     /// A number of a block that is zero or more, or what stands for it.
-    fn number_of(&mut self, block: &Block, key: &str, dimension: Dimension, default: f64) -> f64 {
+    pub(super) fn number_of(&mut self, block: &Block, key: &str, dimension: Dimension, default: f64) -> f64 {
         let found = block.get(key).and_then(|e| self.scenario_number(&e.value, dimension));
         found.unwrap_or(default)
     }
 
     /// Times, one or a list of them.
-    fn times(&mut self, value: &Value) -> Vec<f64> {
+    pub(super) fn times(&mut self, value: &Value) -> Vec<f64> {
         let items = crate::constants::with_units(value).unwrap_or_else(|| vec![value.clone()]);
         items.iter().filter_map(|v| self.scenario_number(v, TIME)).collect()
     }
 
     /// `from` and `to` of a block.
-    fn span_of_time(&mut self, block: &Block) -> (f64, Option<f64>) {
+    pub(super) fn span_of_time(&mut self, block: &Block) -> (f64, Option<f64>) {
         let from = self.number_of(block, "from", TIME, 0.0);
         let to = block.get("to").and_then(|e| Some((e.value.span, self.scenario_number(&e.value, TIME)?)));
         if let Some((at, to)) = to.filter(|(_, to)| *to <= from) {
@@ -82,7 +82,7 @@ impl Lowerer<'_> {
     }
 
     /// A name that must be one of some.
-    fn one_of(&mut self, what: &str, name: &str, at: Span, names: &[&str]) -> Option<usize> {
+    pub(super) fn one_of(&mut self, what: &str, name: &str, at: Span, names: &[&str]) -> Option<usize> {
         let found = names.iter().position(|n| *n == name);
         if found.is_none() {
             let d = Diagnostic::error("HQ0201", at, format!("there is no {what} `{name}`"));
@@ -96,12 +96,15 @@ impl Lowerer<'_> {
     }
 
     fn signal_named(&mut self, key: &dsl::Spanned<String>, program: &Program) -> Option<usize> {
-        let names: Vec<&str> = program.interface.signals.iter().map(|s| s.name.as_str()).collect();
-        self.one_of("signal", &key.value, key.span, &names)
+        // Points of people are sent by `humans`.
+        let signals = || program.interface.signals.iter().enumerate().filter(|(_, s)| s.motion.is_none());
+        let names: Vec<&str> = signals().map(|(_, s)| s.name.as_str()).collect();
+        let found = self.one_of("signal", &key.value, key.span, &names)?;
+        signals().nth(found).map(|(i, _)| i)
     }
 
     /// The numbers of a value of a signal.
-    fn signal_value(&mut self, signal: &SignalProgram, value: &Value) -> Option<Vec<f64>> {
+    pub(super) fn signal_value(&mut self, signal: &SignalProgram, value: &Value) -> Option<Vec<f64>> {
         if signal.kind == "wrench" {
             let block = block_of(value, "a wrench", self.diagnostics)?;
             let keys = ["force", "moment"];
@@ -176,6 +179,12 @@ impl Lowerer<'_> {
             let d = Diagnostic::error("HQ0804", e.key.span, text);
             self.push(d.note("with noise on each of its numbers it would not be one").help("leave the noise out"));
         }
+        let Sending { from, to, noise, delay, drop, period, nan, .. } = self.sending(block, Self::signal_dimension(of));
+        Some(SignalScript { signal, from, to, path: path?, noise, delay, drop, period, nan })
+    }
+
+    /// How values are sent; `dimension` is that of their noise.
+    pub(super) fn sending(&mut self, block: &Block, dimension: Dimension) -> Sending {
         let (from, to) = self.span_of_time(block);
         let drop = self.number_of(block, "drop", NONE, 0.0);
         if let Some(e) = block.get("drop").filter(|_| drop > 1.0) {
@@ -183,20 +192,19 @@ impl Lowerer<'_> {
                 Diagnostic::error("HQ0308", e.value.span, format!("a share lies between 0 and 1, and this is {drop}"));
             self.push(d.help("write for instance `drop 0.05` for one value in twenty"));
         }
-        Some(SignalScript {
-            signal,
+        Sending {
             from,
             to,
-            path: path?,
-            noise: self.number_of(block, "noise", Self::signal_dimension(of), 0.0),
+            noise: self.number_of(block, "noise", dimension, 0.0),
             delay: self.number_of(block, "delay", TIME, 0.0),
             drop: drop.min(1.0),
             period: self.number_of(block, "period", TIME, 0.0),
             nan: block.get("nan").map(|e| self.times(&e.value)).unwrap_or_default(),
-        })
+            gaps: Vec::new(),
+        }
     }
 
-    fn path(&mut self, of: &SignalProgram, value: &Value) -> Option<Vec<(f64, Vec<f64>)>> {
+    pub(super) fn path(&mut self, of: &SignalProgram, value: &Value) -> Option<Vec<(f64, Vec<f64>)>> {
         if !is_straight(of) {
             let d = Diagnostic::error("HQ0804", value.span, format!("signal `{}` has no straight lines", of.name));
             self.push(
@@ -290,7 +298,7 @@ impl Lowerer<'_> {
         all
     }
 
-    fn vector_of(&mut self, e: &Entry, dimension: Dimension) -> Option<[f64; 3]> {
+    pub(super) fn vector_of(&mut self, e: &Entry, dimension: Dimension) -> Option<[f64; 3]> {
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         constants.vector(&e.value, dimension, self.diagnostics)
     }

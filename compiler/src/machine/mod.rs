@@ -209,6 +209,8 @@ fn covers(first: &Trigger, second: &Trigger) -> bool {
         (Trigger::Fault(a), Trigger::Fault(b)) => match (a, b) {
             (FaultPattern::Any, _) => true,
             (FaultPattern::Kind(kind), FaultPattern::Stale(_)) => *kind == runtime::FaultKind::Stale,
+            (FaultPattern::Kind(kind), FaultPattern::StaleAmong(_)) => *kind == runtime::FaultKind::Stale,
+            (FaultPattern::StaleAmong(all), FaultPattern::Stale(one)) => all.contains(one),
             (FaultPattern::Kind(kind), FaultPattern::Infeasible(_)) => *kind == runtime::FaultKind::Infeasible,
             (FaultPattern::Kind(kind), FaultPattern::Limit(_)) => *kind == runtime::FaultKind::Limit,
             _ => a == b,

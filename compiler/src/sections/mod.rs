@@ -4,6 +4,7 @@
 //!
 //! A new block is one more [`Section`], named in [`ALL`] and by the key that holds it.
 
+mod human;
 mod machine;
 mod robot;
 mod scenario;
@@ -14,6 +15,7 @@ use dsl::Spelling;
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::params::{Presence, Quantity};
 
+pub use human::{HUMAN, HUMAN_POINT, HUMAN_SCRIPT};
 pub use machine::{MACHINE, SIGNAL, STATE, TRANSITION};
 pub use robot::{ARM, BASES, LIMIT, POINT, ROBOT, SEGMENT};
 pub use scenario::{LATE, LOST, OUTCOME, PUSH, SCENARIO, SCENARIO_SIMULATOR, SIGNAL_SCRIPT, WAYPOINT};
@@ -34,6 +36,7 @@ pub static ALL: &[&Section] = &[
     &LEVEL,
     &MEMBER,
     &SIGNAL,
+    &HUMAN,
     &MACHINE,
     &STATE,
     &TRANSITION,
@@ -44,6 +47,8 @@ pub static ALL: &[&Section] = &[
     &SCENARIO_SIMULATOR,
     &SIGNAL_SCRIPT,
     &WAYPOINT,
+    &HUMAN_SCRIPT,
+    &HUMAN_POINT,
     &OUTCOME,
     &PUSH,
     &LATE,

@@ -1,8 +1,12 @@
 //! The keys of a scenario, and of what the world does in it.
 
-use stdlib_tasks::dimension::{ANGLE, Dimension, FORCE, LENGTH, MOMENT, NONE, TIME};
+use stdlib_tasks::dimension::{
+    ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, Dimension, FORCE, LENGTH, MOMENT, NONE, TIME,
+};
 use stdlib_tasks::params::Quantity;
 
+use super::human::HUMAN_SCRIPT;
+use super::spec::{ACTUATOR_ACCELERATION, ACTUATOR_SPEED};
 use super::{Holds, Key, Named, Place, Section};
 
 const STIFFNESS: Dimension = Dimension { m: 0, kg: 1, s: -2, rad: 0 };
@@ -34,6 +38,11 @@ pub static SCENARIO: Section = Section {
             "How the simulated robot differs from a perfect one; what is left out is as in `run`.",
         ),
         Key::optional("signals", Holds::Each(&Holds::Blocks(&SIGNAL_SCRIPT)), "What signals are sent, by name."),
+        Key::optional(
+            "humans",
+            Holds::Each(&Holds::Block(&HUMAN_SCRIPT)),
+            "What people do in the whole run, and how the tracker tells of it, by name.",
+        ),
         Key::optional(
             "events",
             Holds::Each(&Holds::Numbers(Quantity::at_least(TIME, 0.0))),
@@ -77,6 +86,8 @@ pub static SCENARIO_SIMULATOR: Section = Section {
             Holds::Number(Quantity::at_least(ANGLE, 0.0)),
             "Standard deviation of the noise on measured joint positions; of prismatic joints the same number in m.",
         ),
+        Key::optional("speed", Holds::Number(Quantity::above(ANGULAR_VELOCITY, 0.0)), ACTUATOR_SPEED),
+        Key::optional("acceleration", Holds::Number(Quantity::above(ANGULAR_ACCELERATION, 0.0)), ACTUATOR_ACCELERATION),
     ],
 };
 

@@ -1,8 +1,9 @@
 //! What begins a declaration, and the keys of declarations that are neither robot nor stack.
 
-use stdlib_tasks::dimension::{ANGLE, NONE, TIME};
+use stdlib_tasks::dimension::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, NONE, TIME};
 use stdlib_tasks::params::Quantity;
 
+use super::human::HUMAN;
 use super::machine::{MACHINE, SIGNAL};
 use super::robot::ROBOT;
 use super::scenario::SCENARIO;
@@ -81,6 +82,13 @@ pub static SPEC: Section = Section {
             "Typed inputs by name: `NAME: point?`, or `NAME: { type: point?, timeout: 0.5 s }`.",
         )
         .at(Place::Yaml),
+        Key::optional(
+            "human",
+            Holds::Block(&HUMAN),
+            "A person whose points are tracked: `human NAME { points [chest, left_wrist] }`.",
+        )
+        .at(Place::Hq),
+        Key::optional("humans", Holds::Each(&Holds::Block(&HUMAN)), "People whose points are tracked, by name.").at(Place::Yaml),
         Key::optional(
             "machine",
             Holds::Block(&MACHINE),
@@ -178,6 +186,11 @@ pub static RUN: Section = Section {
     ],
 };
 
+pub(super) const ACTUATOR_SPEED: &str =
+    "The largest real speed of every joint, beside its own limit; of prismatic joints the same number in m/s.";
+pub(super) const ACTUATOR_ACCELERATION: &str =
+    "The largest real acceleration of every joint; of prismatic joints the same number in m/s^2.";
+
 /// The simulated robot.
 pub static SIMULATOR: Section = Section {
     name: "the simulator",
@@ -195,5 +208,7 @@ pub static SIMULATOR: Section = Section {
             "Standard deviation of the noise on measured joint positions; of prismatic joints the same number in m.",
         ),
         Key::or("seed", Holds::Number(Quantity::at_least(NONE, 0.0)), "0", "Of the noise, a whole number."),
+        Key::optional("speed", Holds::Number(Quantity::above(ANGULAR_VELOCITY, 0.0)), ACTUATOR_SPEED),
+        Key::optional("acceleration", Holds::Number(Quantity::above(ANGULAR_ACCELERATION, 0.0)), ACTUATOR_ACCELERATION),
     ],
 };

@@ -1,16 +1,18 @@
-//! Declarations: `hierarq`, `param`, `robot`, `task`, `stack`, `run`; the others stand in `reuse`.
+//! Declarations: `hierarq`, `param`, `robot`, `human`, `task`, `stack`, `run`; the others stand in `reuse`.
 
 use super::Reader;
 use crate::explain::{self, After, clip};
 use crate::expr::{Place, missing};
 use crate::grammar::{Pair, Rule};
-use crate::tree::{Block, Comments, Item, ItemKind, Param, Robot, Run, Spec, Stack, Task, TaskDefinition, Value};
+use crate::tree::{
+    Block, Comments, Human, Item, ItemKind, Param, Robot, Run, Spec, Stack, Task, TaskDefinition, Value,
+};
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned, checks};
 
 /// The words that begin a declaration.
 pub(crate) const KEYWORDS: &[&str] =
-    &["import", "param", "let", "robot", "task", "stack", "signal", "machine", "scenario", "for", "run"];
+    &["import", "param", "let", "robot", "task", "stack", "signal", "human", "machine", "scenario", "for", "run"];
 
 /// The header is missing; `line` is what to write.
 pub(crate) fn no_header(span: Span, line: &str) -> Diagnostic {
@@ -96,7 +98,7 @@ impl Reader<'_> {
         let word = |n: usize| self.span(start, start + n);
         let keyword = match pair.as_rule() {
             Rule::import => word(6),
-            Rule::param | Rule::robot | Rule::stack => word(5),
+            Rule::param | Rule::robot | Rule::stack | Rule::human => word(5),
             Rule::task => word(4),
             Rule::signal => word(6),
             Rule::machine => word(7),
@@ -150,7 +152,10 @@ impl Reader<'_> {
         let unclosed = !self.nested
             && parts.junk.is_none()
             && match &parts.body {
-                None => parts.from.is_none() && matches!(rule, Rule::robot_rest | Rule::stack_rest | Rule::run_rest),
+                None => {
+                    parts.from.is_none()
+                        && matches!(rule, Rule::robot_rest | Rule::human_rest | Rule::stack_rest | Rule::run_rest)
+                }
                 Some(body) => rule == Rule::task_rest && body.clone().into_inner().all(|p| p.as_rule() != Rule::block),
             };
         let headless = if unclosed { self.headless(*end) } else { None };
@@ -179,6 +184,13 @@ impl Reader<'_> {
                 let mut body = self.body(parts, keyword, "robot", comments);
                 checks::reserved(&mut body, &["from"], "robot", &mut self.diags);
                 name.map(|name| ItemKind::Robot(Robot { name, base: base.map(|call| call.name), body }))
+            }
+            Rule::human_rest => {
+                self.no_mark(&parts, "human");
+                let name = self.name(&parts, keyword);
+                let mut body = self.body(parts, keyword, "human", comments);
+                checks::reserved(&mut body, &[], "human", &mut self.diags);
+                name.map(|name| ItemKind::Human(Human { name, body }))
             }
             Rule::stack_rest => self.stack(parts, keyword, comments).map(ItemKind::Stack),
             _ => Some(ItemKind::Run(Run { body: self.body(parts, keyword, "run", comments) })),
@@ -351,7 +363,7 @@ impl Reader<'_> {
         TaskDefinition { kind, args, named, body, span }
     }
 
-    /// The block of a robot or a run.
+    /// The block of a robot, a human or a run.
     fn body(&mut self, parts: Parts<'_>, keyword: Span, what: &str, comments: &mut Comments) -> Block {
         match (parts.body, parts.junk) {
             (Some(body), _) => return self.block(body, &mut comments.behind),
@@ -418,7 +430,7 @@ impl Reader<'_> {
                 diagnostic.note("a level stands inside the braces of a stack").help("write `stack NAME { level .. }`")
             } else {
                 let words =
-                    "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `signal`, `machine`, `scenario`, `for` or `run`";
+                    "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `signal`, `human`, `machine`, `scenario`, `for` or `run`";
                 diagnostic.note(words)
             });
             return;
@@ -433,6 +445,7 @@ impl Reader<'_> {
             "task" => Rule::task_rest,
             "stack" => Rule::stack_rest,
             "signal" => Rule::signal_rest,
+            "human" => Rule::human_rest,
             "machine" => Rule::machine_rest,
             "scenario" => Rule::scenario_rest,
             _ => Rule::run_rest,

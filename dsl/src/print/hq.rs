@@ -78,6 +78,10 @@ pub(super) fn items(items: &[Item], indent: usize, lines: &mut Lines) {
             }
             ItemKind::Stack(it) => levels::stack(it, behind, indent, lines),
             ItemKind::Signal(it) => machines::signal(it, behind, indent, lines),
+            ItemKind::Human(it) => {
+                lines.out.push_str(&format!("human {} ", it.name.value));
+                block(&it.body, behind, indent, it.body.entries.len() > 2, lines);
+            }
             ItemKind::Machine(it) => machines::machine(it, behind, indent, lines),
             ItemKind::Scenario(it) => machines::scenario(it, behind, indent, lines),
             ItemKind::For(it) => {

@@ -1,4 +1,4 @@
-//! Signals and machines: what a robot is told while it runs, and the states between which it goes.
+//! Signals, humans and machines: what a robot is told while it runs, and the states between which it goes.
 
 use super::{Block, Call, Comments, Entry, Value};
 use crate::span::{Span, Spanned};
@@ -23,6 +23,15 @@ impl PartialEq for Signal {
             && self.optional.is_some() == other.optional.is_some()
             && self.settings == other.settings
     }
+}
+
+/// `human operator { points [chest, left_wrist]  lost hold }`: a person whose points are tracked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Human {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// What is said of it.
+    pub body: Block,
 }
 
 /// `machine harvest { initial look  state look { .. } }`

@@ -4,12 +4,14 @@ use super::Reader;
 use super::events::{Kind, Node, NodeId};
 use crate::explain::clip;
 use crate::hq::{bad_version, no_header};
-use crate::tree::{Block, Comments, Item, ItemKind, Let, Parameter, Robot, Run, Spec, Task, TaskDefinition, ValueKind};
+use crate::tree::{
+    Block, Comments, Human, Item, ItemKind, Let, Parameter, Robot, Run, Spec, Task, TaskDefinition, ValueKind,
+};
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned};
 
 /// The sections that hold declarations by name.
-const LISTS: &[&str] = &["params", "lets", "robots", "tasks", "stacks", "signals", "machines"];
+const LISTS: &[&str] = &["params", "lets", "robots", "tasks", "stacks", "signals", "humans", "machines"];
 
 const SECTIONS: &[&str] = &[
     "hierarq",
@@ -20,6 +22,7 @@ const SECTIONS: &[&str] = &[
     "tasks",
     "stacks",
     "signals",
+    "humans",
     "machines",
     "scenarios",
     "for",
@@ -79,7 +82,7 @@ impl Reader<'_> {
                     let Some(meant) = meant else {
                         self.diags
                             .push(diagnostic.note(
-                                "a spec has the keys `hierarq`, `import`, `params`, `lets`, `robots`, `tasks`, `stacks`, `signals`, `machines`, `scenarios`, `for` and `run`",
+                                "a spec has the keys `hierarq`, `import`, `params`, `lets`, `robots`, `tasks`, `stacks`, `signals`, `humans`, `machines`, `scenarios`, `for` and `run`",
                             ));
                         continue;
                     };
@@ -173,7 +176,7 @@ impl Reader<'_> {
         while let [head, rest @ ..] = left {
             left = rest;
             // `arm:` with nothing below it, and its parts beside it.
-            let blocks = matches!(section, "robots" | "stacks" | "machines") && self.is_null(head.3);
+            let blocks = matches!(section, "robots" | "stacks" | "humans" | "machines") && self.is_null(head.3);
             let parts = rest.iter().take_while(|h| blocks && !self.is_null(h.3)).count();
             let flat = rest[..parts].iter().any(|h| !matches!(self.node(h.3).kind, Kind::Mapping(_)));
             if let Some(first) = rest.first().filter(|_| flat) {
@@ -226,6 +229,11 @@ impl Reader<'_> {
                 ItemKind::Task(Task { name, parameters, definition })
             }
             "signals" => ItemKind::Signal(self.signal(&name, value, &mut comments)),
+            "humans" => {
+                let mut body = self.mapping(value, &name, "human");
+                crate::checks::reserved(&mut body, &[], "human", &mut self.diags);
+                ItemKind::Human(Human { name, body })
+            }
             "machines" => ItemKind::Machine(self.machine(&name, value)),
             _ => ItemKind::Stack(self.stack(value, &name, parameters)),
         };

@@ -510,6 +510,8 @@ fn repeated() -> BoxedStrategy<ItemKind> {
         })),
         stack().prop_map(ItemKind::Stack),
         signal().prop_map(ItemKind::Signal),
+        (name(), settings(&[], any_value(), true))
+            .prop_map(|(name, body)| ItemKind::Human(Human { name: spanned(name), body })),
         machine().prop_map(ItemKind::Machine),
         scenario().prop_map(ItemKind::Scenario),
     ]
@@ -552,6 +554,7 @@ fn unique(items: Vec<(ItemKind, Comments)>) -> Vec<Item> {
         ItemKind::Signal(s) => (8, s.name.value.clone()),
         ItemKind::Machine(m) => (9, m.name.value.clone()),
         ItemKind::Scenario(s) => (10, s.name.value.clone()),
+        ItemKind::Human(h) => (11, h.name.value.clone()),
         ItemKind::For(_) => (7, String::new()),
         ItemKind::Run(_) => (4, String::new()),
     };

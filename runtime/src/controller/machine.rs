@@ -311,6 +311,7 @@ fn answers(pattern: &FaultPattern, fault: &Fault, stage: &Stage) -> bool {
         (FaultPattern::Any, _) => true,
         (FaultPattern::Kind(kind), f) => f.kind() == *kind,
         (FaultPattern::Stale(signal), Fault::Stale { signal: s }) => s == signal,
+        (FaultPattern::StaleAmong(all), Fault::Stale { signal }) => all.contains(signal),
         (FaultPattern::Infeasible(name), Fault::Infeasible { level }) => stage.level_names().get(*level) == Some(name),
         (FaultPattern::Limit(task), Fault::Limit { member, .. }) => {
             stage.evaluator.members().get(*member).is_some_and(|m| m.program_index == *task)

@@ -252,7 +252,7 @@ impl Controller {
         let signals = &self.signals;
         let patience = |s: usize| signals.interface().signals[s].timeout.unwrap_or(f64::INFINITY);
         let is_stale =
-            |s: usize| !signals.interface().signals[s].optional && !signals.is_present(s) && since > patience(s);
+            |s: usize| !signals.interface().signals[s].optional && !signals.is_known(s) && since > patience(s);
         self.machine.stale(is_stale)
     }
 

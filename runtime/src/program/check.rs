@@ -84,6 +84,12 @@ impl Program {
             s.lag.is_finite() && s.lag >= 0.0 && s.noise.is_finite() && s.noise >= 0.0,
             &at("simulator"),
             "negative or not finite",
+        )?;
+        let positive = |x: Option<f64>| x.is_none_or(|x| x.is_finite() && x > 0.0);
+        ensure(
+            positive(s.speed) && positive(s.acceleration),
+            &at("simulator"),
+            "a limit is not positive, or not finite",
         )
     }
 

@@ -1,7 +1,7 @@
 //! Makes sure that signals and the machine of a program can be executed.
 
 use super::check::{ProgramError, ensure, error};
-use super::{FaultPattern, MAX_SIGNAL, MachineProgram, Program, StateProgram, Trigger};
+use super::{FaultPattern, Lost, MAX_SIGNAL, MachineProgram, Program, StateProgram, Trigger, Velocity};
 
 /// The most states that one may stand inside another.
 const MAX_DEPTH: usize = 64;
@@ -14,7 +14,22 @@ impl Program {
             ensure(s.at == next, &place, "its numbers do not follow those of the signal before")?;
             ensure((1..=MAX_SIGNAL).contains(&s.len), &place, "has too many numbers, or none")?;
             ensure(s.timeout.is_none_or(|t| t > 0.0), &place, "its timeout is no positive time")?;
-            next += 1 + s.len;
+            if let Some(motion) = &s.motion {
+                ensure(s.len == 3 && s.timeout.is_some(), &place, "is no point with a timeout, and moves")?;
+                let cutoff = if let Velocity::Estimated(cutoff) = motion.velocity { cutoff } else { 1.0 };
+                let growth = if let Lost::Hold(growth) = motion.lost { growth } else { 0.0 };
+                let positive = |x: f64| x > 0.0 && x.is_finite();
+                let good = positive(cutoff) && growth >= 0.0 && growth.is_finite();
+                ensure(good && motion.max_speed.is_none_or(positive), &place, "a speed or a cutoff makes no sense")?;
+            }
+            next += s.width();
+        }
+        for (i, h) in self.interface.humans.iter().enumerate() {
+            let place = format!("interface.humans[{i}]");
+            let moves = |s: &usize| self.interface.signals.get(*s).is_some_and(|s| s.motion.is_some());
+            ensure(!h.points.is_empty() && h.points.iter().all(moves), &place, "a point is no tracked point")?;
+            let inside = |l: &(usize, usize)| l.0.max(l.1) < h.points.len();
+            ensure(h.links.iter().all(inside), &place, "a link joins points that do not exist")?;
         }
         Ok(())
     }
@@ -71,6 +86,9 @@ impl Program {
             Trigger::Reached { task: t, tolerances } => {
                 task(t)?;
                 ensure(tolerances.iter().all(|x| *x >= 0.0), place, "a tolerance is negative")
+            }
+            Trigger::Fault(FaultPattern::StaleAmong(all)) => {
+                ensure(all.iter().all(|s| *s < self.interface.signals.len()), place, "a signal does not exist")
             }
             Trigger::Fault(FaultPattern::Stale(s)) => {
                 ensure(*s < self.interface.signals.len(), place, "a signal does not exist")

@@ -1,7 +1,7 @@
 //! Makes sure that the scenarios of a program can be run.
 
 use super::check::{ProgramError, ensure, error};
-use super::{Force, Measure, Program, ScenarioProgram, SignalScript};
+use super::{Force, HumanScript, Measure, Program, ScenarioProgram, Sending, SignalScript, Track};
 
 /// A time that is not negative.
 fn is_time(x: f64) -> bool {
@@ -59,6 +59,12 @@ impl Program {
             self.check_signal_script(script, place)?;
             script.path.iter().try_for_each(|(_, value)| wide(script.signal, value))?;
         }
+        for script in &world.humans {
+            self.check_human(script, place)?;
+        }
+        let mut seen: Vec<usize> = world.humans.iter().map(|h| h.human).collect();
+        seen.sort_unstable();
+        ensure(seen.windows(2).all(|w| w[0] != w[1]), place, "a person is in two places at once")?;
         for (event, times) in &world.events {
             ensure(*event < self.interface.events.len(), place, "an event does not exist")?;
             ensure(times.iter().all(|t| is_time(*t)), place, "a time is negative or not finite")?;
@@ -89,10 +95,31 @@ impl Program {
         Ok(())
     }
 
+    fn check_human(&self, script: &HumanScript, place: &str) -> Result<(), ProgramError> {
+        let points = self.interface.humans.get(script.human).map(|h| h.points.len());
+        ensure(points == Some(script.tracks.len()), place, "a person does not exist, or has other points")?;
+        for Track(path) in &script.tracks {
+            let rising = path.windows(2).all(|w| w[0].0 < w[1].0) && path.iter().all(|p| is_time(p.0));
+            let finite = path.iter().flat_map(|p| p.1).all(f64::is_finite);
+            ensure(
+                !path.is_empty() && rising && finite,
+                place,
+                "a person's way is empty, or its instants do not rise",
+            )?;
+        }
+        let s = &script.sending;
+        ensure(s.gaps.iter().all(|g| is_time(g.0) && is_time(g.1)), place, "a time is negative or not finite")?;
+        self.check_sending(s, place)
+    }
+
     fn check_signal_script(&self, s: &SignalScript, place: &str) -> Result<(), ProgramError> {
         ensure(!s.path.is_empty(), place, "a script sends no value")?;
         let rising = s.path.windows(2).all(|w| w[0].0 < w[1].0) && s.path.iter().all(|p| is_time(p.0));
         ensure(rising, place, "the instants of a path do not rise")?;
+        self.check_sending(&s.sending(), place)
+    }
+
+    fn check_sending(&self, s: &Sending, place: &str) -> Result<(), ProgramError> {
         let times = [s.from, s.delay, s.period, s.noise].into_iter().all(is_time) && s.to.is_none_or(is_time);
         ensure(times, place, "a time is negative or not finite")?;
         ensure((0.0..=1.0).contains(&s.drop), place, "a share lies between 0 and 1")

@@ -89,6 +89,8 @@ pub enum FaultPattern {
     Kind(FaultKind),
     /// A signal is stale.
     Stale(usize),
+    /// One of these signals is stale.
+    StaleAmong(Vec<usize>),
     /// A hard level of this name cannot be met.
     Infeasible(String),
     /// A limit is passed.

@@ -22,10 +22,10 @@ pub use check::ProgramError;
 pub(crate) use check::error;
 pub use machine::{ActionProgram, FaultPattern, MachineProgram, StateProgram, TransitionProgram, Trigger};
 pub use scenario::{
-    ExpectationProgram, Force, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate, PredicateTable,
-    PushScript, ScenarioProgram, SignalScript, WorldProgram,
+    ExpectationProgram, Force, HumanScript, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate,
+    PredicateTable, PushScript, ScenarioProgram, Sending, SignalScript, Track, WorldProgram,
 };
-pub use signal::{Interface, MAX_SIGNAL, SignalProgram};
+pub use signal::{HumanProgram, Interface, Lost, MAX_SIGNAL, Motion, SignalProgram, Velocity};
 pub use tape::{Op, Output, Tape, Times};
 
 /// The version of the format; a program of another version is refused.
@@ -271,4 +271,10 @@ pub struct Simulator {
     pub noise: f64,
     /// Seed of the noise.
     pub seed: u64,
+    /// The largest real speed of each joint, in rad/s or m/s, where its own limit is not smaller; none for that alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed: Option<f64>,
+    /// The largest real acceleration of each joint, in rad/s^2 or m/s^2; none for any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub acceleration: Option<f64>,
 }

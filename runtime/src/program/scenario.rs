@@ -33,6 +33,9 @@ pub struct WorldProgram {
     /// Values that signals are sent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub signals: Vec<SignalScript>,
+    /// What people do.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub humans: Vec<HumanScript>,
     /// Events that the host raises: index, and when, in s.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<(usize, Vec<f64>)>,
@@ -53,7 +56,7 @@ pub struct WorldProgram {
 impl WorldProgram {
     /// True where the controller is shown something else than what is.
     pub fn disturbs(&self) -> bool {
-        !self.late.is_empty() || !self.lost.is_empty()
+        !self.late.is_empty() || !self.lost.is_empty() || !self.humans.is_empty()
     }
 }
 
@@ -84,6 +87,77 @@ pub struct SignalScript {
     /// Instants, in s, at which the value that is sent is not a number.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub nan: Vec<f64>,
+}
+
+impl SignalScript {
+    /// How its values are sent.
+    pub fn sending(&self) -> Sending {
+        let SignalScript { from, to, noise, delay, drop, period, .. } = *self;
+        Sending { from, to, noise, delay, drop, period, nan: self.nan.clone(), gaps: Vec::new() }
+    }
+}
+
+/// How values are sent on their way to the controller.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Sending {
+    /// When the first value is sent, in s.
+    #[serde(default)]
+    pub from: f64,
+    /// From when on none is sent, in s; none for the end of the run.
+    #[serde(default)]
+    pub to: Option<f64>,
+    /// Standard deviation of the noise on each number, in its unit; 0 for none.
+    #[serde(default)]
+    pub noise: f64,
+    /// Time from the measurement of a value to its arrival, in s. It counts as received when it arrives.
+    #[serde(default)]
+    pub delay: f64,
+    /// The share of values that are lost on the way.
+    #[serde(default)]
+    pub drop: f64,
+    /// Time from a value to the next, in s; 0 for one at every tick.
+    #[serde(default)]
+    pub period: f64,
+    /// Instants, in s, at which the value that is sent is not a number.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub nan: Vec<f64>,
+    /// Spans of time, in s, in which nothing is sent: from when, until when.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gaps: Vec<(f64, f64)>,
+}
+
+/// What a person does in the whole run, and how the tracker tells of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HumanScript {
+    /// Index of the person.
+    pub human: usize,
+    /// How readings are sent: all points of the person together, so that one is lost or late as a whole. Noise is on
+    /// positions alone.
+    pub sending: Sending,
+    /// Where each point of the person truly is, in the order of its points.
+    pub tracks: Vec<Track>,
+}
+
+/// The true way of a tracked point: instants in s from the beginning of the run, rising, and where it is at each, in m.
+/// Between two it goes on a straight line, before the first and behind the last it stands.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Track(pub Vec<(f64, [f64; 3])>);
+
+impl Track {
+    /// Where the point is at a time, and how fast it goes from there on, in m and m/s.
+    pub fn at(&self, time: f64) -> ([f64; 3], [f64; 3]) {
+        let behind = self.0.partition_point(|p| p.0 <= time);
+        match (behind.checked_sub(1).and_then(|i| self.0.get(i)), self.0.get(behind)) {
+            (Some((from, a)), Some((to, b))) => {
+                let share = (time - from) / (to - from);
+                let along = |i: usize| a[i] + share * (b[i] - a[i]);
+                let speed = |i: usize| (b[i] - a[i]) / (to - from);
+                ([along(0), along(1), along(2)], [speed(0), speed(1), speed(2)])
+            }
+            (Some((_, x)), None) | (None, Some((_, x))) => (*x, [0.0; 3]),
+            (None, None) => ([f64::NAN; 3], [f64::NAN; 3]),
+        }
+    }
 }
 
 /// What becomes of an action: of each request for it in order; the last entry repeats.

@@ -17,6 +17,83 @@ pub struct SignalProgram {
     pub optional: bool,
     /// How long a value counts after it was received, in s; none for ever.
     pub timeout: Option<f64>,
+    /// Of a tracked point of a person: how it moves between readings, and what becomes of it without them. Its velocity,
+    /// whether it counts, its uncertainty and the rate of that follow its value in the table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<Motion>,
+}
+
+/// How a tracked point of a person moves.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Motion {
+    /// Where its velocity comes from.
+    pub velocity: Velocity,
+    /// The largest speed that is believed, in m/s; none for any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_speed: Option<f64>,
+    /// What becomes of it when its readings stop.
+    pub lost: Lost,
+}
+
+/// Where the velocity of a tracked point comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Velocity {
+    /// Differences of positions behind a first-order low-pass with this cutoff, in Hz.
+    Estimated(f64),
+    /// The host sends it behind the position, in m/s.
+    Measured,
+    /// It is taken to stand between readings.
+    None,
+}
+
+/// What becomes of a tracked point when its readings stop.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Lost {
+    /// It is absent, which is the fault `stale` where it is needed.
+    Fault,
+    /// Its last position counts on, at rest, ever less certain: by so many m/s.
+    Hold(f64),
+}
+
+impl SignalProgram {
+    /// How many numbers it has in the table.
+    pub fn width(&self) -> usize {
+        1 + self.len + if self.motion.is_some() { 6 } else { 0 }
+    }
+
+    /// How many numbers the host sends.
+    pub fn sent(&self) -> usize {
+        self.len + if self.motion.is_some_and(|m| m.velocity == Velocity::Measured) { 3 } else { 0 }
+    }
+
+    /// The first of the three numbers of its velocity, of a tracked point.
+    pub fn velocity_at(&self) -> usize {
+        self.at + 1 + self.len
+    }
+
+    /// The number that says whether its value may be used, 1 or -1: whether it is present, or is held.
+    pub fn known_at(&self) -> usize {
+        if self.motion.is_some() { self.velocity_at() + 3 } else { self.at }
+    }
+
+    /// The number of its uncertainty in m, of a tracked point; its rate in m/s follows.
+    pub fn uncertainty_at(&self) -> usize {
+        self.velocity_at() + 4
+    }
+}
+
+/// A person: points that are tracked.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HumanProgram {
+    /// The name.
+    pub name: String,
+    /// The signals of the points, which are called `HUMAN.POINT`.
+    pub points: Vec<usize>,
+    /// Segments between two points, by their places in `points`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub links: Vec<(usize, usize)>,
 }
 
 /// The most numbers that the value of a signal has.
@@ -27,6 +104,9 @@ pub const MAX_SIGNAL: usize = 7;
 pub struct Interface {
     /// Values, in the order declared.
     pub signals: Vec<SignalProgram>,
+    /// People, whose points stand among the signals.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub humans: Vec<HumanProgram>,
     /// Names of events: those that the host raises, outcomes of actions, and those that the machine raises itself.
     pub events: Vec<String>,
 }
@@ -34,12 +114,22 @@ pub struct Interface {
 impl Interface {
     /// How many numbers the table of signals has.
     pub fn width(&self) -> usize {
-        self.signals.last().map_or(0, |s| s.at + 1 + s.len)
+        self.signals.last().map_or(0, |s| s.at + s.width())
     }
 
     /// The signal that a number of the table belongs to.
     pub fn signal_of(&self, number: usize) -> Option<usize> {
         self.signals.partition_point(|s| s.at <= number).checked_sub(1)
+    }
+
+    /// A table in which every signal is absent.
+    pub fn absent(&self) -> Vec<f64> {
+        let mut table = vec![f64::NAN; self.width()];
+        for s in &self.signals {
+            table[s.at] = -1.0;
+            table[s.known_at()] = -1.0;
+        }
+        table
     }
 
     /// The index of a signal.

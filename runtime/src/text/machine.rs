@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::number;
-use crate::program::{ActionProgram, MachineProgram, Program, StateProgram};
+use crate::program::{ActionProgram, Lost, MachineProgram, Motion, Program, SignalProgram, StateProgram, Velocity};
 
 /// What comes from outside: signals with their types and numbers, events with what raises them.
 pub(super) fn signals(p: &Program, out: &mut String) -> std::fmt::Result {
@@ -22,6 +22,14 @@ pub(super) fn signals(p: &Program, out: &mut String) -> std::fmt::Result {
             1 => writeln!(out, "  present {}, value {}", s.at, s.at + 1)?,
             _ => writeln!(out, "  present {}, value {}..{}", s.at, s.at + 1, s.at + s.len)?,
         }
+        if let Some(motion) = &s.motion {
+            moving(s, motion, out)?;
+        }
+    }
+    for h in &interface.humans {
+        let name = |i: &usize| interface.signals.get(*i).map_or("?", |s| s.name.as_str());
+        let points: Vec<&str> = h.points.iter().map(name).collect();
+        writeln!(out, "  human {}: {} points, {} links: {}", h.name, points.len(), h.links.len(), points.join(", "))?;
     }
     if interface.events.is_empty() {
         return Ok(());
@@ -39,6 +47,25 @@ pub(super) fn signals(p: &Program, out: &mut String) -> std::fmt::Result {
         writeln!(out, "  {event}  from {from}")?;
     }
     Ok(())
+}
+
+/// How a tracked point moves, and where the numbers of that stand.
+fn moving(s: &SignalProgram, motion: &Motion, out: &mut String) -> std::fmt::Result {
+    let (v, u) = (s.velocity_at(), s.uncertainty_at());
+    match motion.velocity {
+        Velocity::Estimated(cutoff) => {
+            write!(out, "    velocity {v}..{}, estimated below {} Hz", v + 2, number(cutoff))?
+        }
+        Velocity::Measured => write!(out, "    velocity {v}..{}, measured", v + 2)?,
+        Velocity::None => write!(out, "    no velocity")?,
+    }
+    if let Some(most) = motion.max_speed {
+        write!(out, ", at most {} m/s", number(most))?;
+    }
+    match motion.lost {
+        Lost::Fault => writeln!(out, "; lost: a fault"),
+        Lost::Hold(growth) => writeln!(out, "; lost: held, uncertainty {u} grows by {} m/s", number(growth)),
+    }
 }
 
 /// The machine: states inside each other, with stacks, actions and ways out.

@@ -14,6 +14,7 @@ pub(super) fn scenario(p: &Program, s: &ScenarioProgram, out: &mut String) -> st
     let w = &s.world;
     let counts = [
         (w.signals.len(), "scripts of signals"),
+        (w.humans.len(), "people"),
         (w.events.iter().map(|e| e.1.len()).sum(), "events"),
         (w.outcomes.iter().map(|o| o.requests.len()).sum(), "outcomes"),
         (w.pushes.len(), "pushes"),

@@ -68,8 +68,7 @@ impl Recorder for Judge {
         let Judge { model, data, measures, predicates, layout, table, rates, row, .. } = self;
         table[PredicateTable::T] = tick.time - tick.controller.stage_entered();
         table[PredicateTable::TIME] = tick.time;
-        let signals = tick.controller.signal_table();
-        table[layout.signal(0)..layout.measure(0)].copy_from_slice(signals);
+        table[layout.signal(0)..layout.measure(0)].copy_from_slice(tick.signals);
         measures.tick(tick, &mut table[layout.measure(0)..]);
         model.forward(tick.q, data);
         let state = State { model, data, q: tick.q, values: table, rates, velocity: tick.command };

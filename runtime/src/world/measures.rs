@@ -59,7 +59,7 @@ impl Probe {
             return;
         }
         let times = Times { t: tick.time - c.stage_entered(), time: tick.time };
-        let moment = Moment { times, signals: c.signal_table(), velocity: last };
+        let moment = Moment { times, signals: tick.signals, velocity: last };
         let anew = if runs { self.visit != Some(c.visit()) } else { self.visit.is_none() };
         if anew {
             self.visit = Some(c.visit());

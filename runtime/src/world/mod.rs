@@ -3,6 +3,8 @@
 //! Everything random comes from generators seeded by the scenario, one for each script, so that a change of one script
 //! leaves the others as they were, and the same scenario gives the same numbers.
 
+mod channel;
+mod human;
 mod judge;
 mod measures;
 mod outcomes;
@@ -15,6 +17,7 @@ use rand_pcg::rand_core::SeedableRng;
 use crate::controller::{Controller, Request};
 use crate::program::{LostReading, Program, ScenarioProgram};
 
+use human::Person;
 pub use judge::Judge;
 pub use measures::{is_bound_to_its_stack, stack_of};
 use outcomes::Outcomes;
@@ -27,6 +30,9 @@ const NOW: f64 = 5e-7;
 /// Spreads the seeds of the scripts of a scenario over all numbers: 2^64 over the golden ratio.
 const SPREAD: u64 = 0x9e37_79b9_7f4a_7c15;
 
+/// The first number of the generators of people, far beyond those of other scripts.
+const PEOPLE: usize = 1 << 20;
+
 /// The generator of one script of a scenario. The simulated robot has the first one.
 fn stream(seed: u64, script: usize) -> Pcg64 {
     Pcg64::seed_from_u64(seed.wrapping_add((script as u64 + 1).wrapping_mul(SPREAD)))
@@ -35,6 +41,7 @@ fn stream(seed: u64, script: usize) -> Pcg64 {
 /// A world while it runs.
 pub struct World {
     senders: Vec<Sender>,
+    people: Vec<Person>,
     pushes: Vec<Push>,
     /// Events that are still to come: when, in s, and which; the next one last.
     events: Vec<(f64, usize)>,
@@ -55,6 +62,9 @@ impl World {
         let q_of = |l: &LostReading| program.robot.model.dofs.get(l.dof).and_then(|d| d.q_index).map(|i| (*l, i));
         World {
             senders: world.signals.iter().enumerate().map(|(i, s)| Sender::new(s, stream(seed, i))).collect(),
+            people: (world.humans.iter().enumerate())
+                .map(|(i, h)| Person::new(h, &program.interface, stream(seed, PEOPLE + i)))
+                .collect(),
             pushes: world.pushes.iter().map(|p| Push::new(p, program)).collect(),
             events,
             outcomes: Outcomes::new(&world.outcomes),
@@ -75,12 +85,22 @@ impl World {
         for sender in &mut self.senders {
             sender.tick(signals, time);
         }
+        for person in &mut self.people {
+            person.tick(signals, time);
+        }
         push::tick(&mut self.pushes, signals, q, time);
         while self.events.last().is_some_and(|e| e.0 <= time + NOW) {
             let event = self.events.pop();
             event.map(|(_, event)| signals.raise(event));
         }
         self.outcomes.tell(signals, time);
+    }
+
+    /// Puts what is true of people in the place of what the controller knows of them, in a table of signals.
+    pub fn truth(&self, time: f64, signals: &mut [f64]) {
+        for person in &self.people {
+            person.truth(time, signals);
+        }
     }
 
     /// What the controller sees of a measured configuration.

@@ -103,7 +103,7 @@ mod tests {
     }
 
     fn signals() -> Signals {
-        Signals::new(&Interface { signals: Vec::new(), events: vec!["found".into(), "not_found".into()] })
+        Signals::new(&Interface { events: vec!["found".into(), "not_found".into()], ..Interface::default() })
     }
 
     fn entry(outcome: &str, after: f64) -> OutcomeProgram {

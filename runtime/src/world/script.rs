@@ -1,78 +1,34 @@
 //! Values that a signal is sent: on straight lines between instants, noisy, late, and sometimes lost.
 
-use std::collections::VecDeque;
-
-use rand_distr::{Distribution, Normal, Uniform};
 use rand_pcg::Pcg64;
 
-use super::NOW;
+use super::channel::Channel;
 use crate::program::SignalScript;
 use crate::signals::Signals;
 
 /// Sends what a script says.
 pub(super) struct Sender {
-    script: SignalScript,
-    noise: Option<Normal<f64>>,
-    chance: Option<Uniform<f64>>,
-    random: Pcg64,
-    /// How many values were due.
-    sent: u64,
-    /// Values on their way: when they arrive, in s, and what they are.
-    underway: VecDeque<(f64, Vec<f64>)>,
-    /// How many of the instants without a number have passed.
-    bad: usize,
+    signal: usize,
+    path: Vec<(f64, Vec<f64>)>,
+    channel: Channel,
 }
 
 impl Sender {
     pub fn new(script: &SignalScript, random: Pcg64) -> Sender {
-        let mut script = script.clone();
-        script.nan.sort_by(f64::total_cmp);
-        Sender {
-            noise: (script.noise > 0.0).then(|| Normal::new(0.0, script.noise).ok()).flatten(),
-            chance: (script.drop > 0.0).then(|| Uniform::new(0.0, 1.0).ok()).flatten(),
-            script,
-            random,
-            sent: 0,
-            underway: VecDeque::new(),
-            bad: 0,
-        }
+        let channel = Channel::new(script.sending(), random);
+        Sender { signal: script.signal, path: script.path.clone(), channel }
     }
 
     pub fn tick(&mut self, signals: &mut Signals, time: f64) {
-        let s = &self.script;
-        let open = time >= s.from - NOW && s.to.is_none_or(|to| time < to - NOW);
-        // Counted, not summed: a value is never late by rounding.
-        if open && time >= s.from + self.sent as f64 * s.period - NOW {
-            // Where the period is shorter than a tick, or ticks were left out, one value goes for all that are due.
-            if s.period > 0.0 {
-                self.sent = (((time - s.from + NOW) / s.period) as u64).saturating_add(1);
-            }
-            self.send(time);
-        }
-        while self.underway.front().is_some_and(|u| u.0 <= time + NOW) {
-            if let Some((arrived, value)) = self.underway.pop_front() {
-                signals.set(self.script.signal, &value, arrived.min(time));
-            }
-        }
-    }
-
-    fn send(&mut self, time: f64) {
-        let mut value = at(&self.script.path, time);
-        // Drawn for every value, so that a lost one does not change those behind it.
-        if let Some(noise) = &self.noise {
-            value.iter_mut().for_each(|x| *x += noise.sample(&mut self.random));
-        }
-        let lost = self.chance.is_some_and(|c| c.sample(&mut self.random) < self.script.drop);
-        let before = self.bad;
-        while self.script.nan.get(self.bad).is_some_and(|t| *t <= time + NOW) {
-            self.bad += 1;
-        }
-        if self.bad > before {
-            value.fill(f64::NAN);
-        } else if lost {
-            return;
-        }
-        self.underway.push_back((time + self.script.delay, value));
+        let Sender { signal, path, channel } = self;
+        let value = || {
+            let value = at(path, time);
+            let all = value.len();
+            (value, all)
+        };
+        channel.tick(time, value, |value, arrived| {
+            signals.set(*signal, value, arrived);
+        });
     }
 }
 
@@ -121,8 +77,9 @@ mod tests {
             len: 2,
             optional: true,
             timeout: Some(0.054),
+            motion: None,
         };
-        Signals::new(&Interface { signals: vec![point], events: Vec::new() })
+        Signals::new(&Interface { signals: vec![point], ..Interface::default() })
     }
 
     /// The values at each tick of 10 ms; none where the signal is absent.
@@ -199,12 +156,9 @@ mod tests {
         let variance = all.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / all.len() as f64;
         // Five standard errors of the mean and of the deviation.
         assert!((mean - 3.0).abs() < 5.0 * 0.5 / 141.0 && (variance.sqrt() - 0.5).abs() < 5.0 * 0.5 / 200.0);
-        let mut sender = Sender::new(&SignalScript { drop: 0.3, ..script() }, stream(7, 0));
-        let mut arrived = 0;
-        for k in 0..20_000 {
-            sender.send(f64::from(k));
-            arrived += usize::from(sender.underway.pop_front().is_some());
-        }
+        let all = seen(&SignalScript { drop: 0.3, period: 0.1, ..script() }, 7, 200_000);
+        // One value in ten ticks, which counts for 54 ms.
+        let arrived = all.iter().step_by(10).filter(|x| x.is_some()).count();
         assert!((arrived as f64 / 20_000.0 - 0.7).abs() < 5.0 * (0.21_f64 / 20_000.0).sqrt());
     }
 

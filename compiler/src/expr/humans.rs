@@ -1,0 +1,117 @@
+//! People in expressions: their tracked points, how fast those move, and how uncertain they are.
+
+use dsl::tree::{Value, ValueKind};
+use dsl::{Diagnostic, Span, Spanned};
+use stdlib_tasks::dimension::LENGTH;
+
+use super::lower::{Failed, Meaning};
+use super::{Axes, Kind, Lowering, Typed};
+use crate::constants::Human;
+use crate::forms::{target, written};
+use crate::names::{list, suggest};
+
+/// What follows a point, `operator.chest.velocity`.
+const VELOCITY: &str = "velocity";
+
+/// The name under which a point of a human, or its velocity, stands among the values. Nobody can write it.
+pub(crate) fn symbol(human: &str, point: &str, velocity: bool) -> String {
+    format!("{human}.#{point}{}", if velocity { ".#velocity" } else { "" })
+}
+
+impl Lowering<'_> {
+    fn human(&mut self, value: &Value) -> Option<(String, Human)> {
+        let ValueKind::Name(name) = &value.kind else { return None };
+        match self.scope.name(name) {
+            Meaning::Human(human) => Some((name.clone(), human)),
+            _ => None,
+        }
+    }
+
+    /// `operator.chest` and `operator.chest.velocity`, where the first name is that of a human.
+    pub(super) fn tracked(
+        &mut self,
+        inner: &Value,
+        field: &Spanned<String>,
+        span: Span,
+    ) -> Option<Result<Typed, Failed>> {
+        if let Some((name, human)) = self.human(inner) {
+            return Some(
+                self.point_of(&name, &human, field)
+                    .and_then(|point| self.known(&symbol(point, &field.value, false), span)),
+            );
+        }
+        let ValueKind::Field(outer, point) = &inner.kind else { return None };
+        if field.value != VELOCITY {
+            return None;
+        }
+        let (name, human) = self.human(outer)?;
+        Some(self.point_of(&name, &human, point).and_then(|name| self.known(&symbol(name, &point.value, true), span)))
+    }
+
+    /// The name in the program of the human, where it has a point.
+    fn point_of<'n>(&mut self, name: &'n str, human: &Human, point: &Spanned<String>) -> Result<&'n str, Failed> {
+        if human.points.iter().any(|p| p.0 == point.value) {
+            return Ok(target(name));
+        }
+        let names = human.points.iter().map(|p| p.0.as_str());
+        let d = Diagnostic::error("HQ0201", point.span, format!("`{}` has no point `{}`", written(name), point.value));
+        self.fail(match suggest(&point.value, names.clone()) {
+            Some(near) => d.help(format!("did you mean `{near}`?")),
+            None => d.help(format!("its points are {}", list(names, 12))),
+        })
+    }
+
+    fn known(&mut self, symbol: &str, span: Span) -> Result<Typed, Failed> {
+        match self.scope.name(symbol) {
+            Meaning::Value(symbol) => Ok(Typed { span, ..symbol.value }),
+            _ => Err(Failed),
+        }
+    }
+
+    /// One number of each point that `operator` or `operator.chest` means; none where it means no human.
+    pub(super) fn numbers_of_human(
+        &mut self,
+        who: &Value,
+        number: impl Fn(&(String, usize, usize)) -> usize,
+    ) -> Option<Result<Vec<usize>, Failed>> {
+        if let Some((_, human)) = self.human(who) {
+            return Some(Ok(human.points.iter().map(number).collect()));
+        }
+        let ValueKind::Field(outer, point) = &who.kind else { return None };
+        let (name, human) = self.human(outer)?;
+        let found = self.point_of(&name, &human, point);
+        Some(found.map(|_| human.points.iter().filter(|p| p.0 == point.value).map(number).collect()))
+    }
+
+    /// `uncertainty(operator)`, `uncertainty(operator.chest)`
+    pub(super) fn uncertainty(&mut self, args: &[Value], span: Span) -> Result<Typed, Failed> {
+        let [who] = args else {
+            let d = Diagnostic::error(
+                "HQ0310",
+                span,
+                "`uncertainty` takes the name of one person, or of one of its points",
+            );
+            return self.fail(d.help("write for instance `uncertainty(operator)`"));
+        };
+        let Some(numbers) = self.numbers_of_human(who, |p| p.2) else {
+            if let ValueKind::Name(name) = &who.kind
+                && matches!(self.scope.name(name), Meaning::Failed)
+            {
+                return Err(Failed);
+            }
+            let d = Diagnostic::error("HQ0201", who.span, "this is neither a person nor a point of one");
+            return self.fail(d.help("declare it: `human operator { points [chest]  lost hold }`"));
+        };
+        let numbers = numbers?;
+        let outer = if let ValueKind::Field(outer, _) = &who.kind { outer } else { who };
+        if let Some((name, _)) = self.human(outer).filter(|(_, human)| !human.held) {
+            let text = format!("`{}` is never uncertain: it is absent when its readings stop", written(&name));
+            let d = Diagnostic::error("HQ0304", who.span, text);
+            return self.fail(d.help(format!("write `lost hold` into `human {}`, or leave this out", written(&name))));
+        }
+        let nodes: Vec<usize> = numbers.into_iter().map(|at| self.graph.moving_signal(at, at + 1)).collect();
+        let most = nodes.into_iter().reduce(|a, b| self.graph.push(runtime::program::Op::Max(a, b)));
+        let nodes = most.into_iter().collect();
+        Ok(Typed { kind: Kind::Scalar, dimension: LENGTH, nodes, bare: false, axes: Axes::default(), span })
+    }
+}

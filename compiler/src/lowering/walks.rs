@@ -1,0 +1,172 @@
+//! What people do in a scenario: a body that goes along waypoints, points that go by themselves, or a recorded file.
+
+use dsl::tree::{Block, Entry};
+use dsl::{Diagnostic, Span, Spanned};
+use runtime::program::{HumanProgram, HumanScript, Program, Track};
+use stdlib_tasks::dimension::LENGTH;
+
+use super::Lowerer;
+use crate::constants::Constants;
+use crate::forms::{block_of, check_keys, text_of};
+use crate::recording;
+use crate::sections::{HUMAN_POINT, HUMAN_SCRIPT};
+
+impl Lowerer<'_> {
+    pub(super) fn human_scripts(&mut self, body: &Block, program: &Program) -> Vec<HumanScript> {
+        let humans = &program.interface.humans;
+        let names: Vec<&str> = humans.iter().map(|h| h.name.as_str()).collect();
+        let mut all = Vec::new();
+        for e in self.named_entries(body, "humans") {
+            let found = self.one_of("human", &e.key.value, e.key.span, &names);
+            let block = block_of(&e.value, "the script of a human", self.diagnostics);
+            let (Some(human), Some(block)) = (found, block) else { continue };
+            check_keys(block, &HUMAN_SCRIPT, self.diagnostics);
+            let points: Vec<&str> = (humans[human].points.iter())
+                .map(|&s| program.interface.signals[s].name.rsplit('.').next().unwrap_or_default())
+                .collect();
+            let tracks = self.tracks(block, &humans[human], &points, program);
+            let mut sending = self.sending(block, LENGTH);
+            if let Some(e) = block.get("lost") {
+                for gap in self.blocks(&e.value, "a time out of sight", &crate::sections::LOST) {
+                    let (from, to) = self.span_of_time(gap);
+                    let there = (self.needed(gap, "from", "from 3 s"), self.needed(gap, "to", "to 4 s"));
+                    sending.gaps.extend(there.0.and(there.1).and(to).map(|to| (from, to)));
+                }
+            }
+            all.extend(tracks.map(|tracks| HumanScript { human, sending, tracks }));
+        }
+        all
+    }
+
+    /// The way of each point.
+    fn tracks(&mut self, block: &Block, of: &HumanProgram, points: &[&str], program: &Program) -> Option<Vec<Track>> {
+        let said: Vec<&Entry> = ["value", "path", "points", "file"].iter().filter_map(|k| block.get(k)).collect();
+        let (first, second) = (said.first().copied(), said.get(1).copied());
+        if let (Some(first), Some(second)) = (first, second) {
+            let text = format!("where `{}` is was said by `{}` already", of.name, first.key.value);
+            let d = Diagnostic::error("HQ0804", second.key.span, text);
+            self.push(d.label(first.key.span, "here").help("keep one of the two"));
+            return None;
+        }
+        let Some(way) = first else {
+            let text = format!("this does not say where `{}` is", of.name);
+            let help =
+                "write `value [x, y, z] m` or `path [..]` with a `shape`, or `points { .. }`, or `file \"walk.csv\"`";
+            self.push(Diagnostic::error("HQ0206", block.span, text).help(help));
+            return None;
+        };
+        if let Some(shape) = block.get("shape").filter(|_| !matches!(way.key.value.as_str(), "value" | "path")) {
+            let text =
+                format!("a `shape` belongs to a body with a `value` or a `path`, and `{}` needs none", way.key.value);
+            let d = Diagnostic::error("HQ0804", shape.key.span, text);
+            self.push(d.help("leave it out"));
+            return None;
+        }
+        match way.key.value.as_str() {
+            "file" => self.recorded(way, points),
+            "points" => {
+                let inner = block_of(&way.value, "`points`", self.diagnostics)?;
+                let entries = self.one_for_each(inner, points, (of, way.key.span), "value [0, 0, 1] m")?;
+                let mut tracks = Vec::new();
+                for e in entries {
+                    let script = block_of(&e.value, "the way of a point", self.diagnostics)?;
+                    check_keys(script, &HUMAN_POINT, self.diagnostics);
+                    let way = match (script.get("value"), script.get("path")) {
+                        (Some(way), None) | (None, Some(way)) => way,
+                        (first, second) => {
+                            let at = first.and(second).map_or(script.span, |path| path.key.span);
+                            let d = Diagnostic::error("HQ0804", at, "a point has one `value`, or goes along a `path`");
+                            self.push(d.help("write one of the two, such as `value [0.6, 0, 1.2] m`"));
+                            return None;
+                        }
+                    };
+                    tracks.push(self.way(way, of, program)?);
+                }
+                Some(tracks)
+            }
+            _ => self.body(way, block, (of, points), program),
+        }
+    }
+
+    /// A body of a fixed shape that goes along a way.
+    fn body(
+        &mut self,
+        way: &Entry,
+        block: &Block,
+        (of, points): (&HumanProgram, &[&str]),
+        program: &Program,
+    ) -> Option<Vec<Track>> {
+        let Some(shape) = block.get("shape") else {
+            // The only point is where the body is.
+            if points.len() == 1 {
+                return self.way(way, of, program).map(|track| vec![track]);
+            }
+            let text = format!("this says where `{}` is, and not where its points are", of.name);
+            let d = Diagnostic::error("HQ0206", way.key.span, text);
+            self.push(d.help(format!("add where they are from there: `shape {{ {} [0, 0, 1.2] m .. }}`", points[0])));
+            return None;
+        };
+        let inner = block_of(&shape.value, "`shape`", self.diagnostics)?;
+        let entries = self.one_for_each(inner, points, (of, shape.key.span), "[0, 0, 1.2] m");
+        let track = self.way(way, of, program)?;
+        let mut tracks = Vec::new();
+        for e in entries? {
+            let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+            let offset = constants.vector(&e.value, LENGTH, self.diagnostics)?;
+            let moved = |(t, x): &(f64, [f64; 3])| (*t, [x[0] + offset[0], x[1] + offset[1], x[2] + offset[2]]);
+            tracks.push(Track(track.0.iter().map(moved).collect()));
+        }
+        Some(tracks)
+    }
+
+    /// A `value` or a `path`.
+    fn way(&mut self, e: &Entry, of: &HumanProgram, program: &Program) -> Option<Track> {
+        if e.key.value == "value" {
+            return self.vector_of(e, LENGTH).map(|x| Track(vec![(0.0, x)]));
+        }
+        let point = program.interface.signals.get(*of.points.first()?)?;
+        let path = self.path(point, &e.value)?;
+        let all: Option<Vec<(f64, [f64; 3])>> =
+            path.into_iter().map(|(t, x)| Some((t, <[f64; 3]>::try_from(x).ok()?))).collect();
+        all.map(Track)
+    }
+
+    /// The entries of a block, one for each point, in the order of the points.
+    fn one_for_each<'b>(
+        &mut self,
+        block: &'b Block,
+        points: &[&str],
+        (of, at): (&HumanProgram, Span),
+        example: &str,
+    ) -> Option<Vec<&'b Entry>> {
+        let mut good = true;
+        for e in &block.entries {
+            good &= self.one_of("point", &e.key.value, e.key.span, points).is_some();
+        }
+        let missing: Vec<&str> = points.iter().filter(|p| block.get(p).is_none()).copied().collect();
+        if let Some(first) = missing.first().filter(|_| good) {
+            let text = format!("`{}` is missing here: `{}` has this point too", missing.join("`, `"), of.name);
+            let d = Diagnostic::error("HQ0206", at, text);
+            self.push(d.help(format!("write for instance `{first} {example}`")));
+            return None;
+        }
+        good.then(|| points.iter().filter_map(|p| block.get(p)).collect())
+    }
+
+    /// A recorded file.
+    fn recorded(&mut self, e: &Entry, points: &[&str]) -> Option<Vec<Track>> {
+        let Some(path) = text_of(&e.value) else {
+            let d = Diagnostic::error("HQ0304", e.value.span, "the path of a file, in quotes, is needed here");
+            self.push(d.help("write for instance `file \"walk.csv\"`"));
+            return None;
+        };
+        let path = Spanned::new(path.to_string(), e.value.span);
+        match recording::read(&path, self.input.folder, points, self.sources) {
+            Ok(tracks) => Some(tracks),
+            Err(d) => {
+                self.push(*d);
+                None
+            }
+        }
+    }
+}

@@ -1,0 +1,252 @@
+//! Recorded walks: files of comma-separated values with a head `time,chest.x,chest.y,chest.z,..`, in s and m.
+//!
+//! Columns may stand in any order, and those of other names are passed over, so that one recording serves several specs.
+//! Every mistake is shown in the file itself.
+
+use std::io::Read;
+use std::path::Path;
+
+use dsl::{Diagnostic, SourceId, Sources, Span, Spanned};
+use runtime::program::Track;
+
+use crate::names::{list, suggest};
+use crate::paths::{instead_of, io_reason};
+
+/// Largest file that is read, in bytes.
+const MAX_BYTES: u64 = 16 << 20;
+/// Most lines of numbers.
+const MAX_ROWS: usize = 100_000;
+/// Most numbers that are kept.
+const MAX_NUMBERS: usize = 1_000_000;
+
+type Refused = Box<Diagnostic>;
+
+/// Where a column of the head stands among all.
+struct Columns {
+    time: usize,
+    /// For each point the columns of x, y and z.
+    points: Vec<[usize; 3]>,
+}
+
+/// The ways of some points, from a file that a spec names.
+///
+/// # Errors
+/// It cannot be read, or says nothing that makes sense: the diagnostic shows where.
+pub(crate) fn read(
+    path: &Spanned<String>,
+    folder: &Path,
+    points: &[&str],
+    sources: &mut Sources,
+) -> Result<Vec<Track>, Refused> {
+    let text = text_of(path, folder)?;
+    let source = sources.add(path.value.clone(), text);
+    let text = sources.get(source).map_or("", |s| s.text.as_str());
+    parse(text, source, path, points)
+}
+
+fn text_of(path: &Spanned<String>, folder: &Path) -> Result<String, Refused> {
+    let on_disk = folder.join(&path.value);
+    let cannot = |why: &str| Diagnostic::error("HQ0805", path.span, format!("cannot read `{}`: {why}", path.value));
+    let bytes = match bytes_of(&on_disk) {
+        Ok(bytes) => bytes,
+        Err(e) => {
+            let d = cannot(io_reason(&e)).note("paths are relative to the spec");
+            return Err(Box::new(d.help(instead_of(&on_disk))));
+        }
+    };
+    if bytes.len() as u64 > MAX_BYTES {
+        let d = cannot(&format!("it has more than {} MB", MAX_BYTES >> 20));
+        return Err(Box::new(d.help("keep the part that the scenario needs, or fewer lines for each second")));
+    }
+    String::from_utf8(bytes).map_err(|e| {
+        let why = format!("it is no UTF-8 text, byte {} is none", e.utf8_error().valid_up_to());
+        Box::new(cannot(&why).help("save it as comma-separated values"))
+    })
+}
+
+fn bytes_of(path: &Path) -> std::io::Result<Vec<u8>> {
+    if path.is_dir() {
+        return Err(std::io::ErrorKind::IsADirectory.into());
+    }
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)?.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// The cells of a line, each with its place in the text; `start` is that of the line.
+fn cells(line: &str, start: usize, source: SourceId) -> impl Iterator<Item = (&str, Span)> {
+    let mut at = start;
+    line.split(',').map(move |cell| {
+        let text = cell.trim();
+        let from = at + (cell.len() - cell.trim_start().len());
+        at += cell.len() + 1;
+        (text, Span::new(source, from, from + text.len()))
+    })
+}
+
+fn parse(text: &str, source: SourceId, path: &Spanned<String>, points: &[&str]) -> Result<Vec<Track>, Refused> {
+    let named = |d: Diagnostic| d.label(path.span, "named here");
+    let mut start = text.len() - text.trim_start_matches('\u{feff}').len();
+    // Lines with their places; those without a word are passed over.
+    let mut lines = text[start..].split('\n').filter_map(|line| {
+        let at = start;
+        start += line.len() + 1;
+        (!line.trim().is_empty()).then_some((line, at))
+    });
+    let Some((head, at)) = lines.next() else {
+        let d = Diagnostic::error("HQ0805", path.span, format!("`{}` is empty", path.value));
+        return Err(Box::new(d.help(format!("write a head, {}, and lines of numbers in s and m", example(points)))));
+    };
+    let names: Vec<(&str, Span)> = cells(head, at, source).collect();
+    let columns = columns(&names, at..at + head.trim_end().len(), source, points).map_err(|d| Box::new(named(*d)))?;
+    let mut tracks = vec![Track::default(); points.len()];
+    let mut last: Option<(f64, Span)> = None;
+    let mut row = Vec::new();
+    for (count, (line, at)) in lines.enumerate() {
+        let whole = Span::new(source, at, at + line.trim_end().len());
+        if count >= MAX_ROWS || (count + 1).saturating_mul(3 * points.len()) > MAX_NUMBERS {
+            let text = format!("the recording has more than {count} lines of {} points", points.len());
+            let d = Diagnostic::error("HQ0805", whole, text).here("read up to here");
+            return Err(Box::new(named(
+                d.help("keep the part that the scenario needs, or fewer lines for each second"),
+            )));
+        }
+        row.clear();
+        row.extend(cells(line, at, source));
+        if row.len() != names.len() {
+            let text = format!("this line has {} numbers, and the head has {} columns", row.len(), names.len());
+            let d = Diagnostic::error("HQ0805", whole, text);
+            return Err(Box::new(named(d.help("write one number for each column, with commas between them"))));
+        }
+        let time = number(row[columns.time]).map_err(|d| Box::new(named(*d)))?;
+        let here = row[columns.time].1;
+        if time < 0.0 {
+            let d = Diagnostic::error("HQ0805", here, format!("a time counts from 0 s, and this is {time} s"));
+            return Err(Box::new(named(d.help("let the recording begin at 0 s"))));
+        }
+        if let Some((before, there)) = last.filter(|(before, _)| *before >= time) {
+            let text = format!("{time} s does not come after {before} s");
+            let d = Diagnostic::error("HQ0805", here, text).label(there, "the line before");
+            return Err(Box::new(named(d.help("sort the lines by their times, and keep one for each instant"))));
+        }
+        last = Some((time, here));
+        for (track, [x, y, z]) in tracks.iter_mut().zip(&columns.points) {
+            let one = |k: usize| number(row[k]).map_err(|d| Box::new(named(*d)));
+            track.0.push((time, [one(*x)?, one(*y)?, one(*z)?]));
+        }
+    }
+    if last.is_none() {
+        let d = Diagnostic::error("HQ0805", path.span, format!("`{}` has a head and no numbers", path.value));
+        return Err(Box::new(d.help("write lines of numbers in s and m below it")));
+    }
+    Ok(tracks)
+}
+
+/// A head for some points.
+fn example(points: &[&str]) -> String {
+    let point = points.first().copied().unwrap_or("chest");
+    let more = if points.len() > 1 { ",.." } else { "" };
+    format!("`time,{point}.x,{point}.y,{point}.z{more}`")
+}
+
+fn columns(
+    names: &[(&str, Span)],
+    head: std::ops::Range<usize>,
+    source: SourceId,
+    points: &[&str],
+) -> Result<Columns, Refused> {
+    for (i, (name, at)) in names.iter().enumerate() {
+        if let Some((_, first)) = names[..i].iter().find(|n| n.0 == *name && !name.is_empty()) {
+            let d = Diagnostic::error("HQ0805", *at, format!("there are two columns `{name}`"));
+            return Err(Box::new(d.label(*first, "the first one").help("keep one of them")));
+        }
+    }
+    let find = |wanted: &str| {
+        names.iter().position(|n| n.0 == wanted).ok_or_else(|| {
+            let d = Diagnostic::error(
+                "HQ0805",
+                Span::new(source, head.start, head.end),
+                format!("there is no column `{wanted}`"),
+            );
+            let all = || names.iter().map(|n| n.0);
+            Box::new(match suggest(wanted, all()) {
+                Some(near) => d.help(format!("is `{near}` meant? the head is {}", example(points))),
+                None => d.help(format!("columns are {}; the head is {}", list(all(), 12), example(points))),
+            })
+        })
+    };
+    let time = find("time")?;
+    let mut all = Vec::new();
+    for point in points {
+        let one = |axis: &str| find(&format!("{point}.{axis}"));
+        all.push([one("x")?, one("y")?, one("z")?]);
+    }
+    Ok(Columns { time, points: all })
+}
+
+/// The number in a cell.
+fn number((text, at): (&str, Span)) -> Result<f64, Refused> {
+    // Not every text that reads as a number of a computer is one of a recording: `nan`, `inf`.
+    let plain = text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '+' | '.'));
+    match text.parse::<f64>() {
+        Ok(x) if plain && x.is_finite() => Ok(x),
+        _ => {
+            let shown: String = text.chars().take(24).collect();
+            let what = if text.is_empty() {
+                "a number is missing here".to_string()
+            } else {
+                format!("`{shown}` is no number")
+            };
+            let d = Diagnostic::error("HQ0805", at, what);
+            Err(Box::new(
+                d.help("leave lines out in which the person was not seen; between two lines the way is straight"),
+            ))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn parsed(text: &str, points: &[&str]) -> Result<Vec<Track>, String> {
+        let path = Spanned::new("walk.csv".to_string(), Span::default());
+        parse(text, SourceId::default(), &path, points).map_err(|d| d.message)
+    }
+
+    #[test]
+    fn columns_are_found_by_their_names() {
+        let text = "\u{feff}hand.z, time ,hand.x,score,hand.y\r\n3,0,1,good,2\r\n\r\n-3e0,0.5,+1.5,bad,.5\r\n";
+        let expected = vec![(0.0, [1.0, 2.0, 3.0]), (0.5, [1.5, 0.5, -3.0])];
+        assert_eq!(parsed(text, &["hand"]), Ok(vec![Track(expected)]));
+    }
+
+    #[test]
+    fn mistakes_are_shown_in_the_file() {
+        let path = Spanned::new("walk.csv".to_string(), Span::default());
+        let text = "time,a.x,a.y,a.z\n0,1,2,3\n1, 1 , nan,3\n";
+        let d = parse(text, SourceId::default(), &path, &["a"]).unwrap_err();
+        assert_eq!(&text[d.primary.span.range()], "nan");
+    }
+
+    proptest! {
+        /// What was written with all its digits is read back, and any text at all is refused without a panic.
+        #[test]
+        fn numbers_are_read_as_written(rows in prop::collection::vec(prop::array::uniform3(-1e3..1e3_f64), 1..20)) {
+            let mut text = "time,p.x,p.y,p.z\n".to_string();
+            for (k, x) in rows.iter().enumerate() {
+                text.push_str(&format!("{},{},{},{}\n", k as f64 * 0.1, x[0], x[1], x[2]));
+            }
+            let track = Track(rows.iter().enumerate().map(|(k, x)| (k as f64 * 0.1, *x)).collect());
+            prop_assert_eq!(parsed(&text, &["p"]), Ok(vec![track]));
+        }
+
+        #[test]
+        fn no_text_makes_it_panic(text in "(time|p\\.x|p\\.y|p\\.z|[0-9.,\n é-]|nan){0,60}") {
+            let _ = parsed(&text, &["p"]);
+            let _ = parsed(&format!("time,p.x,p.y,p.z\n{text}"), &["p"]);
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! The way of values from where they are measured to the controller: at which instants they are sent, noisy, late, and
+//! sometimes lost.
+
+use std::collections::VecDeque;
+
+use rand_distr::{Distribution, Normal, Uniform};
+use rand_pcg::Pcg64;
+
+use super::NOW;
+use crate::program::Sending;
+
+/// Sends values.
+pub(super) struct Channel {
+    sending: Sending,
+    noise: Option<Normal<f64>>,
+    chance: Option<Uniform<f64>>,
+    random: Pcg64,
+    /// How many values were due.
+    sent: u64,
+    /// Values on their way: when they arrive, in s, and what they are.
+    underway: VecDeque<(f64, Vec<f64>)>,
+    /// How many of the instants without a number have passed.
+    bad: usize,
+}
+
+impl Channel {
+    pub fn new(sending: Sending, random: Pcg64) -> Channel {
+        let mut sending = sending;
+        sending.nan.sort_by(f64::total_cmp);
+        Channel {
+            noise: (sending.noise > 0.0).then(|| Normal::new(0.0, sending.noise).ok()).flatten(),
+            chance: (sending.drop > 0.0).then(|| Uniform::new(0.0, 1.0).ok()).flatten(),
+            sending,
+            random,
+            sent: 0,
+            underway: VecDeque::new(),
+            bad: 0,
+        }
+    }
+
+    /// Sends what `value` gives where that is due: its numbers, and how many of them are noisy. Hands over what has
+    /// arrived, with the time of that.
+    pub fn tick(&mut self, time: f64, value: impl FnOnce() -> (Vec<f64>, usize), mut arrive: impl FnMut(&[f64], f64)) {
+        let s = &self.sending;
+        let open = time >= s.from - NOW && s.to.is_none_or(|to| time < to - NOW);
+        // Counted, not summed: a value is never late by rounding.
+        if open && time >= s.from + self.sent as f64 * s.period - NOW {
+            // Where the period is shorter than a tick, or ticks were left out, one value goes for all that are due.
+            if s.period > 0.0 {
+                self.sent = (((time - s.from + NOW) / s.period) as u64).saturating_add(1);
+            }
+            self.send(value(), time);
+        }
+        while self.underway.front().is_some_and(|u| u.0 <= time + NOW) {
+            if let Some((arrived, value)) = self.underway.pop_front() {
+                arrive(&value, arrived.min(time));
+            }
+        }
+    }
+
+    fn send(&mut self, (mut value, noisy): (Vec<f64>, usize), time: f64) {
+        // Drawn for every value, so that a lost one does not change those behind it.
+        if let Some(noise) = &self.noise {
+            value.iter_mut().take(noisy).for_each(|x| *x += noise.sample(&mut self.random));
+        }
+        let lost = self.chance.is_some_and(|c| c.sample(&mut self.random) < self.sending.drop);
+        let before = self.bad;
+        while self.sending.nan.get(self.bad).is_some_and(|t| *t <= time + NOW) {
+            self.bad += 1;
+        }
+        let hidden = self.sending.gaps.iter().any(|&(from, to)| time >= from - NOW && time < to - NOW);
+        if self.bad > before {
+            value.fill(f64::NAN);
+        } else if lost || hidden {
+            return;
+        }
+        self.underway.push_back((time + self.sending.delay, value));
+    }
+}

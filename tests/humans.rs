@@ -1,0 +1,244 @@
+//! People near the robot: that it goes out of the way as fast as they come, what becomes of it when nobody sees them, and
+//! that expectations speak of where they truly are.
+
+mod common;
+
+use compiler::{Input, compile};
+use runtime::program::{Lost, Program, ScenarioProgram, Velocity};
+use runtime::{Controller, Fault, Judge, Observation, Recorder, SimulatedRobot, Simulation, Tick};
+
+const ROBOT: &str = "hierarq 1
+robot arm { urdf \"robots/arm7.urdf\"  rate 200 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }
+task limits = joint_velocity_limits
+task stay = hold(tool)
+stack work { level limits hard { limits }  level people hard { away }  level motion { stay } }
+task away = keep(norm(frame(tool).position - walker.hand)) { min 0.3 m  gain 5 /s }
+";
+
+/// A hand that comes from 1.4 m away on the line through the tool, at 0.25 m/s, and stops before the robot cannot.
+fn coming(human: &str, script: &str) -> Program {
+    common::program_of(&format!(
+        "{ROBOT}human walker {{ points [hand]  {human} }}
+scenario s {{ duration 4.4 s  humans {{ walker {{ path [{{ at 0 s  value [1.7, 0, 0.56] m }}, {{ at 4 s  value [0.7, 0, 0.56] m }}]  {script} }} }} }}"
+    ))
+}
+
+/// What was true at each tick: the margin, and the table of signals.
+#[derive(Default)]
+struct Seen {
+    margins: Vec<f64>,
+    signals: Vec<Vec<f64>>,
+    commands: Vec<Vec<f64>>,
+    faults: Vec<Option<Fault>>,
+}
+
+impl Recorder for Seen {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        let member = tick.evaluator.members().iter().find(|m| m.name == "away");
+        self.margins.push(member.map_or(f64::NAN, |m| tick.evaluator.margins()[m.margins.start]));
+        self.signals.push(tick.signals.to_vec());
+        self.commands.push(tick.command.to_vec());
+        self.faults.push(tick.fault);
+        Ok(())
+    }
+}
+
+fn run(program: &Program) -> Seen {
+    let scenario: &ScenarioProgram = &program.scenarios[0];
+    let program = scenario.program(program);
+    let mut simulation = Simulation::in_world(&program, scenario).expect("it can be executed");
+    let mut seen = Seen::default();
+    simulation.run(&mut seen, &mut || 0.0, &mut |_| true).expect("memory does not fail");
+    seen
+}
+
+fn least(margins: &[f64]) -> f64 {
+    margins.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// The barrier of a moving obstacle has its velocity in it. Without it, a person who comes at `v` stands `v / gain` inside
+/// the limit before the robot is as fast: the steady state of `h' = -gain h - v`.
+#[test]
+fn the_robot_goes_out_of_the_way_as_fast_as_the_person_comes() {
+    let measured = least(&run(&coming("velocity measured", "")).margins);
+    assert!(measured > -1e-3, "{measured}");
+    let estimated = least(&run(&coming("", "")).margins);
+    assert!(estimated > -1e-3, "an estimate of a steady walk is as good: {estimated}");
+    let blind = least(&run(&coming("velocity none", "")).margins);
+    assert!((blind + 0.25 / 5.0).abs() < 0.005, "{blind} and {}", -0.25 / 5.0);
+}
+
+/// A speed that is not believed is worth what is believed: of 0.25 m/s only 0.1 m/s counts.
+#[test]
+fn a_speed_that_is_not_believed_is_cut() {
+    let cut = least(&run(&coming("velocity measured  max_speed 0.1 m/s", "")).margins);
+    assert!((cut + 0.15 / 5.0).abs() < 0.005, "{cut}");
+}
+
+#[test]
+fn a_lost_person_is_a_fault_or_is_held() {
+    let lost = run(&coming("timeout 52 ms", "lost { from 1 s  to 2 s }"));
+    let at = lost.faults.iter().position(|f| matches!(f, Some(Fault::Stale { signal: 0 }))).expect("it is stale");
+    // The last reading came at 0.995 s.
+    assert_eq!(at, 210, "1.05 s");
+    assert!(lost.commands[at..].iter().flatten().all(|v| *v == 0.0), "nobody answers, so the robot stands");
+    assert!(lost.margins.iter().all(|h| h.is_finite()), "what is true is known all the same");
+    let held = run(&coming("timeout 52 ms  lost hold  growth 0.5 m/s", "lost { from 1 s  to 2 s }"));
+    assert!(held.faults.iter().all(Option::is_none));
+    let never = run(&coming("lost hold", "from 1 s"));
+    assert!(matches!(never.faults[0], Some(Fault::Stale { .. })), "who was never seen is nowhere");
+}
+
+/// What the controller knows goes through noise, loss and delay; the truth does not.
+#[test]
+fn recorders_see_where_people_truly_are() {
+    let program = coming(
+        "velocity measured  lost hold",
+        "noise 5 cm  drop 0.3  delay 20 ms  period 40 ms  lost { from 1 s  to 2 s }",
+    );
+    let s = program.interface.signals[0].clone();
+    // The first reading is on its way, and a fault ends the run for the robot, not for the person.
+    for (k, table) in run(&program).signals.iter().enumerate() {
+        let t = k as f64 * 0.005;
+        let x = 1.7 - 0.25 * t.min(4.0);
+        assert!((table[s.at + 1] - x).abs() < 1e-9, "{t}: {} and {x}", table[s.at + 1]);
+        assert_eq!(table[s.velocity_at()], if t < 4.0 - 1e-9 { -0.25 } else { 0.0 }, "{t}");
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_and_another_one_others() {
+    let world = "noise 1 cm  drop 0.1";
+    let (a, b) = (coming("", world), coming("", world));
+    let mut c = a.clone();
+    c.scenarios[0].run.simulator.seed = 1;
+    let bits = |p: &Program| format!("{:?}", run(p).commands);
+    assert_eq!(bits(&a), bits(&b));
+    assert_ne!(bits(&a), bits(&c));
+}
+
+/// The estimate that a controller works with is that of its equation, reading by reading, whatever the ticks are.
+#[test]
+fn the_controller_has_the_estimate_of_the_equation() {
+    let program = coming("cutoff 3 Hz", "");
+    let mut controller = Controller::new(&program).expect("it can be executed");
+    let mut robot = SimulatedRobot::new(&program);
+    let q = robot.measure().to_vec();
+    let (mut v, mut last) = (0.0, None::<(f64, f64)>);
+    for k in 0..400 {
+        let time = f64::from(k) * 0.005;
+        if k % 3 == 0 {
+            let x = 1.5 - 0.2 * (2.0 * time).sin();
+            assert!(controller.signals().set(0, &[x, 0.0, 0.6], time));
+            if let Some((before, from)) = last {
+                let dt: f64 = time - before;
+                v += (1.0 - (-2.0 * std::f64::consts::PI * 3.0 * dt).exp()) * ((x - from) / dt - v);
+            }
+            last = Some((time, x));
+        }
+        controller.step(&Observation { time, q: &q });
+        let seen = controller.signals().velocity(0)[0];
+        assert!((seen - v).abs() < 1e-12, "{time}: {seen} and {v}");
+    }
+    assert!(!controller.signals().set(0, &[0.0; 6], 2.0), "this one is not measured");
+}
+
+/// `uncertainty` is what a limit adds: the distance that is kept grows with it, and nothing jumps when the person is lost.
+#[test]
+fn a_limit_that_adds_the_uncertainty_keeps_further_away() {
+    let text = ROBOT.replace("min 0.3 m", "min 0.3 m + uncertainty(walker)");
+    let program = common::program_of(&format!(
+        "{text}human walker {{ points [hand]  lost hold  growth 0.4 m/s  timeout 52 ms }}
+scenario s {{ duration 1.4 s  humans {{ walker {{ value [0.8, 0, 0.56] m  lost {{ from 0.5 s  to 1 s }} }} }}
+  expect always norm(frame(tool).position - walker.hand) > 0.3 m + uncertainty(walker) - 2 mm
+  expect eventually uncertainty(walker) > 0.17 m
+  expect eventually not present(walker)
+  expect always norm(walker.hand.velocity) < 1 mm/s
+  expect always from 1.01 s : (present(walker.hand) and uncertainty(walker.hand) < 1 mm) }}"
+    ));
+    let scenario = &program.scenarios[0];
+    let ran = scenario.program(&program);
+    let mut simulation = Simulation::in_world(&ran, scenario).expect("it can be executed");
+    let mut judge = Judge::new(&ran, scenario, simulation.ticks()).expect("it can be watched");
+    simulation.run(&mut judge, &mut || 0.0, &mut |_| true).expect("memory does not fail");
+    for (outcome, e) in judge.finish().iter().zip(&scenario.expectations) {
+        assert_eq!(format!("{:?}", outcome.verdict), "Holds", "{}", e.title());
+    }
+    let margins = run(&program).margins;
+    assert!(
+        margins.windows(2).all(|w| (w[1] - w[0]).abs() < 0.01 || w[1] > w[0]),
+        "only seeing the person again jumps"
+    );
+}
+
+#[test]
+fn what_is_said_of_a_human_stands_in_the_program() {
+    let program = common::program("bystander.hq");
+    let human = &program.interface.humans[0];
+    assert_eq!((human.name.as_str(), &human.points, &human.links), ("walker", &vec![0, 1, 2], &vec![(0, 1), (0, 2)]));
+    let names: Vec<&str> = program.interface.signals.iter().map(|s| s.name.as_str()).collect();
+    assert_eq!(names, ["walker.chest", "walker.left_wrist", "walker.right_wrist"]);
+    let motion = program.interface.signals[2].motion.expect("it moves");
+    assert_eq!(
+        (motion.velocity, motion.lost, motion.max_speed),
+        (Velocity::Estimated(5.0), Lost::Hold(0.5), Some(4.0))
+    );
+    // A recording is data: the program runs where the file is not.
+    let recorded = &program.scenarios[1].world.humans[0].tracks;
+    assert_eq!((recorded.len(), recorded[0].0.len()), (3, 161));
+    let json = serde_json::to_string(&program).expect("plain data");
+    assert_eq!(serde_json::from_str::<Program>(&json).expect("the same"), program);
+}
+
+#[test]
+fn a_program_that_was_damaged_is_refused() {
+    let good = common::program("bystander.hq");
+    let damages: [(&str, fn(&mut Program)); 9] = [
+        ("a point that is none", |p| p.interface.humans[0].points[1] = 7),
+        ("a link beyond", |p| p.interface.humans[0].links[0] = (0, 9)),
+        ("no cutoff", |p| {
+            p.interface.signals[0].motion.as_mut().expect("it moves").velocity = Velocity::Estimated(0.0)
+        }),
+        ("shrinking", |p| p.interface.signals[0].motion.as_mut().expect("it moves").lost = Lost::Hold(-1.0)),
+        ("for ever", |p| p.interface.signals[0].timeout = None),
+        ("overlapping", |p| p.interface.signals[1].at -= 1),
+        ("nowhere", |p| p.scenarios[0].world.humans[0].tracks[0].0.clear()),
+        ("back in time", |p| p.scenarios[1].world.humans[0].tracks[0].0[1].0 = 0.0),
+        ("in two places", |p| {
+            let twin = p.scenarios[0].world.humans[0].clone();
+            p.scenarios[0].world.humans.push(twin);
+        }),
+    ];
+    assert!(good.check().is_ok());
+    for (what, damage) in damages {
+        let mut program = good.clone();
+        damage(&mut program);
+        assert!(program.check().is_err(), "{what}");
+    }
+}
+
+/// A spec far too large for a recording is refused at once, and with the place.
+#[test]
+fn a_recording_that_is_too_long_is_refused() {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("humans");
+    std::fs::create_dir_all(folder.join("robots")).expect("a folder");
+    std::fs::copy(common::example("robots/arm7.urdf"), folder.join("robots/arm7.urdf")).expect("a URDF");
+    let mut text = "time,hand.x,hand.y,hand.z\n".to_string();
+    for k in 0..100_002 {
+        text.push_str(&format!("{k},1,1,1\n"));
+    }
+    std::fs::write(folder.join("long.csv"), text).expect("a file");
+    let text = format!(
+        "{ROBOT}human walker {{ points [hand] }}\nscenario s {{ humans {{ walker {{ file \"long.csv\" }} }} }}"
+    );
+    let spelling = dsl::Spelling::Hq;
+    let compiled = compile(&Input { name: "s", text: &text, spelling, folder: &folder, set: &[], package_paths: &[] });
+    let d = &compiled.report.diagnostics;
+    assert_eq!((d.len(), d[0].code), (1, "HQ0805"), "{d:?}");
+    assert!(d[0].message.contains("more than 100000 lines"), "{}", d[0].message);
+    assert_eq!(compiled.report.sources.line_column(d[0].primary.span.source, d[0].primary.span.start).0, 100_002);
+    assert!(
+        compiler::files(&Input { name: "s", text: &text, spelling, folder: &folder, set: &[], package_paths: &[] })
+            .contains(&folder.join("long.csv"))
+    );
+}
