@@ -13,3 +13,5 @@ mod host;
 mod interpreter;
 #[path = "machine/semantics.rs"]
 mod semantics;
+#[path = "machine/sensors.rs"]
+mod sensors;

@@ -126,6 +126,7 @@ fn item_head(text: &str) -> bool {
         || named("for").is_some_and(repeats)
         || nameless("run", '{')
         || head("signal", ':')
+        || head("variable", ':')
         || ["machine", "scenario"].iter().any(|word| head(word, '{') || quoted_head(text, word))
 }
 

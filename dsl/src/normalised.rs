@@ -20,10 +20,11 @@ fn sort(items: &mut [Item]) {
         ItemKind::Task(_) => 4,
         ItemKind::Stack(_) => 5,
         ItemKind::Signal(_) => 6,
-        ItemKind::Machine(_) => 7,
-        ItemKind::Scenario(_) => 8,
-        ItemKind::For(_) => 9,
-        ItemKind::Run(_) => 10,
+        ItemKind::Variable(_) => 7,
+        ItemKind::Machine(_) => 8,
+        ItemKind::Scenario(_) => 9,
+        ItemKind::For(_) => 10,
+        ItemKind::Run(_) => 11,
     });
     for item in items {
         if let ItemKind::For(repeat) = &mut item.kind {

@@ -12,7 +12,7 @@ mod scenarios;
 use crate::span::{Span, Spanned};
 
 pub use comments::Comments;
-pub use machines::{Action, Machine, Moment, Signal, State, StateBody, Transition, Trigger};
+pub use machines::{Action, Machine, Moment, Signal, State, StateBody, Transition, Trigger, Variable};
 pub use reuse::{
     Beside, Call, Change, Import, ImportName, Let, Parameter, Removal, Repeat, RepeatItems, RepeatMembers, Values,
 };
@@ -67,6 +67,8 @@ pub enum ItemKind {
     Stack(Stack),
     /// `signal peduncle : point?  timeout 0.5 s`
     Signal(Signal),
+    /// What the machine keeps.
+    Variable(Variable),
     /// `machine harvest { state look { .. } }`
     Machine(Machine),
     /// `scenario "bunch hidden by leaves" { .. }`

@@ -66,7 +66,7 @@ pub struct Moment<'a> {
     pub velocity: &'a [f64],
 }
 
-/// A robot that stands, and no signal: a moment for those who look at a stack without running it.
+/// A robot that stands, no signal, and variables as they are at the start: a moment for those who look at a stack without running it.
 #[derive(Clone, Debug)]
 pub struct Rest {
     signals: Vec<f64>,
@@ -79,6 +79,10 @@ impl Rest {
         let mut signals = vec![f64::NAN; program.interface.width()];
         for s in &program.interface.signals {
             signals[s.at] = -1.0;
+            if let Some(value) = s.variable.as_ref().and_then(|v| v.value.as_ref()) {
+                signals[s.at] = 1.0;
+                signals[s.at + 1..=s.at + s.len].copy_from_slice(value);
+            }
         }
         Rest { signals, velocity: vec![0.0; program.robot.model.nv()] }
     }

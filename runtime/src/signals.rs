@@ -1,6 +1,9 @@
 //! What the host tells the controller between ticks: values of signals, each with the time at which it was received, and
 //! events.
 
+use nalgebra::UnitQuaternion;
+
+use crate::conditioning::Conditioner;
 use crate::program::Interface;
 
 /// A quaternion whose length differs from 1 by more is no orientation.
@@ -20,7 +23,8 @@ fn normalised(q: &mut [f64]) -> bool {
 ///
 /// A value counts until its signal's timeout has passed; then it is absent, as it is before the first one was received. A
 /// value that is not finite makes its signal absent at once, and so does an orientation whose quaternion is further than
-/// [`NOT_UNIT`] from length 1; closer ones are normalised.
+/// [`NOT_UNIT`] from length 1; closer ones are normalised. Variables of the machine stand among them; the host reads them
+/// and cannot set them.
 pub struct Signals {
     interface: Interface,
     /// For each signal when its value was received, in s; never is minus infinity.
@@ -31,6 +35,7 @@ pub struct Signals {
     last: Vec<f64>,
     /// Events since the last tick.
     raised: Vec<bool>,
+    conditioner: Conditioner,
 }
 
 impl Signals {
@@ -40,10 +45,24 @@ impl Signals {
             table: vec![f64::NAN; interface.width()],
             last: vec![f64::NAN; interface.width()],
             raised: vec![false; interface.events.len()],
+            conditioner: Conditioner::new(interface),
             interface: interface.clone(),
         };
-        signals.at(0.0);
+        signals.restart();
+        signals.at(0.0, |_| None);
         signals
+    }
+
+    /// Variables hold what they hold at the start, sensors have the bias that was declared.
+    pub(crate) fn restart(&mut self) {
+        self.conditioner.restart(&self.interface);
+        for (s, received) in self.interface.signals.iter().zip(&mut self.received) {
+            let Some(initial) = &s.variable else { continue };
+            *received = if initial.value.is_some() { f64::INFINITY } else { f64::NEG_INFINITY };
+            if let Some(value) = &initial.value {
+                self.last[s.at + 1..=s.at + s.len].copy_from_slice(value);
+            }
+        }
     }
 
     /// What signals and events there are.
@@ -53,8 +72,15 @@ impl Signals {
 
     /// Gives a signal a value that was received at a time, in s. Never allocates.
     ///
-    /// False where there is no such signal, or it has another number of numbers.
+    /// False where there is no such signal, it has another number of numbers, or it is a variable of the machine.
     pub fn set(&mut self, signal: usize, value: &[f64], time: f64) -> bool {
+        if self.interface.signals.get(signal).is_none_or(|s| s.is_variable()) {
+            return false;
+        }
+        self.receive(signal, value, time)
+    }
+
+    fn receive(&mut self, signal: usize, value: &[f64], time: f64) -> bool {
         let Some(s) = self.interface.signals.get(signal).filter(|s| s.len == value.len()) else { return false };
         let last = &mut self.last[s.at + 1..s.at + 1 + s.len];
         last.copy_from_slice(value);
@@ -68,11 +94,52 @@ impl Signals {
         true
     }
 
-    /// Makes a signal absent.
+    /// Makes a signal absent; one that the machine sets stays as it is.
     pub fn clear(&mut self, signal: usize) {
-        if let Some(received) = self.received.get_mut(signal) {
-            *received = f64::NEG_INFINITY;
+        if self.interface.signals.get(signal).is_some_and(|s| !s.is_variable()) {
+            self.received[signal] = f64::NEG_INFINITY;
         }
+    }
+
+    /// Gives a variable the value that it has from now on, in the table too. False where that is none: the variable is as
+    /// it was.
+    pub(crate) fn assign(&mut self, variable: usize, value: &[f64]) -> bool {
+        let mut good = [0.0; crate::program::MAX_SIGNAL];
+        let good = &mut good[..value.len().min(crate::program::MAX_SIGNAL)];
+        let Some(s) = self.interface.signals.get(variable) else { return false };
+        let before = s.at + 1..=s.at + s.len;
+        if good.len() != s.len || !value.iter().all(|x| x.is_finite()) {
+            return false;
+        }
+        good.copy_from_slice(&self.last[before.clone()]);
+        let received = self.received[variable];
+        self.receive(variable, value, f64::INFINITY);
+        if self.received[variable] == f64::NEG_INFINITY {
+            self.last[before].copy_from_slice(good);
+            self.received[variable] = received;
+            return false;
+        }
+        self.table[before.clone()].copy_from_slice(&self.last[before]);
+        self.table[self.interface.signals[variable].at] = 1.0;
+        true
+    }
+
+    /// Makes a variable absent, in the table too.
+    pub(crate) fn forget(&mut self, variable: usize) {
+        let Some(s) = self.interface.signals.get(variable) else { return };
+        self.received[variable] = f64::NEG_INFINITY;
+        self.table[s.at] = -1.0;
+        self.table[s.at + 1..=s.at + s.len].fill(f64::NAN);
+    }
+
+    /// Lets what a wrench shows become its bias; false where it is absent.
+    pub(crate) fn tare(&mut self, signal: usize) -> bool {
+        if !self.is_present(signal) {
+            return false;
+        }
+        let s = &self.interface.signals[signal];
+        self.conditioner.tare(&self.interface, signal, &mut self.table[s.at + 1..=s.at + s.len]);
+        true
     }
 
     /// Raises an event; false where there is none. It is seen at the next tick, and gone after it.
@@ -103,15 +170,21 @@ impl Signals {
         self.raised.fill(false);
     }
 
-    /// Works out the table for a tick.
-    pub(crate) fn at(&mut self, time: f64) {
-        for (s, &received) in self.interface.signals.iter().zip(&self.received) {
+    /// Works out the table for a tick. `axes` says how a link stands at the observed configuration, where that is known.
+    pub(crate) fn at(&mut self, time: f64, axes: impl Fn(robot::LinkId) -> Option<UnitQuaternion<f64>>) {
+        let Signals { interface, received, table, last, conditioner, .. } = self;
+        let dt = conditioner.tick(time);
+        for (i, (s, &received)) in interface.signals.iter().zip(&*received).enumerate() {
             let known = received > f64::NEG_INFINITY;
-            let present = known && s.timeout.is_none_or(|t| time - received <= t);
-            self.table[s.at] = if present { 1.0 } else { -1.0 };
-            for i in s.at + 1..s.at + 1 + s.len {
-                self.table[i] = if present { self.last[i] } else { f64::NAN };
+            let in_time = known && s.timeout.is_none_or(|t| time - received <= t);
+            let value = &mut table[s.at + 1..=s.at + s.len];
+            value.copy_from_slice(&last[s.at + 1..=s.at + s.len]);
+            let present = in_time && conditioner.apply(interface, i, value, dt, &axes);
+            if !present {
+                conditioner.absent(i);
+                value.fill(f64::NAN);
             }
+            table[s.at] = if present { 1.0 } else { -1.0 };
         }
     }
 }

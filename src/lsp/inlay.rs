@@ -45,6 +45,7 @@ fn item(item: &Item, out: &mut Vec<(usize, String)>) {
     match &item.kind {
         ItemKind::Import(_) => {}
         ItemKind::Signal(s) => block(&s.settings, out),
+        ItemKind::Variable(v) => v.value.iter().for_each(|held| value(held, out)),
         ItemKind::Machine(m) => states(&m.body, out),
         ItemKind::Scenario(s) => {
             block(&s.body, out);

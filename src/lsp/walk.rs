@@ -89,6 +89,7 @@ impl Walker<'_> {
                 }
             }
             ItemKind::Signal(s) => self.declared_signal(s, item),
+            ItemKind::Variable(v) => self.declared_variable(v, item),
             ItemKind::Machine(m) => self.declared_machine(m, item),
             ItemKind::Run(_) | ItemKind::Scenario(_) => {}
         }
@@ -145,6 +146,10 @@ impl Walker<'_> {
             ItemKind::Signal(s) => {
                 self.keyword("signal", start, item.span);
                 self.signal(s);
+            }
+            ItemKind::Variable(v) => {
+                self.keyword("variable", start, item.span);
+                self.variable(v);
             }
             ItemKind::Machine(m) => {
                 self.keyword("machine", start, item.span);

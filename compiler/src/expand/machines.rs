@@ -1,7 +1,7 @@
 //! Signals and machines: copies of them, and the stacks that states name.
 
 use dsl::tree::{
-    Action, Call, ItemKind, Machine, Signal, Stack, State, StateBody, Transition, Trigger, Value, ValueKind,
+    Action, Call, ItemKind, Machine, Signal, Stack, State, StateBody, Transition, Trigger, Value, ValueKind, Variable,
 };
 use dsl::{Span, Spanned};
 
@@ -17,6 +17,16 @@ impl Expander<'_> {
             ty: self.name(&s.ty, frame),
             optional: s.optional.map(|at| self.at(at, frame)),
             settings: self.block(&s.settings, frame),
+        }
+    }
+
+    /// A variable with holes filled.
+    pub(super) fn copied_variable(&mut self, v: &Variable, frame: &mut Frame) -> Variable {
+        Variable {
+            name: self.name(&v.name, frame),
+            ty: self.name(&v.ty, frame),
+            optional: v.optional.map(|at| self.at(at, frame)),
+            value: v.value.as_ref().map(|value| self.value(value, frame)),
         }
     }
 

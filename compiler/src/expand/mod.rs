@@ -24,7 +24,7 @@ mod tasks;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use dsl::tree::{Let, Level, Machine, Param, Robot, Run, Scenario, Signal, Spec, Stack, Task, Value};
+use dsl::tree::{Let, Level, Machine, Param, Robot, Run, Scenario, Signal, Spec, Stack, Task, Value, Variable};
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Spelling};
 
 use crate::lowering::Input;
@@ -52,6 +52,8 @@ pub(crate) enum Named {
     Let(Let),
     /// A signal.
     Signal(Signal),
+    /// A variable of the machine.
+    Variable(Variable),
 }
 
 /// A quantity given for a parameter of a task or stack, whose type is known only when expressions are.

@@ -28,7 +28,7 @@ impl Lowerer<'_> {
     pub(super) fn collect<'t>(&mut self, expanded: &'t Expanded) -> Declared<'t> {
         let params = expanded.values.iter().filter_map(|v| match v {
             Named::Param(p) => Some(p),
-            Named::Let(_) | Named::Signal(_) => None,
+            Named::Let(_) | Named::Signal(_) | Named::Variable(_) => None,
         });
         for other in expanded.robots.iter().skip(1) {
             self.push(
@@ -113,6 +113,7 @@ impl Lowerer<'_> {
                 Named::Param(p) => ("param", &p.name),
                 Named::Let(l) => ("let", &l.name),
                 Named::Signal(s) => ("signal", &s.name),
+                Named::Variable(v) => ("variable", &v.name),
             };
             let known = self.params.symbols.contains_key(&name.value)
                 && !self.params.used.contains(&name.value)

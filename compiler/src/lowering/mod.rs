@@ -10,10 +10,12 @@ mod measures;
 mod predicates;
 mod run;
 mod scenario;
+mod sensors;
 mod signals;
 mod stack;
 mod triggers;
 mod values;
+mod variables;
 mod wording;
 mod world;
 
@@ -140,6 +142,10 @@ struct Lowerer<'a> {
     params: Params,
     /// Signals and events.
     interface: Interface,
+    /// Variables of the machine.
+    variables: variables::Variables,
+    /// What signals say of the robot, until it is known.
+    sensors: Vec<sensors::Sensor>,
     /// Tasks that a misspelt name in a stack probably meant.
     meant: Vec<String>,
     /// Parts of expectations so far.
@@ -164,6 +170,8 @@ impl<'a> Lowerer<'a> {
             table: Table::default(),
             params: Params::default(),
             interface: Interface::default(),
+            variables: Default::default(),
+            sensors: Vec::new(),
             meant: Vec::new(),
             expected: 0,
             failed: std::collections::BTreeSet::new(),
@@ -212,6 +220,7 @@ impl<'a> Lowerer<'a> {
                     later.extend(constants.declare_let(l, self.diagnostics).then_some(l));
                 }
                 Named::Signal(s) => self.signal(s),
+                Named::Variable(v) => self.variable(v),
             }
         }
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
@@ -225,6 +234,9 @@ impl<'a> Lowerer<'a> {
             robot_binding::bind(r, &mut files, &mut constants)
         });
         let run = declared.runs.first().map(|(r, span)| run_settings(r, *span, &mut constants, self.diagnostics));
+        if let Some(robot) = &robot {
+            self.sensors(robot);
+        }
         // A file that could not be read at all has said so already.
         if declared.robots.is_empty() && expanded.whole && (!empty || self.diagnostics.is_empty()) {
             self.push(
@@ -257,6 +269,7 @@ impl<'a> Lowerer<'a> {
             self.unused(&declared, expanded, complete && expanded.scenarios.is_empty());
             return None;
         }
+        self.never_set(expanded);
         let robot = robot?;
         let (mut program, places) = self.program(&robot, &definitions, bound, (&declared, stacks), (run?, machine))?;
         program.scenarios = self.scenarios(expanded, &program, &robot);

@@ -96,8 +96,15 @@ impl Lowerer<'_> {
     }
 
     fn signal_named(&mut self, key: &dsl::Spanned<String>, program: &Program) -> Option<usize> {
-        let names: Vec<&str> = program.interface.signals.iter().map(|s| s.name.as_str()).collect();
-        self.one_of("signal", &key.value, key.span, &names)
+        let signals = &program.interface.signals;
+        if signals.iter().any(|s| s.is_variable() && s.name == key.value) {
+            let text = format!("`{}` is a variable, which the machine sets itself", key.value);
+            self.push(Diagnostic::error("HQ0804", key.span, text).help("send a signal on which the machine sets it"));
+            return None;
+        }
+        let names: Vec<&str> = signals.iter().filter(|s| !s.is_variable()).map(|s| s.name.as_str()).collect();
+        let found = self.one_of("signal", &key.value, key.span, &names)?;
+        signals.iter().position(|s| s.name == names[found])
     }
 
     /// The numbers of a value of a signal.
@@ -117,6 +124,11 @@ impl Lowerer<'_> {
             let (force, moment) = (part("force", FORCE), part("moment", MOMENT));
             return Some(force?.into_iter().chain(moment?).collect());
         }
+        self.constant_of(signal, value, &format!("a value of signal `{}`", signal.name))
+    }
+
+    /// The numbers of a constant value of a signal or variable.
+    pub(super) fn constant_of(&mut self, signal: &SignalProgram, value: &Value, what: &str) -> Option<Vec<f64>> {
         let (kind, dimension) = match quantity(&signal.kind) {
             _ if signal.kind == "flag" => (Kind::Truth, NONE),
             Some((kind, dimension)) => (kind, dimension?),
@@ -124,14 +136,13 @@ impl Lowerer<'_> {
         };
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         let typed = constants.constant(value, self.diagnostics)?;
-        let what = format!("a value of signal `{}`", signal.name);
         if typed.kind != kind {
             let (is, needed) = (typed.kind.describe(), kind.describe());
             let d = Diagnostic::error("HQ0304", value.span, format!("{what} is {needed}, and this is {is}"));
             self.push(d.here(is).help(format!("write {needed}")));
             return None;
         }
-        if let Some(d) = crate::constants::fits(&self.graph, &typed, dimension, &what) {
+        if let Some(d) = crate::constants::fits(&self.graph, &typed, dimension, what) {
             let wrong = d.severity == dsl::Severity::Error;
             self.push(d);
             if wrong {

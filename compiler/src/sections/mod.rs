@@ -14,7 +14,7 @@ use dsl::Spelling;
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::params::{Presence, Quantity};
 
-pub use machine::{MACHINE, SIGNAL, STATE, TRANSITION};
+pub use machine::{MACHINE, SIGNAL, STATE, TRANSITION, VARIABLE, WRENCH};
 pub use robot::{ARM, BASES, LIMIT, POINT, ROBOT, SEGMENT};
 pub use scenario::{LATE, LOST, OUTCOME, PUSH, SCENARIO, SCENARIO_SIMULATOR, SIGNAL_SCRIPT, WAYPOINT};
 pub use spec::{PARAM, REPEAT, RUN, SIMULATOR, SPEC};
@@ -34,6 +34,8 @@ pub static ALL: &[&Section] = &[
     &LEVEL,
     &MEMBER,
     &SIGNAL,
+    &WRENCH,
+    &VARIABLE,
     &MACHINE,
     &STATE,
     &TRANSITION,

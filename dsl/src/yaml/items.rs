@@ -9,7 +9,7 @@ use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned};
 
 /// The sections that hold declarations by name.
-const LISTS: &[&str] = &["params", "lets", "robots", "tasks", "stacks", "signals", "machines"];
+const LISTS: &[&str] = &["params", "lets", "robots", "tasks", "stacks", "signals", "variables", "machines"];
 
 const SECTIONS: &[&str] = &[
     "hierarq",
@@ -20,6 +20,7 @@ const SECTIONS: &[&str] = &[
     "tasks",
     "stacks",
     "signals",
+    "variables",
     "machines",
     "scenarios",
     "for",
@@ -226,6 +227,7 @@ impl Reader<'_> {
                 ItemKind::Task(Task { name, parameters, definition })
             }
             "signals" => ItemKind::Signal(self.signal(&name, value, &mut comments)),
+            "variables" => ItemKind::Variable(self.variable(&name, value, &mut comments)),
             "machines" => ItemKind::Machine(self.machine(&name, value)),
             _ => ItemKind::Stack(self.stack(value, &name, parameters)),
         };

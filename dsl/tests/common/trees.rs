@@ -319,6 +319,17 @@ fn signal() -> BoxedStrategy<Signal> {
         .boxed()
 }
 
+fn variable() -> BoxedStrategy<Variable> {
+    (name(), name(), any::<bool>(), prop::option::of(expr()))
+        .prop_map(|(name, ty, optional, value)| Variable {
+            name: spanned(name),
+            ty: spanned(ty),
+            optional: optional.then(Span::default),
+            value,
+        })
+        .boxed()
+}
+
 fn action() -> BoxedStrategy<Action> {
     let moment = prop::sample::select(&Moment::ALL[..]);
     let verb = prop_oneof![3 => name(), 1 => prop::sample::select(STATE_WORDS).prop_map(str::to_owned)];
@@ -510,6 +521,7 @@ fn repeated() -> BoxedStrategy<ItemKind> {
         })),
         stack().prop_map(ItemKind::Stack),
         signal().prop_map(ItemKind::Signal),
+        variable().prop_map(ItemKind::Variable),
         machine().prop_map(ItemKind::Machine),
         scenario().prop_map(ItemKind::Scenario),
     ]
@@ -550,6 +562,7 @@ fn unique(items: Vec<(ItemKind, Comments)>) -> Vec<Item> {
         ItemKind::Task(t) => (2, t.name.value.clone()),
         ItemKind::Stack(s) => (3, s.name.value.clone()),
         ItemKind::Signal(s) => (8, s.name.value.clone()),
+        ItemKind::Variable(v) => (11, v.name.value.clone()),
         ItemKind::Machine(m) => (9, m.name.value.clone()),
         ItemKind::Scenario(s) => (10, s.name.value.clone()),
         ItemKind::For(_) => (7, String::new()),

@@ -20,12 +20,12 @@ use stdlib_tasks::expression::Expression;
 
 pub use check::ProgramError;
 pub(crate) use check::error;
-pub use machine::{ActionProgram, FaultPattern, MachineProgram, StateProgram, TransitionProgram, Trigger};
+pub use machine::{ActionProgram, FaultPattern, MachineProgram, OwnAction, StateProgram, TransitionProgram, Trigger};
 pub use scenario::{
     ExpectationProgram, Force, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate, PredicateTable,
     PushScript, ScenarioProgram, SignalScript, WorldProgram,
 };
-pub use signal::{Interface, MAX_SIGNAL, SignalProgram};
+pub use signal::{Conditioning, Initial, Interface, MAX_SIGNAL, SignalProgram};
 pub use tape::{Op, Output, Tape, Times};
 
 /// The version of the format; a program of another version is refused.

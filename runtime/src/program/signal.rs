@@ -17,6 +17,48 @@ pub struct SignalProgram {
     pub optional: bool,
     /// How long a value counts after it was received, in s; none for ever.
     pub timeout: Option<f64>,
+    /// What is done to a value before it stands in the table.
+    #[serde(default, skip_serializing_if = "Conditioning::is_none")]
+    pub conditioning: Conditioning,
+    /// For a variable, which the machine sets and not the host, what it holds at the start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub variable: Option<Initial>,
+}
+
+/// What a variable holds at the start: its numbers, or nothing for one that is absent.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Initial {
+    /// The numbers.
+    pub value: Option<Vec<f64>>,
+}
+
+/// What is done to the value of a signal at a tick, in this order: the bias is taken away, then the wrench is turned into
+/// the axes of the world, then it is filtered.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Conditioning {
+    /// The link in whose axes the host gives a wrench; none for those of the world.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame: Option<robot::LinkId>,
+    /// What a sensor shows that nothing touches: force in N, then moment in Nm, in the axes of `frame`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bias: Option<[f64; 6]>,
+    /// Cutoff frequency of a filter of first order, in Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub low_pass: Option<f64>,
+}
+
+impl Conditioning {
+    /// True where a value is taken as it comes.
+    pub fn is_none(&self) -> bool {
+        *self == Conditioning::default()
+    }
+}
+
+impl SignalProgram {
+    /// True for a variable of the machine.
+    pub fn is_variable(&self) -> bool {
+        self.variable.is_some()
+    }
 }
 
 /// The most numbers that the value of a signal has.
