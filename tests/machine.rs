@@ -15,3 +15,5 @@ mod interpreter;
 mod semantics;
 #[path = "machine/sensors.rs"]
 mod sensors;
+#[path = "machine/variables.rs"]
+mod variables;

@@ -152,3 +152,54 @@ fn a_push_comes_back_as_it_acts() {
         assert!((a - b).abs() < 1e-9, "{ends:?}");
     }
 }
+
+/// What a sensor shows becomes its bias, in its own axes: it shows zero from then on, however the robot moves.
+#[test]
+fn a_tare_takes_away_what_is_shown() {
+    let mut host = Host::new(
+        "signal ft : wrench?  timeout 1 s  frame tool  low_pass 30 Hz
+         signal zero : event
+         task turn = joint_velocity { velocity { joint_6 0.5 rad/s } }
+         stack moving from still { add motion { turn } }
+         machine m { initial a  blend 0.1 s  stack moving  on fault(stale) -> lost  on fault(any) -> end
+           state a { on zero -> b  after 20 s -> end }
+           state b { enter tare(ft)  on zero -> a  after 20 s -> end }
+           state lost { on zero -> b  after 20 s -> end }
+           final state end }",
+    );
+    host.raise("zero");
+    let seen = (host.step(), host.step());
+    assert_eq!(seen.0.state, "a");
+    host.raise("zero");
+    assert_eq!(host.step().fault, Some(runtime::FaultKind::Stale), "nothing is shown that could be taken away");
+    assert_eq!(host.step().state, "lost");
+    let weight = [0.4, -0.2, 3.0, 0.1, 0.0, 0.02];
+    for _ in 0..100 {
+        host.set("ft", &weight);
+        host.step();
+    }
+    let before = shown(&mut host, 0);
+    assert!(before.iter().zip(weight).any(|(a, b)| (a - b).abs() > 0.1), "it is shown in the world's axes: {before:?}");
+    host.set("ft", &weight);
+    host.raise("zero");
+    assert_eq!(host.step().state, "b");
+    // While the hand turns the filter lags by what the wrench turns within its time constant, 0.5 rad/s / (2π 30 Hz).
+    assert!(shown(&mut host, 0).iter().all(|x| *x == 0.0));
+    for _ in 0..100 {
+        host.set("ft", &weight);
+        host.step();
+        assert!(shown(&mut host, 0).iter().all(|x| x.abs() < 0.012), "{:?}", shown(&mut host, 0));
+    }
+    let pushed: [f64; 6] = std::array::from_fn(|i| weight[i] + if i == 2 { 5.0 } else { 0.0 });
+    for _ in 0..30 {
+        host.set("ft", &pushed);
+        host.step();
+    }
+    let size = shown(&mut host, 0)[..3].iter().map(|x| x * x).sum::<f64>().sqrt();
+    assert!((size - 5.0).abs() < 0.03, "{size}");
+    host.controller.restart();
+    host.set("ft", &weight);
+    host.step();
+    let again = shown(&mut host, 0)[..3].iter().map(|x| x * x).sum::<f64>().sqrt();
+    assert!((again - 9.2_f64.sqrt()).abs() < 1e-9, "a controller that starts again has the declared bias: {again}");
+}
