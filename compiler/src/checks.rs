@@ -12,7 +12,7 @@ use stdlib_tasks::dimension::{ANGLE, ANGULAR_VELOCITY, Dimension, LENGTH, RATE, 
 use stdlib_tasks::task::{BuildError, Nature, RowInfo};
 
 use crate::binding::Number;
-use crate::bounds;
+use crate::{bounds, braking};
 use crate::codes;
 use crate::lowering::Places;
 use crate::pointless;
@@ -74,6 +74,7 @@ pub(crate) fn program(ground: &Ground, program: &Program, places: &Places, diagn
     }
     let mut told = BTreeSet::new();
     if diagnostics[before..].iter().all(|d| d.severity == dsl::Severity::Warning) {
+        braking::check(program, places, diagnostics);
         told = pointless::program(program, places, diagnostics);
     }
     reach::targets(ground, program, places, &told, diagnostics);

@@ -5,6 +5,7 @@
 
 mod binding;
 mod bounds;
+mod braking;
 mod checks;
 pub mod codes;
 mod constants;

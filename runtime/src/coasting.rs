@@ -28,7 +28,11 @@ impl Coasting {
     /// For a problem whose stack locks these degrees of freedom.
     pub fn new(problem: &Problem, locked: &[usize]) -> Coasting {
         let mut rows = 0;
-        let first = problem.levels.iter().map(|l| std::mem::replace(&mut rows, rows + l.rows())).collect();
+        let mut first = Vec::with_capacity(problem.levels.len());
+        for level in &problem.levels {
+            first.push(rows);
+            rows += level.rows();
+        }
         let kept = if locked.is_empty() { 0 } else { rows };
         Coasting {
             on: false,

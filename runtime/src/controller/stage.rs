@@ -36,8 +36,10 @@ struct Blend {
     duration: f64,
     /// For each level whether it holds during this blend.
     kept: Vec<bool>,
-    /// A locked joint still moves.
+    /// A locked joint moved at the last tick.
     coasting: bool,
+    /// It moves at this one too.
+    goes_on: bool,
 }
 
 /// A locked joint that moves slower counts as one that stands, in rad/s or m/s.
@@ -109,6 +111,7 @@ impl Stage {
             duration: 0.0,
             kept: vec![false; problem.levels.len()],
             coasting: false,
+            goes_on: false,
         };
         Ok(Stage {
             solution: Solution::new(&problem),
@@ -161,6 +164,11 @@ impl Stage {
 
     /// Whether the command is still going over from what ran before.
     pub(super) fn is_blending(&self) -> bool {
+        self.blend.duration > 0.0 || self.blend.goes_on
+    }
+
+    /// Whether the velocity of the last tick is one between the two stacks.
+    fn is_between(&self) -> bool {
         self.blend.duration > 0.0 || self.blend.coasting
     }
 
@@ -189,7 +197,8 @@ impl Stage {
         self.evaluator.update(q, moment, &mut self.problem)?;
         self.solver.solve(&self.problem, &mut self.solution);
         usable(&self.solution, &self.evaluator)?;
-        if self.is_blending() {
+        self.blend.goes_on = false;
+        if self.is_between() {
             self.go_over(moment)?;
         }
         self.ticks += 1;
@@ -203,7 +212,9 @@ impl Stage {
                 *offset = v - x;
             }
         }
-        let x = if b.duration > 0.0 { moment.times.t / b.duration } else { 1.0 };
+        // A sum of periods is a little off: half a microsecond counts as nothing.
+        let over = moment.times.t >= b.duration - 5e-7;
+        let x = if over { 1.0 } else { moment.times.t / b.duration };
         if x >= 1.0 {
             b.duration = 0.0;
             if !b.coasting {
@@ -243,6 +254,8 @@ impl Stage {
         for &dof in self.evaluator.locked() {
             if b.solution.x[dof].abs() <= STANDS {
                 b.solution.x[dof] = 0.0;
+            } else {
+                b.goes_on = true;
             }
         }
         usable_between(&b.solution, &self.evaluator)
@@ -250,7 +263,7 @@ impl Stage {
 
     /// The velocity of the last tick.
     pub(super) fn velocity(&self) -> &[f64] {
-        if self.is_blending() { &self.blend.solution.x } else { &self.solution.x }
+        if self.is_between() { &self.blend.solution.x } else { &self.solution.x }
     }
 
     /// Names of the rows of a level that were not met at the last tick, as `task: row`.
