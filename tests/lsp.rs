@@ -11,6 +11,8 @@ mod fixes;
 mod imports;
 #[path = "lsp/machines.rs"]
 mod machines;
+#[path = "lsp/told.rs"]
+mod told;
 #[path = "lsp/reuse.rs"]
 mod reuse;
 #[path = "lsp/words.rs"]

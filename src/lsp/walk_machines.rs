@@ -174,7 +174,7 @@ impl Walker<'_> {
     }
 
     /// An event by its name.
-    fn event(&mut self, name: &str, span: Span) {
+    pub(super) fn event(&mut self, name: &str, span: Span) {
         let class = if self.has(Class::Event, name) { Class::Event } else { Class::Raised };
         let (place, _) = self.place(name, span);
         let own = class == Class::Raised && outcome_of(name).next().is_none();

@@ -99,6 +99,7 @@ proptest! {
         let mut host = machine(&a, &b, blend, ticks);
         let mut last = Vec::new();
         let mut switched = None;
+        let mut behind = false;
         for tick in 0..ticks + 70 {
             let seen = host.step();
             if seen.fault.is_some() {
@@ -111,7 +112,9 @@ proptest! {
                 // What hard levels of the second stack demand may differ from what the first one did.
                 // What both begin with goes on as it would have.
                 let differ = a.locked != b.locked || a.floor != b.floor || a.side != b.side || a.motions[0] != b.motions[0];
-                if differ && broken_by(&host, &last) < 1e-9 {
+                // Rows of a joint that is locked and moves are not those of the problem.
+                let coasts = b.locked.is_some_and(|j| last.get(j - 1).is_some_and(|v: &f64| *v != 0.0));
+                if differ && !coasts && broken_by(&host, &last) < 1e-9 {
                     prop_assert!(jump(&last, host.controller.velocity()) < 1e-7, "the first tick of a blend goes on");
                 }
             }
@@ -121,7 +124,9 @@ proptest! {
             let evaluator = host.controller.evaluator();
             for m in evaluator.members() {
                 let lowest = evaluator.margins()[m.margins.clone()].iter().fold(f64::INFINITY, |a, h| a.min(*h));
-                prop_assert!(lowest > -1e-4, "tick {tick}: `{}` {lowest}", m.name);
+                // The robot may begin behind a wall that the first stack does not keep.
+                behind |= switched == Some(tick) && lowest < 0.0;
+                prop_assert!(behind || lowest > -1e-4, "tick {tick}: `{}` {lowest}", m.name);
             }
             if seen.state == "second" {
                 let ends = tick - switched.unwrap_or(tick) >= (blend / 0.01 - 1e-6).ceil() as usize;
