@@ -11,10 +11,10 @@ mod fixes;
 mod imports;
 #[path = "lsp/machines.rs"]
 mod machines;
-#[path = "lsp/told.rs"]
-mod told;
 #[path = "lsp/reuse.rs"]
 mod reuse;
+#[path = "lsp/told.rs"]
+mod told;
 #[path = "lsp/words.rs"]
 mod words;
 #[path = "lsp/workspace.rs"]

@@ -66,7 +66,8 @@ pub(crate) fn check(program: &Program, places: &Places, diagnostics: &mut Vec<Di
         if !hard().any(|m| of(m, "joint_acceleration_limits")) || !hard().any(|m| of(m, "joint_position_limits")) {
             continue;
         }
-        let all = build_tasks(&program.robot.model, program.robot.period, &program.values.initial, &program.tasks, stack);
+        let all =
+            build_tasks(&program.robot.model, program.robot.period, &program.values.initial, &program.tasks, stack);
         let members: Vec<_> = stack.levels.iter().flat_map(|l| l.members.iter().map(move |m| (l.hard, m))).collect();
         let hard: Vec<_> = members.iter().zip(&all).filter(|(m, _)| m.0).map(|(m, built)| (m.1, built)).collect();
         // The last one is told of all hard limits of speeds.

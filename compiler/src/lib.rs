@@ -19,6 +19,7 @@ mod lowering;
 mod machine;
 mod named;
 pub mod names;
+mod one_place;
 mod overridden;
 mod paths;
 mod pointless;

@@ -24,6 +24,7 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("scenarios", include_str!("cases/scenarios.txt"), Spelling::Hq),
     ("scenarios_yaml", include_str!("cases/scenarios_yaml.txt"), Spelling::Yaml),
     ("machines", include_str!("cases/machines.txt"), Spelling::Hq),
+    ("yardstick", include_str!("cases/yardstick.txt"), Spelling::Hq),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Spelling::Yaml),
 ];
 
@@ -152,4 +153,10 @@ fn reuse_yaml() {
 #[test]
 fn machines() {
     check("machines");
+}
+
+/// Defects that a look at public controllers of other frameworks found in them, each written as a spec of ours.
+#[test]
+fn yardstick() {
+    check("yardstick");
 }

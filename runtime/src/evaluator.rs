@@ -450,7 +450,8 @@ impl Evaluator {
     pub fn update(&mut self, q: &[f64], moment: Moment, problem: &mut Problem) -> Result<(), Fault> {
         self.kinematics(q, moment);
         self.values.check(moment.signals)?;
-        let Evaluator { model, data, values, tasks, members, locked, coasting, margins, measures, undefined, .. } = self;
+        let Evaluator { model, data, values, tasks, members, locked, coasting, margins, measures, undefined, .. } =
+            self;
         let ValueTable { current, rates, .. } = values;
         coasting.begin();
         margins.fill(f64::INFINITY);

@@ -2,7 +2,9 @@
 
 use compiler::sections::{Key, MACHINE, SIGNAL, STATE, Section, TRANSITION};
 use compiler::{VERBS, Verb, signal_types};
-use dsl::tree::{Action, Block, Call, Item, Machine, Signal, State, StateBody, Transition, Trigger, Value, ValueKind, Variable};
+use dsl::tree::{
+    Action, Block, Call, Item, Machine, Signal, State, StateBody, Transition, Trigger, Value, ValueKind, Variable,
+};
 use dsl::{Span, Spanned, Spelling};
 
 use super::mentions::{Class, MARKER, Slot, Walker, What};

@@ -18,8 +18,10 @@ fn words(text: &str) -> Vec<&str> {
 #[test]
 fn highlighting_knows_the_words_of_the_language() {
     let (grammar, syntax) = (file("vscode/syntaxes/hq.tmLanguage.json"), file("nvim/hierarq.vim"));
-    let declarations =
-        ["hierarq", "import", "param", "let", "robot", "task", "stack", "signal", "variable", "machine", "scenario", "for", "run"];
+    let declarations = [
+        "hierarq", "import", "param", "let", "robot", "task", "stack", "signal", "variable", "machine", "scenario",
+        "for", "run",
+    ];
     let states = ["state", "final", "initial", "blend", "timeout", "enter", "do", "exit", "on", "when", "expect"];
     let formulas = ["always", "eventually", "never", "within", "to", "until", "implies"];
     let inside = ["level", "hard", "weight", "from", "replace", "add", "remove", "before", "after", "as", "in"];

@@ -37,15 +37,20 @@ struct Parts {
 fn parts() -> impl Strategy<Value = Parts> {
     let motions = prop::sample::subsequence((0..MOTIONS.len()).collect::<Vec<_>>(), 1..3).prop_shuffle();
     let locked = prop_oneof![2 => Just(None), 1 => (1..8_usize).prop_map(Some)];
-    (locked, any::<bool>(), any::<bool>(), motions)
-        .prop_map(|(locked, floor, side, motions)| Parts { locked, floor, side, motions })
+    (locked, any::<bool>(), any::<bool>(), motions).prop_map(|(locked, floor, side, motions)| Parts {
+        locked,
+        floor,
+        side,
+        motions,
+    })
 }
 
 impl Parts {
     fn text(&self, name: &str, limits: &str) -> String {
         let lock = self.locked.map_or(String::new(), |j| format!("lock joint_{j}  "));
-        let mut out =
-            format!("stack {name} {{ {lock}level limits hard {{ joint_position_limits  joint_velocity_limits {limits} }}\n");
+        let mut out = format!(
+            "stack {name} {{ {lock}level limits hard {{ joint_position_limits  joint_velocity_limits {limits} }}\n"
+        );
         let walls = [(self.floor, "floor"), (self.side, "side")];
         for (_, wall) in walls.iter().filter(|w| w.0) {
             out.push_str(&format!("level {wall} hard {{ {wall} }}\n"));

@@ -217,7 +217,8 @@ impl Naive<'_> {
 
 fn held(host: &mut Host) -> Held {
     let signals = host.controller.signals();
-    let of = |name: &str| signals.interface().signal(name).filter(|s| signals.is_present(*s)).map(|s| signals.value(s)[0]);
+    let of =
+        |name: &str| signals.interface().signal(name).filter(|s| signals.is_present(*s)).map(|s| signals.value(s)[0]);
     Held { n: of("n").expect("it is never absent"), w: of("w") }
 }
 

@@ -141,8 +141,9 @@ fn a_push_comes_back_as_it_acts() {
     };
     let ends = ["", "frame link_6  bias { force [3, 0, -1] N  moment [0.2, 0, 0] Nm }"].map(|settings| {
         let program = crate::common::program_of(&text(settings));
-        let mut simulation = runtime::Simulation::in_world(&program.scenarios[0].program(&program), &program.scenarios[0])
-            .expect("a compiled program can be executed");
+        let mut simulation =
+            runtime::Simulation::in_world(&program.scenarios[0].program(&program), &program.scenarios[0])
+                .expect("a compiled program can be executed");
         simulation.run(&mut runtime::record::All(Vec::new()), &mut || 0.0, &mut |_| true).expect("it runs");
         simulation.controller().reference().to_vec()
     });

@@ -47,7 +47,9 @@ impl Expander<'_> {
         let all = imported.iter().filter_map(|(class, name, _)| Some((*class, self.find(0, *class, name).ok()?)));
         let all: Vec<(Class, (usize, usize))> = all.chain(own).collect();
         // Signals first, so that their order is that of the text whatever uses them.
-        let is_signal = |e: &Self, (m, i): (usize, usize)| matches!(e.modules[m].items[i].kind, ItemKind::Signal(_) | ItemKind::Variable(_));
+        let is_signal = |e: &Self, (m, i): (usize, usize)| {
+            matches!(e.modules[m].items[i].kind, ItemKind::Signal(_) | ItemKind::Variable(_))
+        };
         for (_, found) in all.iter().filter(|a| a.0 == Class::Value) {
             if is_signal(self, *found) {
                 self.emit(*found);

@@ -256,6 +256,10 @@ impl<'a> Lowerer<'a> {
                 let around = Surroundings {
                     stacks: declared.stacks.iter().map(|s| s.name.value.as_str()).collect(),
                     tasks: definitions.iter().map(|d| d.0.as_str()).collect(),
+                    levels: declared.whole.then(|| {
+                        let all = declared.stacks.iter().flat_map(|s| &s.levels);
+                        all.map(|l| (l.name.value.as_str(), l.hard.is_some())).collect()
+                    }),
                     bound: &bound,
                     robot,
                 };

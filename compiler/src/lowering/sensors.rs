@@ -42,7 +42,11 @@ impl Lowerer<'_> {
         let wrench = |e: &&Entry| match carried {
             Carried::Wrench => Ok((*e).clone()),
             _ => {
-                let d = Diagnostic::error("HQ0205", e.key.span, format!("a signal of the type `{ty}` has no `{}`", e.key.value));
+                let d = Diagnostic::error(
+                    "HQ0205",
+                    e.key.span,
+                    format!("a signal of the type `{ty}` has no `{}`", e.key.value),
+                );
                 Err(d.note("it belongs to the sensor of a wrench").help("leave it out"))
             }
         };
@@ -59,8 +63,10 @@ impl Lowerer<'_> {
         all.bias = bias.and_then(|e| self.bias(&e.value));
         let cutoff = s.settings.get("low_pass").and_then(|e| {
             if matches!(carried, Carried::Event | Carried::Other) {
-                let d = Diagnostic::error("HQ0205", e.key.span, format!("a signal of the type `{ty}` cannot be filtered"));
-                let d = d.note("a filter follows numbers and vectors: halfway between two of these there is none of them");
+                let d =
+                    Diagnostic::error("HQ0205", e.key.span, format!("a signal of the type `{ty}` cannot be filtered"));
+                let d =
+                    d.note("a filter follows numbers and vectors: halfway between two of these there is none of them");
                 self.push(d.help("leave `low_pass` out"));
                 return None;
             }
@@ -68,7 +74,9 @@ impl Lowerer<'_> {
             let x = constants.scalar(&e.value, RATE, self.diagnostics)?;
             if x <= 0.0 {
                 let text = format!("a cutoff is a frequency above zero, and this is {x} Hz");
-                self.push(Diagnostic::error("HQ0308", e.value.span, text).help("leave it out for the value as it comes"));
+                self.push(
+                    Diagnostic::error("HQ0308", e.value.span, text).help("leave it out for the value as it comes"),
+                );
                 return None;
             }
             Some((x, e.value.span))

@@ -180,7 +180,9 @@ impl Lowerer<'_> {
                 Some(_) => format!("write `enter set({}, ..)` in a state, or make it a `param`", name.value),
                 None => format!("write `enter set({}, ..)` in a state, or remove it", name.value),
             };
-            self.push(Diagnostic::warning("HQ0712", name.span, text).note("no action of the machine sets it").help(help));
+            self.push(
+                Diagnostic::warning("HQ0712", name.span, text).note("no action of the machine sets it").help(help),
+            );
         }
     }
 }

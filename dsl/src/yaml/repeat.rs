@@ -11,7 +11,8 @@ use crate::{Diagnostic, Span, Spanned};
 use pest::Parser;
 
 /// The sections that a repetition may hold.
-const REPEATED: &[&str] = &["params", "lets", "tasks", "stacks", "signals", "variables", "machines", "scenarios", "for"];
+const REPEATED: &[&str] =
+    &["params", "lets", "tasks", "stacks", "signals", "variables", "machines", "scenarios", "for"];
 
 /// Reads what stands behind a key of a repetition; says whether it knows the key.
 type PartReader<'f, R> = &'f mut dyn FnMut(&mut R, &Spanned<String>, NodeId, &mut Comments) -> bool;
@@ -125,7 +126,18 @@ impl Reader<'_> {
                 self.diags.push(
                     match nearest(
                         &key.value,
-                        &["name", "in", "params", "lets", "tasks", "stacks", "signals", "variables", "machines", "scenarios"],
+                        &[
+                            "name",
+                            "in",
+                            "params",
+                            "lets",
+                            "tasks",
+                            "stacks",
+                            "signals",
+                            "variables",
+                            "machines",
+                            "scenarios",
+                        ],
                     ) {
                         Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
                         None => diagnostic.help(form),

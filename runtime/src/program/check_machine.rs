@@ -61,13 +61,19 @@ impl Program {
             OwnAction::Set { variable, value } => {
                 let known = signal(*variable).filter(|s| s.is_variable());
                 value.check(&self.robot.model, self.values.initial.len()).map_err(|text| error(place, text))?;
-                ensure(known.is_some_and(|s| s.len == value.outputs.len()), place, "sets what is no variable of its kind")
+                ensure(
+                    known.is_some_and(|s| s.len == value.outputs.len()),
+                    place,
+                    "sets what is no variable of its kind",
+                )
             }
             OwnAction::Clear(variable) => {
                 let known = signal(*variable).is_some_and(|s| s.is_variable() && s.optional);
                 ensure(known, place, "clears what is no variable that may be absent")
             }
-            OwnAction::Tare(i) => ensure(signal(*i).is_some_and(|s| s.kind == "wrench"), place, "tares what is no wrench"),
+            OwnAction::Tare(i) => {
+                ensure(signal(*i).is_some_and(|s| s.kind == "wrench"), place, "tares what is no wrench")
+            }
         }
     }
 
