@@ -93,11 +93,14 @@ fn machines() {
         "hierarq 1
 robot arm { urdf \"robots/arm7.urdf\"  rate 100 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }
 signal goal : point?  timeout 0.2 s
+signal ft : wrench? { timeout 1 s  frame link_6  low_pass 20 Hz }
 signal go : event
+variable turns : number = 0
+variable seen : point?
 stack still { level limits hard { joint_position_limits  joint_velocity_limits } }
 task reach = frame_position(tool) { position goal  gain 2 /s }
 task wave = joint_position { target { joint_1 initial(joint(joint_1)) + 0.2 rad * sin(t/(1 s)) }  gain 5 /s }
-stack follow from still { add motion { reach } }
+stack follow from still { lock joint_1  add motion { reach } }
 stack waving from still { add motion { wave } }
 machine m {
   initial a
@@ -106,7 +109,9 @@ machine m {
   state a { stack waving  initial b  when present(goal) for 30 ms -> c
     state b { do capture(camera)  enter say \"hello\"  exit log \"gone\"  on go -> d  after 70 ms -> d }
     state d { enter emit go  on go -> b } }
-  state c { stack follow  on reached(reach, 1 mm) -> a  after 90 ms -> a
+  state c { stack follow
+    enter set(turns, turns + norm(ft.force)/(1 N))  enter set(seen, frame(tool).position)  exit tare(ft)  exit clear(seen)
+    on reached(reach, 1 mm) -> a  after 90 ms -> a
     when norm(frame(tool).position - [1, 1, 1] m) < 0.1 m -> a }
 }",
     );
@@ -120,6 +125,7 @@ machine m {
         let before = ALLOCATIONS.load(Ordering::SeqCst);
         if k % 400 < 200 {
             controller.signals().set(0, &[0.4, 0.1, 0.5], time);
+            controller.signals().set(1, &[1.0, 2.0, 3.0, 0.1, 0.2, 0.3], time);
         }
         if k % 7 == 0 {
             controller.signals().raise(0);

@@ -15,6 +15,8 @@ mod imports;
 mod machines;
 #[path = "lsp/reuse.rs"]
 mod reuse;
+#[path = "lsp/told.rs"]
+mod told;
 #[path = "lsp/words.rs"]
 mod words;
 #[path = "lsp/workspace.rs"]

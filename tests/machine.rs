@@ -13,3 +13,7 @@ mod host;
 mod interpreter;
 #[path = "machine/semantics.rs"]
 mod semantics;
+#[path = "machine/sensors.rs"]
+mod sensors;
+#[path = "machine/variables.rs"]
+mod variables;

@@ -12,12 +12,13 @@ use stdlib_tasks::dimension::{ANGLE, ANGULAR_VELOCITY, Dimension, LENGTH, RATE, 
 use stdlib_tasks::task::{BuildError, Nature, RowInfo};
 
 use crate::binding::Number;
-use crate::bounds;
 use crate::codes;
 use crate::lowering::Places;
+use crate::one_place;
 use crate::pointless;
 use crate::ranges::Ground;
 use crate::units::shown;
+use crate::{bounds, braking};
 use crate::{jumps, reach};
 
 /// Checks a program that has no errors so far.
@@ -74,6 +75,8 @@ pub(crate) fn program(ground: &Ground, program: &Program, places: &Places, diagn
     }
     let mut told = BTreeSet::new();
     if diagnostics[before..].iter().all(|d| d.severity == dsl::Severity::Warning) {
+        braking::check(program, places, diagnostics);
+        one_place::check(program, places, diagnostics);
         told = pointless::program(program, places, diagnostics);
     }
     reach::targets(ground, program, places, &told, diagnostics);

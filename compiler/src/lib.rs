@@ -5,6 +5,7 @@
 
 mod binding;
 mod bounds;
+mod braking;
 mod checks;
 pub mod codes;
 mod constants;
@@ -18,6 +19,7 @@ mod lowering;
 mod machine;
 mod named;
 pub mod names;
+mod one_place;
 mod overridden;
 mod paths;
 mod pointless;

@@ -26,6 +26,7 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("humans", include_str!("cases/humans.txt"), Spelling::Hq),
     ("humans_yaml", include_str!("cases/humans_yaml.txt"), Spelling::Yaml),
     ("machines", include_str!("cases/machines.txt"), Spelling::Hq),
+    ("yardstick", include_str!("cases/yardstick.txt"), Spelling::Hq),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Spelling::Yaml),
 ];
 
@@ -164,4 +165,10 @@ fn reuse_yaml() {
 #[test]
 fn machines() {
     check("machines");
+}
+
+/// Defects that a look at public controllers of other frameworks found in them, each written as a spec of ours.
+#[test]
+fn yardstick() {
+    check("yardstick");
 }

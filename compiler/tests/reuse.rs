@@ -169,7 +169,7 @@ fn equal_uses_share_a_task() {
     let p = program(
         &format!(
             "hierarq 1\n{ROBOT}\ntask near(at: frame, by: length = 0.1 m) = frame_position(at) {{ position [0.5, 0, 0.5] m + [by, 0, 0] }}\n\
-             stack a {{ level l {{ near(tool) }} }}\nstack b {{ level l {{ near(tool, by: 0.1 m)  near(tool, by: 0.2 m)  near(link_6) }} }}\nrun {{ stack a }}\n"
+             stack a {{ level l {{ near(tool) }} }}\nstack b {{ level l {{ near(tool, by: 0.1 m)  near(tool, by: 0.2 m) }} }}\nstack c {{ level l {{ near(link_6) }} }}\nrun {{ stack a }}\n"
         ),
         &folder,
     );

@@ -20,11 +20,12 @@ fn sort(items: &mut [Item]) {
         ItemKind::Task(_) => 4,
         ItemKind::Stack(_) => 5,
         ItemKind::Signal(_) => 6,
-        ItemKind::Human(_) => 7,
-        ItemKind::Machine(_) => 8,
-        ItemKind::Scenario(_) => 9,
-        ItemKind::For(_) => 10,
-        ItemKind::Run(_) => 11,
+        ItemKind::Variable(_) => 7,
+        ItemKind::Human(_) => 8,
+        ItemKind::Machine(_) => 9,
+        ItemKind::Scenario(_) => 10,
+        ItemKind::For(_) => 11,
+        ItemKind::Run(_) => 12,
     });
     for item in items {
         if let ItemKind::For(repeat) = &mut item.kind {

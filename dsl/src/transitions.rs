@@ -96,6 +96,14 @@ pub(crate) fn bad_type(text: &str, span: Span) -> Diagnostic {
         .help("write for instance `point`, `force` or `event`, with a `?` behind it where it may be absent: `point?`")
 }
 
+/// A variable without a type.
+pub(crate) fn no_variable_type(name: &str, span: Span) -> Diagnostic {
+    let name = clip(name);
+    Diagnostic::error("HQ0140", span, format!("the variable `{name}` has no type")).help(format!(
+        "write what it holds: `variable {name} : number = 0`, in YAML `{name}: {{ type: number, value: 0 }}`"
+    ))
+}
+
 /// A signal without a type.
 pub(crate) fn no_type(name: &str, span: Span) -> Diagnostic {
     Diagnostic::error("HQ0140", span, format!("the signal `{}` has no type", clip(name))).help(format!(

@@ -12,6 +12,7 @@ use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::expression::Evaluation;
 use stdlib_tasks::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault};
 
+use crate::coasting::Coasting;
 use crate::fault::Fault;
 use crate::program::{Capture, CaptureSource, Program, ProgramError, StackProgram, TaskProgram, Times};
 use crate::values::ValueTable;
@@ -66,7 +67,7 @@ pub struct Moment<'a> {
     pub velocity: &'a [f64],
 }
 
-/// A robot that stands, and no signal: a moment for those who look at a stack without running it.
+/// A robot that stands, no signal, and variables as they are at the start: a moment for those who look at a stack without running it.
 #[derive(Clone, Debug)]
 pub struct Rest {
     signals: Vec<f64>,
@@ -107,6 +108,7 @@ pub struct Evaluator {
     tasks: Vec<Box<dyn Task>>,
     members: Vec<Member>,
     locked: Vec<usize>,
+    coasting: Coasting,
     margins: Vec<f64>,
     measures: Vec<f64>,
     undefined: Vec<bool>,
@@ -289,6 +291,8 @@ impl Evaluator {
         for (member, task) in members.iter().zip(&tasks) {
             write_constant(task.as_ref(), member, &stack_program.locked, &mut problem);
         }
+        let mut coasting = Coasting::new(&problem, &stack_program.locked);
+        members.iter().zip(&tasks).for_each(|(member, task)| coasting.fix(member, task.as_ref()));
         let wanted = places(members.iter().map(|m| &program.tasks[m.program_index]));
         let values = ValueTable::new(&program.values, &wanted, &program.interface);
         let needed = |c: &&Capture| (c.at..c.at + c.len).any(|k| values.is_read(k));
@@ -305,6 +309,7 @@ impl Evaluator {
             undefined: vec![false; tasks.len()],
             tasks,
             members,
+            coasting,
             locked: stack_program.locked.clone(),
             margins: vec![f64::INFINITY; margins],
             measures: vec![0.0; measures],
@@ -420,6 +425,16 @@ impl Evaluator {
         self.values.evaluate(moment.times, moment.signals);
     }
 
+    /// Locked joints come to rest at the next update, or stand.
+    pub(crate) fn coast(&mut self, coasts: bool) {
+        self.coasting.on = coasts;
+    }
+
+    /// What was kept back from the rows of locked joints at the last update.
+    pub(crate) fn coasting(&self) -> &Coasting {
+        &self.coasting
+    }
+
     /// Fills the problem for this tick. Never allocates.
     ///
     /// # Errors
@@ -427,8 +442,10 @@ impl Evaluator {
     pub fn update(&mut self, q: &[f64], moment: Moment, problem: &mut Problem) -> Result<(), Fault> {
         self.kinematics(q, moment);
         self.values.check(moment.signals)?;
-        let Evaluator { model, data, values, tasks, members, locked, margins, measures, undefined, .. } = self;
+        let Evaluator { model, data, values, tasks, members, locked, coasting, margins, measures, undefined, .. } =
+            self;
         let ValueTable { current, rates, .. } = values;
+        coasting.begin();
         margins.fill(f64::INFINITY);
         let inside = self.limits.iter().all(|&(i, lower, upper)| lower <= q[i] && q[i] <= upper);
         let state = State { model, data, q, values: current, rates, velocity: moment.velocity };
@@ -446,7 +463,8 @@ impl Evaluator {
             lower.fill(f64::NEG_INFINITY);
             upper.fill(f64::INFINITY);
             undefined[i] = false;
-            let idle = if inside { &m.idle[..] } else { &[] };
+            // The proofs know of locked joints that stand.
+            let idle = if inside && !coasting.on { &m.idle[..] } else { &[] };
             let mut rows = Rows {
                 jacobian,
                 stride,
@@ -467,6 +485,7 @@ impl Evaluator {
             flush(rows.jacobian);
             flush(rows.lower);
             flush(rows.upper);
+            coasting.keep(m, rows.jacobian, stride);
             if !locked.is_empty() {
                 // A robot without a degree of freedom has rows without a coefficient.
                 for row in rows.jacobian.chunks_exact_mut(stride.max(1)) {
@@ -475,6 +494,7 @@ impl Evaluator {
                     }
                 }
             }
+            coasting.free(m, level);
             for (row, _) in idle.iter().enumerate().filter(|(_, is)| **is) {
                 level.leave_out(m.rows.start + row);
             }

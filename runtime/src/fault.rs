@@ -34,6 +34,11 @@ pub enum Fault {
         /// Its place in the table of values.
         at: usize,
     },
+    /// A variable was to be set to something that is not finite.
+    Variable {
+        /// The signal that is the variable.
+        signal: usize,
+    },
     /// Two parts of the robot overlap so deeply that no direction leads apart.
     Overlap {
         /// Index of the task in the stack's order.
@@ -87,7 +92,7 @@ pub enum FaultKind {
     Deadline,
     /// [`Fault::Stale`]
     Stale,
-    /// [`Fault::Value`], [`Fault::Gain`]
+    /// [`Fault::Value`], [`Fault::Variable`], [`Fault::Gain`]
     Value,
     /// [`Fault::Crossed`]
     Crossed,
@@ -142,7 +147,7 @@ impl Fault {
             Fault::Observation { .. } | Fault::NotFinite { .. } => FaultKind::NotFinite,
             Fault::Deadline { .. } => FaultKind::Deadline,
             Fault::Stale { .. } => FaultKind::Stale,
-            Fault::Value { .. } | Fault::Gain { .. } => FaultKind::Value,
+            Fault::Value { .. } | Fault::Variable { .. } | Fault::Gain { .. } => FaultKind::Value,
             Fault::Crossed { .. } => FaultKind::Crossed,
             Fault::Overlap { .. } => FaultKind::Overlap,
             Fault::Infeasible { .. } => FaultKind::Infeasible,

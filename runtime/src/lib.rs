@@ -3,6 +3,8 @@
 //! A [`Program`] is plain data. [`Controller::new`] makes it ready, allocating everything that the loop needs;
 //! [`Controller::step`] turns an observation into a command. Nothing here knows source text.
 
+mod coasting;
+mod conditioning;
 pub mod controller;
 pub mod evaluator;
 pub mod expect;

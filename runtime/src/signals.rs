@@ -1,6 +1,9 @@
 //! What the host tells the controller between ticks: values of signals, each with the time at which it was received, and
 //! events.
 
+use nalgebra::UnitQuaternion;
+
+use crate::conditioning::Conditioner;
 use crate::motion::Estimate;
 use crate::program::{Interface, Lost, SignalProgram};
 
@@ -21,7 +24,8 @@ fn normalised(q: &mut [f64]) -> bool {
 ///
 /// A value counts until its signal's timeout has passed; then it is absent, as it is before the first one was received. A
 /// value that is not finite makes its signal absent at once, and so does an orientation whose quaternion is further than
-/// [`NOT_UNIT`] from length 1; closer ones are normalised.
+/// [`NOT_UNIT`] from length 1; closer ones are normalised. Variables of the machine stand among them; the host reads them
+/// and cannot set them.
 ///
 /// The tracked point of a person has a velocity beside its value, which the host sends behind the position or which is
 /// estimated. When its readings stop it is absent too; but where it is held, its last position counts on, at rest, with
@@ -40,6 +44,7 @@ pub struct Signals {
     lost: Vec<f64>,
     /// Events since the last tick.
     raised: Vec<bool>,
+    conditioner: Conditioner,
 }
 
 impl Signals {
@@ -51,10 +56,24 @@ impl Signals {
             motions: interface.signals.iter().map(|s| s.motion.as_ref().map(Estimate::new)).collect(),
             lost: vec![f64::INFINITY; interface.signals.len()],
             raised: vec![false; interface.events.len()],
+            conditioner: Conditioner::new(interface),
             interface: interface.clone(),
         };
-        signals.at(0.0);
+        signals.restart();
+        signals.at(0.0, |_| None);
         signals
+    }
+
+    /// Variables hold what they hold at the start, sensors have the bias that was declared.
+    pub(crate) fn restart(&mut self) {
+        self.conditioner.restart(&self.interface);
+        for (s, received) in self.interface.signals.iter().zip(&mut self.received) {
+            let Some(initial) = &s.variable else { continue };
+            *received = if initial.value.is_some() { f64::INFINITY } else { f64::NEG_INFINITY };
+            if let Some(value) = &initial.value {
+                self.last[s.at + 1..=s.at + s.len].copy_from_slice(value);
+            }
+        }
     }
 
     /// What signals and events there are.
@@ -64,9 +83,16 @@ impl Signals {
 
     /// Gives a signal a value that was received at a time, in s. Never allocates.
     ///
-    /// False where there is no such signal, or it has another number of numbers: of a tracked point whose velocity is
-    /// measured they are six, its position in m and its velocity in m/s.
+    /// False where there is no such signal, it has another number of numbers: of a tracked point whose velocity is
+    /// measured they are six, its position in m and its velocity in m/s, or it is a variable of the machine.
     pub fn set(&mut self, signal: usize, value: &[f64], time: f64) -> bool {
+        if self.interface.signals.get(signal).is_none_or(|s| s.is_variable()) {
+            return false;
+        }
+        self.receive(signal, value, time)
+    }
+
+    fn receive(&mut self, signal: usize, value: &[f64], time: f64) -> bool {
         let Some(s) = self.interface.signals.get(signal).filter(|s| s.sent() == value.len()) else { return false };
         if let Some(Some(estimate)) = self.motions.get_mut(signal) {
             return point(
@@ -89,15 +115,56 @@ impl Signals {
         true
     }
 
-    /// Makes a signal absent. What was known of it is forgotten.
+    /// Makes a signal absent; one that the machine sets stays as it is. What was known of it is forgotten.
     pub fn clear(&mut self, signal: usize) {
-        if let Some(received) = self.received.get_mut(signal) {
-            *received = f64::NEG_INFINITY;
+        if self.interface.signals.get(signal).is_some_and(|s| !s.is_variable()) {
+            self.received[signal] = f64::NEG_INFINITY;
             self.lost[signal] = f64::INFINITY;
             if let Some(estimate) = &mut self.motions[signal] {
                 estimate.forget();
             }
         }
+    }
+
+    /// Gives a variable the value that it has from now on, in the table too. False where that is none: the variable is as
+    /// it was.
+    pub(crate) fn assign(&mut self, variable: usize, value: &[f64]) -> bool {
+        let mut good = [0.0; crate::program::MAX_SIGNAL];
+        let good = &mut good[..value.len().min(crate::program::MAX_SIGNAL)];
+        let Some(s) = self.interface.signals.get(variable) else { return false };
+        let before = s.at + 1..=s.at + s.len;
+        if good.len() != s.len || !value.iter().all(|x| x.is_finite()) {
+            return false;
+        }
+        good.copy_from_slice(&self.last[before.clone()]);
+        let received = self.received[variable];
+        self.receive(variable, value, f64::INFINITY);
+        if self.received[variable] == f64::NEG_INFINITY {
+            self.last[before].copy_from_slice(good);
+            self.received[variable] = received;
+            return false;
+        }
+        self.table[before.clone()].copy_from_slice(&self.last[before]);
+        self.table[self.interface.signals[variable].at] = 1.0;
+        true
+    }
+
+    /// Makes a variable absent, in the table too.
+    pub(crate) fn forget(&mut self, variable: usize) {
+        let Some(s) = self.interface.signals.get(variable) else { return };
+        self.received[variable] = f64::NEG_INFINITY;
+        self.table[s.at] = -1.0;
+        self.table[s.at + 1..=s.at + s.len].fill(f64::NAN);
+    }
+
+    /// Lets what a wrench shows become its bias; false where it is absent.
+    pub(crate) fn tare(&mut self, signal: usize) -> bool {
+        if !self.is_present(signal) {
+            return false;
+        }
+        let s = &self.interface.signals[signal];
+        self.conditioner.tare(&self.interface, signal, &mut self.table[s.at + 1..=s.at + s.len]);
+        true
     }
 
     /// Raises an event; false where there is none. It is seen at the next tick, and gone after it.
@@ -145,22 +212,28 @@ impl Signals {
         self.raised.fill(false);
     }
 
-    /// Works out the table for a tick.
-    pub(crate) fn at(&mut self, time: f64) {
-        for (i, (s, &received)) in self.interface.signals.iter().zip(&self.received).enumerate() {
+    /// Works out the table for a tick. `axes` says how a link stands at the observed configuration, where that is known.
+    pub(crate) fn at(&mut self, time: f64, axes: impl Fn(robot::LinkId) -> Option<UnitQuaternion<f64>>) {
+        let Signals { interface, received, table, last, conditioner, motions, lost, .. } = self;
+        let dt = conditioner.tick(time);
+        for (i, (s, &received)) in interface.signals.iter().zip(&*received).enumerate() {
             let known = received > f64::NEG_INFINITY;
-            let present = known && s.timeout.is_none_or(|t| time - received <= t);
-            if let Some(Some(estimate)) = self.motions.get_mut(i) {
-                if !present {
+            let in_time = known && s.timeout.is_none_or(|t| time - received <= t);
+            if let Some(Some(estimate)) = motions.get_mut(i) {
+                if !in_time {
                     estimate.forget();
                 }
-                moving(s, estimate, self.lost[i], time, &self.last, &mut self.table);
+                moving(s, estimate, lost[i], time, last, table);
                 continue;
             }
-            self.table[s.at] = if present { 1.0 } else { -1.0 };
-            for i in s.at + 1..s.at + 1 + s.len {
-                self.table[i] = if present { self.last[i] } else { f64::NAN };
+            let value = &mut table[s.at + 1..=s.at + s.len];
+            value.copy_from_slice(&last[s.at + 1..=s.at + s.len]);
+            let present = in_time && conditioner.apply(interface, i, value, dt, &axes);
+            if !present {
+                conditioner.absent(i);
+                value.fill(f64::NAN);
             }
+            table[s.at] = if present { 1.0 } else { -1.0 };
         }
     }
 }

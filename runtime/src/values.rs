@@ -55,6 +55,12 @@ impl ValueTable {
         &self.needs
     }
 
+    /// The first signal that must be present and is not.
+    pub fn absent(&self, signals: &[f64]) -> Option<usize> {
+        let absent = self.presence.iter().zip(&self.needs).find(|(at, _)| signals[**at] < 0.0);
+        absent.map(|(_, &signal)| signal)
+    }
+
     /// Works out the moving values. Never allocates.
     pub fn evaluate(&mut self, times: Times, signals: &[f64]) {
         let ValueTable { tape, inputs, registers, current, rates, .. } = self;
@@ -67,8 +73,7 @@ impl ValueTable {
     /// A signal is absent, or a value is not finite or out of its range.
     pub fn check(&mut self, signals: &[f64]) -> Result<(), Fault> {
         // Told of before a `min` or an `if` can hide it.
-        let absent = self.presence.iter().zip(&self.needs).find(|(at, _)| signals[**at] < 0.0);
-        if let Some((_, &signal)) = absent {
+        if let Some(signal) = self.absent(signals) {
             return Err(Fault::Stale { signal });
         }
         let mut lost = self.inputs.iter().zip(&self.reads).filter(|(x, _)| !x.is_finite());

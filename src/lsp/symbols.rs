@@ -47,6 +47,11 @@ impl Outline<'_> {
                 let points = points.iter().filter_map(point).collect();
                 o.symbol(&h.name, item.span, SymbolKind::CLASS, "human", points)
             }
+            ItemKind::Variable(v) => {
+                let mark = if v.optional.is_some() { "?" } else { "" };
+                let detail = format!("variable, {}{mark}", v.ty.value);
+                o.symbol(&v.name, item.span, SymbolKind::VARIABLE, &detail, Vec::new())
+            }
             ItemKind::Machine(m) => o.symbol(&m.name, item.span, SymbolKind::CLASS, "machine", o.states(&m.body)),
             ItemKind::Scenario(s) => o.symbol(&s.name, item.span, SymbolKind::EVENT, "scenario", Vec::new()),
             ItemKind::Run(_) => {

@@ -1,6 +1,8 @@
 //! The declarations of a spec, word by word: what each key and each name in them means.
 
-use compiler::sections::{Holds, LEVEL, MEMBER, Named, PARAM, ROBOT, RUN, SCENARIO, SPEC, STACK, Section, WAYPOINT};
+use compiler::sections::{
+    Holds, Key, LEVEL, MEMBER, Named, OUTCOME, PARAM, ROBOT, RUN, SCENARIO, SPEC, STACK, Section, WAYPOINT,
+};
 use dsl::Span;
 use dsl::tree::{Block, Entry, Item, ItemKind, Level, Member, MemberTask, Spec, Stack, Value, ValueKind};
 
@@ -90,6 +92,7 @@ impl Walker<'_> {
             }
             ItemKind::Signal(s) => self.declared_signal(s, item),
             ItemKind::Human(h) => self.declared_human(h, item),
+            ItemKind::Variable(v) => self.declared_variable(v, item),
             ItemKind::Machine(m) => self.declared_machine(m, item),
             ItemKind::Run(_) | ItemKind::Scenario(_) => {}
         }
@@ -151,6 +154,10 @@ impl Walker<'_> {
                 self.keyword("human", start, item.span);
                 self.human(h);
             }
+            ItemKind::Variable(v) => {
+                self.keyword("variable", start, item.span);
+                self.variable(v);
+            }
             ItemKind::Machine(m) => {
                 self.keyword("machine", start, item.span);
                 self.machine(m);
@@ -177,8 +184,31 @@ impl Walker<'_> {
                 self.note(&e.key.value, e.key.span, What::Key(key));
                 match key.name {
                     "humans" => self.human_scripts(&e.value),
-                    _ => self.held(&key.holds, &e.value),
+                    _ => {
+                        self.told(section, key, &e.value);
+                        self.held(&key.holds, &e.value);
+                    }
                 }
+            }
+        }
+    }
+
+    /// The keys of what a scenario tells the controller: names of signals and events.
+    fn told(&mut self, section: &'static Section, key: &'static Key, value: &Value) {
+        let signals = match (section.name, key.name) {
+            _ if !std::ptr::eq(section, &SCENARIO) && !std::ptr::eq(section, &OUTCOME) => return,
+            (_, "signals" | "push" | "sets") => true,
+            (_, "events") => false,
+            _ => return,
+        };
+        for e in entries(value) {
+            let name = e.key.value.as_str();
+            let slot = if signals { Slot::Signal } else { Slot::Events { whole: false } };
+            if self.marked(name, || slot) {
+            } else if signals {
+                self.note(name, e.key.span, What::Declared(Class::Signal, name.to_string()));
+            } else {
+                self.event(name, e.key.span);
             }
         }
     }

@@ -2,7 +2,9 @@
 
 use compiler::sections::{Key, MACHINE, SIGNAL, STATE, Section, TRANSITION};
 use compiler::{VERBS, Verb, signal_types};
-use dsl::tree::{Action, Block, Call, Item, Machine, Signal, State, StateBody, Transition, Trigger, Value, ValueKind};
+use dsl::tree::{
+    Action, Block, Call, Item, Machine, Signal, State, StateBody, Transition, Trigger, Value, ValueKind, Variable,
+};
 use dsl::{Span, Spanned, Spelling};
 
 use super::mentions::{Class, MARKER, Slot, Walker, What};
@@ -23,6 +25,11 @@ impl Walker<'_> {
         let class = if s.ty.value == "event" { Class::Event } else { Class::Signal };
         self.found.types.entry(s.name.value.clone()).or_insert_with(|| s.ty.value.clone());
         self.declare((class, s.name.value.clone()), &s.name, item.span, &item.comments.before);
+    }
+
+    pub(super) fn declared_variable(&mut self, v: &Variable, item: &Item) {
+        self.found.types.entry(v.name.value.clone()).or_insert_with(|| v.ty.value.clone());
+        self.declare((Class::Signal, v.name.value.clone()), &v.name, item.span, &item.comments.before);
     }
 
     pub(super) fn declared_machine(&mut self, m: &Machine, item: &Item) {
@@ -61,6 +68,17 @@ impl Walker<'_> {
         let types = || Slot::Offered(signal_types().map(|t| (t.to_string(), "type of a signal")).collect());
         self.marked(&s.ty.value, types);
         self.section(&s.settings, &SIGNAL);
+    }
+
+    pub(super) fn variable(&mut self, v: &Variable) {
+        let types = || {
+            let held = signal_types().filter(|t| !matches!(*t, "event" | "wrench"));
+            Slot::Offered(held.map(|t| (t.to_string(), "type of a variable")).collect())
+        };
+        self.marked(&v.ty.value, types);
+        if let Some(value) = &v.value {
+            self.expression(value);
+        }
     }
 
     pub(super) fn machine(&mut self, m: &Machine) {
@@ -135,6 +153,13 @@ impl Walker<'_> {
         let Some(verb) = verb(&a.verb.value) else { return };
         self.note(verb.name, a.verb.span, What::Verb(verb));
         for (i, value) in a.args.iter().enumerate() {
+            if verb.own {
+                match i {
+                    0 => self.signal_name(value),
+                    _ => self.condition(value),
+                }
+                continue;
+            }
             match word(value) {
                 Some(MARKER) => {
                     self.found.slot = Some(match i {
@@ -151,7 +176,7 @@ impl Walker<'_> {
     }
 
     /// An event by its name.
-    fn event(&mut self, name: &str, span: Span) {
+    pub(super) fn event(&mut self, name: &str, span: Span) {
         let class = if self.has(Class::Event, name) { Class::Event } else { Class::Raised };
         let (place, _) = self.place(name, span);
         let own = class == Class::Raised && outcome_of(name).next().is_none();

@@ -1,6 +1,6 @@
 //! Signals, machines, states inside states.
 
-use compiler::sections::{self, SIGNAL, STATE, Section, TRANSITION};
+use compiler::sections::{self, SIGNAL, STATE, Section, TRANSITION, VARIABLE};
 use serde_json::{Map, Value, json};
 
 use super::{described, object, section, sections as of, values};
@@ -60,6 +60,18 @@ fn transition() -> Value {
 
 /// A path of states, `outer.inner`.
 static TARGET: &str = r"^\s*[A-Za-z0-9_${}+*-]+(?:\.[A-Za-z0-9_${}+*-]+)*\s*$";
+
+/// Variables by name: `point?`, or `{ type: number, value: 0 }`.
+pub(super) fn variables() -> Value {
+    let words: Vec<&str> = compiler::signal_types().filter(|t| !matches!(*t, "event" | "wrench")).collect();
+    let ty = json!({ "type": "string", "pattern": format!(r"^\s*(?:{})\??\s*$", words.join("|")) });
+    let mut parts = of::keys(&VARIABLE);
+    replace(&mut parts, "type", ty.clone());
+    let mut variable = object(parts, &["type"], "What the machine keeps.");
+    variable["type"] = json!(["string", "object"]);
+    variable["pattern"] = ty["pattern"].clone();
+    section("", &variable)
+}
 
 /// Signals by name: `point?`, or `{ type: point?, timeout: 0.5 s }`.
 pub(super) fn signals() -> Value {

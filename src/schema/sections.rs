@@ -17,6 +17,7 @@ pub(super) fn all() -> Map<String, Value> {
         "stacks" => stacks(),
         "robots" => robots(),
         "signals" => machines::signals(),
+        "variables" => machines::variables(),
         "machines" => machines::machines(),
         "for" => reuse::repeats(),
         "scenarios" => scenarios(),

@@ -18,8 +18,10 @@ fn words(text: &str) -> Vec<&str> {
 #[test]
 fn highlighting_knows_the_words_of_the_language() {
     let (grammar, syntax) = (file("vscode/syntaxes/hq.tmLanguage.json"), file("nvim/hierarq.vim"));
-    let declarations =
-        ["hierarq", "import", "param", "let", "robot", "task", "stack", "signal", "machine", "scenario", "for", "run"];
+    let declarations = [
+        "hierarq", "import", "param", "let", "robot", "task", "stack", "signal", "variable", "machine", "scenario",
+        "for", "run",
+    ];
     let states = ["state", "final", "initial", "blend", "timeout", "enter", "do", "exit", "on", "when", "expect"];
     let formulas = ["always", "eventually", "never", "within", "to", "until", "implies"];
     let inside = ["level", "hard", "weight", "from", "replace", "add", "remove", "before", "after", "as", "in"];
@@ -44,10 +46,11 @@ fn the_file_of_all_words_is_a_good_spec() {
     assert_eq!(e.result("textDocument/formatting", params), json!([]), "it is formatted");
     let reuse =
         ["import", "let", "for", "in", "from", "replace", "add", "remove", "before", "after", "and", "or", "not"];
-    let signals = ["signal", "event", "flag", "wrench", "timeout", "present", "stale"];
+    let signals =
+        ["signal", "event", "flag", "wrench", "timeout", "present", "stale", "frame", "bias", "low_pass", "variable"];
     let machines = ["machine", "initial", "blend", "state", "final", "stack", "enter", "do", "exit", "on", "when"];
     let scenarios = ["scenario", "expect", "always", "eventually", "never", "within", "to", "until", "implies"];
-    let triggers = ["fault", "reached", "any", "infeasible", "emit", "say", "capture", "gripper"];
+    let triggers = ["fault", "reached", "any", "infeasible", "emit", "say", "capture", "gripper", "set", "tare"];
     for word in reuse.into_iter().chain(signals).chain(machines).chain(triggers).chain(scenarios) {
         assert!(words(&text).contains(&word), "`{word}` is not shown");
     }

@@ -4,11 +4,52 @@ use proptest::prelude::*;
 
 use super::host::Host;
 
-/// What a transition waits for: an event, or ticks.
+/// What a transition waits for: an event, ticks, or that the variable `n` is above a number.
 #[derive(Clone, Copy, Debug)]
 enum Trigger {
     Event(usize),
     After(usize),
+    Above(u8),
+}
+
+/// What a state does with the variables `n`, a number, and `w`, one that may be absent.
+#[derive(Clone, Copy, Debug)]
+enum Change {
+    Nothing,
+    Increment,
+    Copy,
+    Add,
+    Double,
+    Clear,
+}
+
+const CHANGES: [(Change, &str); 6] = [
+    (Change::Nothing, ""),
+    (Change::Increment, "set(n, n + 1)"),
+    (Change::Copy, "set(w, n)"),
+    (Change::Add, "set(n, min(n + if(present(w), w, 0), 20))"),
+    (Change::Double, "set(w, 2*w - 1)"),
+    (Change::Clear, "clear(w)"),
+];
+
+/// The variables as the interpreter has them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Held {
+    n: f64,
+    w: Option<f64>,
+}
+
+impl Held {
+    fn change(&mut self, change: usize) {
+        match CHANGES[change].0 {
+            Change::Nothing => {}
+            Change::Increment => self.n += 1.0,
+            Change::Copy => self.w = Some(self.n),
+            Change::Add => self.n = (self.n + self.w.unwrap_or(0.0)).min(20.0),
+            Change::Double => self.w = self.w.map(|w| 2.0 * w - 1.0),
+            Change::Clear => self.w = None,
+        }
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -16,6 +57,8 @@ struct State {
     /// `s0.s2`
     path: String,
     transitions: Vec<(Trigger, usize)>,
+    /// What is done on entering and on leaving, by place in [`CHANGES`].
+    changes: [usize; 2],
 }
 
 /// A machine: states with their paths, in the order of the text; the first child of each is its initial state.
@@ -33,14 +76,19 @@ fn shape() -> impl Strategy<Value = Vec<usize>> {
 }
 
 fn trigger() -> impl Strategy<Value = Trigger> {
-    prop_oneof![3 => (0..EVENTS).prop_map(Trigger::Event), 1 => (1..6_usize).prop_map(Trigger::After)]
+    prop_oneof![
+        3 => (0..EVENTS).prop_map(Trigger::Event),
+        1 => (1..6_usize).prop_map(Trigger::After),
+        1 => (1..12_u8).prop_map(Trigger::Above),
+    ]
 }
 
 fn random() -> impl Strategy<Value = Random> {
     shape().prop_flat_map(|shape| {
         let n = shape.len();
         let ways = || prop::collection::vec((trigger(), 0..n), 0..3);
-        (Just(shape), prop::collection::vec(ways(), n), ways()).prop_map(|(shape, ways, root)| {
+        let changes = prop::collection::vec(prop::array::uniform2(0..CHANGES.len()), n);
+        (Just(shape), prop::collection::vec(ways(), n), ways(), changes).prop_map(|(shape, ways, root, changes)| {
             let mut paths: Vec<String> = Vec::new();
             for (i, pick) in shape.iter().enumerate() {
                 let parent = if *pick == 0 || i == 0 { None } else { Some(&paths[(pick - 1) % i]) };
@@ -51,7 +99,8 @@ fn random() -> impl Strategy<Value = Random> {
                 };
                 paths.push(path);
             }
-            let states = paths.into_iter().zip(ways).map(|(path, transitions)| State { path, transitions }).collect();
+            let all = paths.into_iter().zip(ways).zip(changes);
+            let states = all.map(|((path, transitions), changes)| State { path, transitions, changes }).collect();
             Random { states, root }
         })
     })
@@ -67,6 +116,7 @@ impl Random {
             let target = &self.states[*target].path;
             match trigger {
                 Trigger::Event(k) => out.push_str(&format!("on e{k} -> {target}\n")),
+                Trigger::Above(x) => out.push_str(&format!("when n > {x} -> {target}\n")),
                 Trigger::After(n) => out.push_str(&format!("after {} ms -> {target}\n", 10 * n)),
             }
         }
@@ -75,6 +125,11 @@ impl Random {
     fn state(&self, s: &State, out: &mut String) {
         let name = s.path.rsplit('.').next().unwrap_or(&s.path);
         out.push_str(&format!("state {name} {{ enter log \"in {0}\"  exit log \"out {0}\"\n", s.path));
+        for (word, change) in ["enter", "exit"].iter().zip(s.changes) {
+            if change > 0 {
+                out.push_str(&format!("{word} {}\n", CHANGES[change].1));
+            }
+        }
         if let Some(first) = self.children(&s.path).next() {
             out.push_str(&format!("initial {}\n", first.path.rsplit('.').next().unwrap_or("")));
         }
@@ -85,6 +140,7 @@ impl Random {
 
     fn text(&self) -> String {
         let mut out: String = (0..EVENTS).map(|k| format!("signal e{k} : event\n")).collect();
+        out.push_str("variable n : number = 0\nvariable w : number?\n");
         out.push_str("machine m { stack still\n");
         out.push_str(&format!("initial {}\n", self.children("").next().map_or("", |s| &s.path)));
         self.written(&self.root, &mut out);
@@ -101,6 +157,7 @@ struct Naive<'r> {
     path: Vec<String>,
     entered: Vec<usize>,
     log: Vec<String>,
+    held: Held,
 }
 
 fn prefixes(path: &str) -> Vec<String> {
@@ -109,8 +166,14 @@ fn prefixes(path: &str) -> Vec<String> {
 }
 
 impl Naive<'_> {
+    fn change(&mut self, path: &str, which: usize) {
+        let state = self.machine.states.iter().find(|s| s.path == path).expect("a state");
+        self.held.change(state.changes[which]);
+    }
+
     fn enter(&mut self, target: &str, tick: usize) {
         for p in prefixes(target).into_iter().skip(self.path.len()) {
+            self.change(&p, 0);
             self.log.push(format!("+log in {p}"));
             self.path.push(p);
             self.entered.push(tick);
@@ -133,6 +196,7 @@ impl Naive<'_> {
             let taken = ways.iter().find(|(trigger, _)| match trigger {
                 Trigger::Event(k) => events[*k],
                 Trigger::After(n) => tick - since >= *n,
+                Trigger::Above(x) => self.held.n > f64::from(*x),
             });
             let Some((_, target)) = taken else { continue };
             let target = self.machine.states[*target].path.clone();
@@ -140,13 +204,22 @@ impl Naive<'_> {
             let above = prefixes(&target);
             let stays = (0..depth).take_while(|&i| i + 1 < above.len() && self.path[i] == above[i]).count();
             while self.path.len() > stays {
-                self.log.extend(self.path.pop().map(|p| format!("+log out {p}")));
+                let Some(p) = self.path.pop() else { break };
+                self.change(&p, 1);
+                self.log.push(format!("+log out {p}"));
                 self.entered.pop();
             }
             self.enter(&target, tick);
             return;
         }
     }
+}
+
+fn held(host: &mut Host) -> Held {
+    let signals = host.controller.signals();
+    let of =
+        |name: &str| signals.interface().signal(name).filter(|s| signals.is_present(*s)).map(|s| signals.value(s)[0]);
+    Held { n: of("n").expect("it is never absent"), w: of("w") }
 }
 
 proptest! {
@@ -158,17 +231,19 @@ proptest! {
         events in prop::collection::vec(prop::collection::vec(prop::bool::weighted(0.25), EVENTS), 1..40),
     ) {
         let mut host = Host::new(&machine.text());
-        let mut naive = Naive { machine: &machine, path: vec![], entered: vec![], log: vec![] };
+        let mut naive = Naive { machine: &machine, path: vec![], entered: vec![], log: vec![], held: Held::default() };
         let first = machine.children("").next().expect("a state").path.clone();
         naive.enter(&first, 0);
         let seen = host.step();
         prop_assert_eq!(&seen.asked, &naive.log);
+        prop_assert_eq!(held(&mut host), naive.held);
         for (i, events) in events.iter().enumerate() {
             (0..EVENTS).filter(|k| events[*k]).for_each(|k| host.raise(&format!("e{k}")));
             let seen = host.step();
             naive.step(events, i + 1);
             prop_assert_eq!(&seen.asked, &naive.log, "tick {} of\n{}", i + 1, machine.text());
             prop_assert_eq!(Some(&seen.state), naive.path.last());
+            prop_assert_eq!(held(&mut host), naive.held, "tick {} of\n{}", i + 1, machine.text());
         }
     }
 }

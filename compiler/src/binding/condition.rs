@@ -3,11 +3,12 @@
 use dsl::Diagnostic;
 use dsl::tree::Value;
 use runtime::program::Op;
+use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::expression::Expression;
 
 use super::Binder;
 use super::cut::cut;
-use crate::expr::Kind;
+use crate::expr::{Frame, Kind};
 
 /// A condition, and what is known of it before anything moves.
 pub(crate) struct Condition {
@@ -47,6 +48,29 @@ impl Binder<'_> {
             *input = self.table.place(&[*input]).at;
         }
         Some(Condition { expression, constant, demands })
+    }
+
+    /// The value that a variable of the machine is set to; `None` where it is none, and the diagnostics say why.
+    pub(crate) fn assigned(&mut self, value: &Value, wanted: (Kind, Dimension), what: &str) -> Option<Expression> {
+        let typed = self.present(value)?;
+        self.suited(&typed, value, wanted, what)?;
+        if wanted.0 != Kind::Scalar && wanted.0 != Kind::Truth {
+            self.expressed(&typed, &Frame::World, true, what)?;
+        }
+        let (ops, _) = self.graph.extract(&typed.nodes);
+        if ops.iter().any(|op| matches!(op, Op::Input(_))) {
+            let d = Diagnostic::error("HQ0311", value.span, "`initial(..)` has no meaning in an action");
+            self.diagnostics.push(
+                d.note("it captures a value when a stack becomes active, and an action belongs to no stack")
+                    .help("write the value itself: an action works it out once, at its tick"),
+            );
+            return None;
+        }
+        let mut expression = cut(self.graph, self.table, &typed);
+        for input in &mut expression.inputs {
+            *input = self.table.place(&[*input]).at;
+        }
+        Some(expression)
     }
 
     /// The numbers of presence without which a truth value cannot hold: of those that are joined by `and`, which is

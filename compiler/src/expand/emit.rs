@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dsl::tree::{Entry, Human, ItemKind, Let, Param, Robot, Signal, Spec, Stack, Task, Value, ValueKind};
+use dsl::tree::{Entry, Human, ItemKind, Let, Param, Robot, Signal, Spec, Stack, Task, Value, ValueKind, Variable};
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 
 use super::fill::{Frame, parts};
@@ -51,7 +51,7 @@ impl Expander<'_> {
         let all: Vec<(Class, (usize, usize))> = all.chain(own).collect();
         // Signals first, so that their order is that of the text whatever uses them.
         let is_signal = |e: &Self, (m, i): (usize, usize)| {
-            matches!(e.modules[m].items[i].kind, ItemKind::Signal(_) | ItemKind::Human(_))
+            matches!(e.modules[m].items[i].kind, ItemKind::Signal(_) | ItemKind::Human(_) | ItemKind::Variable(_))
         };
         for (_, found) in all.iter().filter(|a| a.0 == Class::Value) {
             if is_signal(self, *found) {
@@ -92,7 +92,11 @@ impl Expander<'_> {
         }
         match kind.clone() {
             ItemKind::Robot(robot) => self.emit_robot(m, &robot),
-            ItemKind::Param(_) | ItemKind::Let(_) | ItemKind::Signal(_) | ItemKind::Human(_) => {
+            ItemKind::Param(_)
+            | ItemKind::Let(_)
+            | ItemKind::Signal(_)
+            | ItemKind::Human(_)
+            | ItemKind::Variable(_) => {
                 self.emit_value((m, i), span);
             }
             ItemKind::Task(_) => {
@@ -167,6 +171,7 @@ impl Expander<'_> {
                 let settings = h.body.entries.iter().filter(|e| !IN_A_HUMAN.contains(&e.key.value.as_str()));
                 settings.map(|e| &e.value).collect()
             }
+            ItemKind::Variable(v) => v.value.iter().collect(),
             _ => Vec::new(),
         };
         let mut out = Vec::new();
@@ -200,6 +205,15 @@ impl Expander<'_> {
             ItemKind::Let(l) => Named::Let(Let { name, value: value(self, &l.value) }),
             ItemKind::Signal(s) => Named::Signal(Signal { name, ..self.copied_signal(s, &mut frame) }),
             ItemKind::Human(h) => Named::Human(Human { name, ..self.copied_human(h, &mut frame) }),
+            ItemKind::Variable(v) => {
+                let ty = self.name(&v.ty, &mut frame);
+                let optional = v.optional.map(|at| self.at(at, &mut frame));
+                let held = v.value.as_ref().map(|held| match broken {
+                    true => Value { kind: ValueKind::Missing, span: held.span },
+                    false => self.value(held, &mut frame),
+                });
+                Named::Variable(Variable { name, ty, optional, value: held })
+            }
             _ => return,
         };
         self.out.values.push(named);

@@ -2,6 +2,7 @@
 
 use dsl::tree::{
     Action, Call, Human, ItemKind, Machine, Signal, Stack, State, StateBody, Transition, Trigger, Value, ValueKind,
+    Variable,
 };
 use dsl::{Span, Spanned};
 
@@ -23,6 +24,16 @@ impl Expander<'_> {
     /// A human with holes filled.
     pub(super) fn copied_human(&mut self, h: &Human, frame: &mut Frame) -> Human {
         Human { name: self.name(&h.name, frame), body: self.block(&h.body, frame) }
+    }
+
+    /// A variable with holes filled.
+    pub(super) fn copied_variable(&mut self, v: &Variable, frame: &mut Frame) -> Variable {
+        Variable {
+            name: self.name(&v.name, frame),
+            ty: self.name(&v.ty, frame),
+            optional: v.optional.map(|at| self.at(at, frame)),
+            value: v.value.as_ref().map(|value| self.value(value, frame)),
+        }
     }
 
     /// A machine with holes filled.

@@ -24,7 +24,7 @@ mod tasks;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use dsl::tree::{Human, Let, Level, Machine, Param, Robot, Run, Scenario, Signal, Spec, Stack, Task, Value};
+use dsl::tree::{Human, Let, Level, Machine, Param, Robot, Run, Scenario, Signal, Spec, Stack, Task, Value, Variable};
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Spelling};
 
 use crate::lowering::Input;
@@ -54,6 +54,8 @@ pub(crate) enum Named {
     Signal(Signal),
     /// A human.
     Human(Human),
+    /// A variable of the machine.
+    Variable(Variable),
 }
 
 /// A quantity given for a parameter of a task or stack, whose type is known only when expressions are.

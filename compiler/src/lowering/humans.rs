@@ -3,7 +3,7 @@
 
 use dsl::tree::{Block, Human, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
-use runtime::program::{HumanProgram, Lost, Motion, Op, SignalProgram, Velocity};
+use runtime::program::{Conditioning, HumanProgram, Lost, Motion, Op, SignalProgram, Velocity};
 use stdlib_tasks::dimension::{Dimension, LENGTH, RATE, TIME, VELOCITY};
 
 use super::Lowerer;
@@ -55,6 +55,8 @@ impl Lowerer<'_> {
                 len: 3,
                 optional: false,
                 timeout: Some(timeout),
+                conditioning: Conditioning::default(),
+                variable: None,
                 motion: Some(motion),
             };
             human.points.push(self.interface.signals.len());

@@ -67,6 +67,8 @@ pub(super) struct Surroundings<'s> {
     pub stacks: Vec<&'s str>,
     /// Names of the tasks, in the order of the program.
     pub tasks: Vec<&'s str>,
+    /// The levels of all stacks, and whether each is hard; none where some are not known.
+    pub levels: Option<Vec<(&'s str, bool)>>,
     /// The tasks.
     pub bound: &'s [Option<BoundTask>],
     /// The robot.
@@ -84,7 +86,8 @@ impl Lowerer<'_> {
         let mut places = MachinePlaces::default();
         let mut program = MachineProgram { states: Vec::new(), actions: Vec::new() };
         // Actions first: the events that they raise must be known to the transitions.
-        let actions: Vec<[Vec<usize>; 3]> = flat.iter().map(|f| self.actions(f.body, &mut program.actions)).collect();
+        let actions: Vec<[Vec<usize>; 3]> =
+            flat.iter().map(|f| self.actions(f.body, &mut program.actions, around)).collect();
         for (i, (f, [enter, activities, exit])) in flat.iter().zip(actions).enumerate() {
             check_keys(&f.body.settings, if i == 0 { &MACHINE } else { &STATE }, self.diagnostics);
             let stack = f.body.stack.as_ref().and_then(|c| around.stacks.iter().position(|s| *s == c.name.value));
@@ -168,14 +171,14 @@ impl Lowerer<'_> {
     }
 
     /// The actions of a state: on entering, while there, on leaving.
-    fn actions(&mut self, body: &StateBody, out: &mut Vec<ActionProgram>) -> [Vec<usize>; 3] {
+    fn actions(&mut self, body: &StateBody, out: &mut Vec<ActionProgram>, around: &Surroundings) -> [Vec<usize>; 3] {
         Moment::ALL.map(|moment| {
             let own: Vec<&Action> = body.actions_at(moment).collect();
-            own.into_iter().filter_map(|a| self.action(a, out)).collect()
+            own.into_iter().filter_map(|a| self.action(a, out, around)).collect()
         })
     }
 
-    fn action(&mut self, a: &Action, out: &mut Vec<ActionProgram>) -> Option<usize> {
+    fn action(&mut self, a: &Action, out: &mut Vec<ActionProgram>, around: &Surroundings) -> Option<usize> {
         let known: &Verb = match verb(a) {
             Ok(known) => known,
             Err(d) => {
@@ -190,9 +193,13 @@ impl Lowerer<'_> {
                 None => texts.push(self.sources.snippet(value.span).to_string()),
             }
         }
+        let own = match known.own {
+            true => Some(self.own(a, around)?),
+            false => None,
+        };
         let event = known.raises.then(|| texts.first().map(|name| self.event_index(name))).flatten();
         let outcomes = known.outcomes.iter().map(|o| ((*o).to_string(), self.event_index(o))).collect();
-        out.push(ActionProgram { verb: known.name.to_string(), arguments: texts, event, outcomes });
+        out.push(ActionProgram { verb: known.name.to_string(), arguments: texts, event, outcomes, own });
         Some(out.len() - 1)
     }
 
@@ -369,6 +376,7 @@ impl Lowerer<'_> {
             signals: self.interface.signals.iter().map(|s| s.name.as_str()).collect(),
             humans: self.interface.humans.iter().map(|h| (h.name.as_str(), h.points.as_slice())).collect(),
             tasks: &around.tasks,
+            levels: around.levels.as_deref(),
             limits: (around.bound.iter()).map(|b| b.as_ref().is_none_or(|b| b.kind.nature == Nature::Limit)).collect(),
         };
         triggers::pattern(args, at, &known).map_err(|d| self.diagnostics.extend(d.map(|d| *d))).ok()

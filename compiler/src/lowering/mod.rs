@@ -12,10 +12,12 @@ mod params;
 mod predicates;
 mod run;
 mod scenario;
+mod sensors;
 mod signals;
 mod stack;
 mod triggers;
 mod values;
+mod variables;
 mod walks;
 mod wording;
 mod world;
@@ -144,6 +146,10 @@ struct Lowerer<'a> {
     params: Params,
     /// Signals and events.
     interface: Interface,
+    /// Variables of the machine.
+    variables: variables::Variables,
+    /// What signals say of the robot, until it is known.
+    sensors: Vec<sensors::Sensor>,
     /// Tasks that a misspelt name in a stack probably meant.
     meant: Vec<String>,
     /// For each scenario the place of its start, or of its name.
@@ -170,6 +176,8 @@ impl<'a> Lowerer<'a> {
             table: Table::default(),
             params: Params::default(),
             interface: Interface::default(),
+            variables: Default::default(),
+            sensors: Vec::new(),
             meant: Vec::new(),
             starts: Vec::new(),
             expected: 0,
@@ -218,6 +226,9 @@ impl<'a> Lowerer<'a> {
             robot_binding::bind(r, &mut files, &mut constants)
         });
         let run = declared.runs.first().map(|(r, span)| run_settings(r, *span, &mut constants, self.diagnostics));
+        if let Some(robot) = &robot {
+            self.sensors(robot);
+        }
         // A file that could not be read at all has said so already.
         if declared.robots.is_empty() && expanded.whole && (!empty || self.diagnostics.is_empty()) {
             self.push(
@@ -237,6 +248,10 @@ impl<'a> Lowerer<'a> {
                 let around = Surroundings {
                     stacks: declared.stacks.iter().map(|s| s.name.value.as_str()).collect(),
                     tasks: definitions.iter().map(|d| d.0.as_str()).collect(),
+                    levels: declared.whole.then(|| {
+                        let all = declared.stacks.iter().flat_map(|s| &s.levels);
+                        all.map(|l| (l.name.value.as_str(), l.hard.is_some())).collect()
+                    }),
                     bound: &bound,
                     robot,
                 };
@@ -250,6 +265,7 @@ impl<'a> Lowerer<'a> {
             self.unused(&declared, expanded, complete && expanded.scenarios.is_empty());
             return None;
         }
+        self.never_set(expanded);
         let robot = robot?;
         let (mut program, places) = self.program(&robot, &definitions, bound, (&declared, stacks), (run?, machine))?;
         program.scenarios = self.scenarios(expanded, &program, &robot);

@@ -41,6 +41,7 @@ impl Lowerer<'_> {
                 }
                 Named::Signal(s) => self.signal(s),
                 Named::Human(h) => self.human(h),
+                Named::Variable(v) => self.variable(v),
             }
         }
         later

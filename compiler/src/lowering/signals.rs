@@ -2,10 +2,11 @@
 
 use dsl::tree::Signal;
 use dsl::{Diagnostic, Span};
-use runtime::program::{Op, SignalProgram};
+use runtime::program::{Conditioning, Op, SignalProgram};
 use stdlib_tasks::dimension::{Dimension, FORCE, MOMENT, NONE, TIME};
 
 use super::Lowerer;
+use super::sensors::Carried;
 use crate::constants::{Constants, is_word};
 use crate::expand::{TYPES, quantity};
 use crate::expr::{Axes, Frame, Kind, Typed};
@@ -17,13 +18,13 @@ use crate::sections::SIGNAL;
 const OWN_TYPES: [&str; 3] = ["event", "flag", "wrench"];
 
 /// What a signal carries.
-enum Carries {
+pub(super) enum Carries {
     Event,
     Wrench,
     Quantity(Kind, Dimension),
 }
 
-fn carries(ty: &str) -> Option<Carries> {
+pub(super) fn carries(ty: &str) -> Option<Carries> {
     match ty {
         "event" => Some(Carries::Event),
         "wrench" => Some(Carries::Wrench),
@@ -76,28 +77,40 @@ impl Lowerer<'_> {
             }
             Some((x, e.key.span))
         });
+        let carried = match &carries {
+            Carries::Event => Carried::Event,
+            Carries::Wrench => Carried::Wrench,
+            Carries::Quantity(Kind::Scalar | Kind::Vector, _) => Carried::Numbers,
+            Carries::Quantity(..) => Carried::Other,
+        };
+        let conditioning = self.conditioning(s, carried);
         match carries {
             Carries::Event => self.event(s, timeout.map(|t| t.1)),
             Carries::Wrench => {
-                let at = self.place(s, 6, timeout.map(|t| t.0));
+                let at = self.place(s, 6, timeout.map(|t| t.0), conditioning);
                 self.params.wrenches.insert(name.value.clone());
                 self.vector(s, "force", at + 1, FORCE);
                 self.vector(s, "moment", at + 4, MOMENT);
             }
             Carries::Quantity(kind, dimension) => {
-                let at = self.place(s, kind.width(), timeout.map(|t| t.0));
-                let nodes = (1..=kind.width()).map(|i| self.graph.push(Op::Signal(at + i))).collect();
-                let axes = match kind {
-                    Kind::Scalar | Kind::Truth => Axes::default(),
-                    Kind::Vector if dimension == stdlib_tasks::dimension::LENGTH => Axes::point(Frame::World),
-                    Kind::Rotation => Axes::orientation(Frame::Any, Frame::World),
-                    Kind::Pose => Axes { origins: Some(1.0), ..Axes::orientation(Frame::Any, Frame::World) },
-                    Kind::Vector => Axes::default(),
-                };
-                let value = Typed { kind, dimension, nodes, bare: false, axes, span: name.span };
-                self.params.put(name, Some(value));
+                let at = self.place(s, kind.width(), timeout.map(|t| t.0), conditioning);
+                self.quantity(name, kind, dimension, at + 1);
             }
         }
+    }
+
+    /// Gives the numbers from `at` on the name under which expressions know them.
+    pub(super) fn quantity(&mut self, name: &dsl::Spanned<String>, kind: Kind, dimension: Dimension, at: usize) {
+        let nodes = (0..kind.width()).map(|i| self.graph.push(Op::Signal(at + i))).collect();
+        let axes = match kind {
+            Kind::Scalar | Kind::Truth => Axes::default(),
+            Kind::Vector if dimension == stdlib_tasks::dimension::LENGTH => Axes::point(Frame::World),
+            Kind::Rotation => Axes::orientation(Frame::Any, Frame::World),
+            Kind::Pose => Axes { origins: Some(1.0), ..Axes::orientation(Frame::Any, Frame::World) },
+            Kind::Vector => Axes::default(),
+        };
+        let value = Typed { kind, dimension, nodes, bare: false, axes, span: name.span };
+        self.params.put(name, Some(value));
     }
 
     fn event(&mut self, s: &Signal, timeout: Option<Span>) {
@@ -114,7 +127,7 @@ impl Lowerer<'_> {
     }
 
     /// Gives a signal its numbers; gives the first, which says whether it is present.
-    fn place(&mut self, s: &Signal, len: usize, timeout: Option<f64>) -> usize {
+    fn place(&mut self, s: &Signal, len: usize, timeout: Option<f64>, conditioning: Conditioning) -> usize {
         let at = self.interface.width();
         self.params.presence.insert(s.name.value.clone(), at);
         self.interface.signals.push(SignalProgram {
@@ -125,6 +138,8 @@ impl Lowerer<'_> {
             optional: s.optional.is_some(),
             timeout,
             motion: None,
+            conditioning,
+            variable: None,
         });
         at
     }

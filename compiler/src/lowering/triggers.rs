@@ -19,6 +19,8 @@ pub(super) struct Known<'k> {
     pub tasks: &'k [&'k str],
     /// For each task whether it is a limit.
     pub limits: Vec<bool>,
+    /// The levels of all stacks, and whether each is hard; none where some are not known.
+    pub levels: Option<&'k [(&'k str, bool)]>,
 }
 
 type Refused = Option<Box<Diagnostic>>;
@@ -55,7 +57,10 @@ pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPa
                     )
                 }
             },
-            ("infeasible", Some(name)) => Ok(FaultPattern::Infeasible(name.to_string())),
+            ("infeasible", Some(name)) => match known.levels.and_then(|all| no_hard_level(name, args[0].span, all)) {
+                Some(d) => refused(d),
+                None => Ok(FaultPattern::Infeasible(name.to_string())),
+            },
             ("limit", Some(_)) => {
                 let task = task_of(args.first(), at, known.tasks).map_err(Some)?;
                 if !known.limits[task] {
@@ -91,6 +96,27 @@ pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPa
             })
         }
     }
+}
+
+/// The diagnostic for a level that no stack has, or that is hard in none.
+fn no_hard_level(name: &str, at: Span, all: &[(&str, bool)]) -> Option<Diagnostic> {
+    if all.contains(&(name, true)) {
+        return None;
+    }
+    if all.contains(&(name, false)) {
+        let d =
+            Diagnostic::error("HQ0703", at, format!("level `{name}` is soft: it gives way, and is never infeasible"));
+        return Some(d.help("name a level that is `hard` in some stack"));
+    }
+    let mut hard: Vec<&str> = all.iter().filter(|l| l.1).map(|l| l.0).collect();
+    hard.sort_unstable();
+    hard.dedup();
+    let d = Diagnostic::error("HQ0201", at, format!("no stack has a level `{name}`"));
+    Some(match suggest(name, hard.iter().copied()) {
+        Some(near) => d.help(format!("did you mean `{near}`?")),
+        None if hard.is_empty() => d.help("no stack has a hard level"),
+        None => d.help(format!("hard levels are {}", list(hard.iter().copied(), 12))),
+    })
 }
 
 /// The task that a trigger names.

@@ -96,11 +96,17 @@ impl Lowerer<'_> {
     }
 
     fn signal_named(&mut self, key: &dsl::Spanned<String>, program: &Program) -> Option<usize> {
+        let signals = || program.interface.signals.iter().enumerate();
+        if signals().any(|(_, s)| s.is_variable() && s.name == key.value) {
+            let text = format!("`{}` is a variable, which the machine sets itself", key.value);
+            self.push(Diagnostic::error("HQ0804", key.span, text).help("send a signal on which the machine sets it"));
+            return None;
+        }
         // Points of people are sent by `humans`.
-        let signals = || program.interface.signals.iter().enumerate().filter(|(_, s)| s.motion.is_none());
-        let names: Vec<&str> = signals().map(|(_, s)| s.name.as_str()).collect();
+        let sent = || signals().filter(|(_, s)| s.motion.is_none() && !s.is_variable());
+        let names: Vec<&str> = sent().map(|(_, s)| s.name.as_str()).collect();
         let found = self.one_of("signal", &key.value, key.span, &names)?;
-        signals().nth(found).map(|(i, _)| i)
+        sent().nth(found).map(|(i, _)| i)
     }
 
     /// The numbers of a value of a signal.
@@ -120,6 +126,11 @@ impl Lowerer<'_> {
             let (force, moment) = (part("force", FORCE), part("moment", MOMENT));
             return Some(force?.into_iter().chain(moment?).collect());
         }
+        self.constant_of(signal, value, &format!("a value of signal `{}`", signal.name))
+    }
+
+    /// The numbers of a constant value of a signal or variable.
+    pub(super) fn constant_of(&mut self, signal: &SignalProgram, value: &Value, what: &str) -> Option<Vec<f64>> {
         let (kind, dimension) = match quantity(&signal.kind) {
             _ if signal.kind == "flag" => (Kind::Truth, NONE),
             Some((kind, dimension)) => (kind, dimension?),
@@ -127,14 +138,13 @@ impl Lowerer<'_> {
         };
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         let typed = constants.constant(value, self.diagnostics)?;
-        let what = format!("a value of signal `{}`", signal.name);
         if typed.kind != kind {
             let (is, needed) = (typed.kind.describe(), kind.describe());
             let d = Diagnostic::error("HQ0304", value.span, format!("{what} is {needed}, and this is {is}"));
             self.push(d.here(is).help(format!("write {needed}")));
             return None;
         }
-        if let Some(d) = crate::constants::fits(&self.graph, &typed, dimension, &what) {
+        if let Some(d) = crate::constants::fits(&self.graph, &typed, dimension, what) {
             let wrong = d.severity == dsl::Severity::Error;
             self.push(d);
             if wrong {

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::Diagnostic;
 use runtime::Controller;
+use runtime::program::OwnAction;
 
 use super::{Checked, is_dead};
 
@@ -14,7 +15,9 @@ impl Checked<'_> {
         let all: BTreeSet<usize> = (0..self.program.interface.signals.len()).collect();
         let leaves: Vec<usize> = self.reached.iter().copied().filter(|&s| m.states[s].initial.is_none()).collect();
         let mut certain: BTreeMap<usize, BTreeSet<usize>> = leaves.iter().map(|&l| (l, all.clone())).collect();
-        certain.insert(m.leaf(0), BTreeSet::new());
+        let given = self.program.interface.signals.iter().enumerate();
+        let given = given.filter(|(_, s)| s.variable.as_ref().is_some_and(|v| v.value.is_some())).map(|(i, _)| i);
+        certain.insert(m.leaf(0), self.changed(given.collect(), None, m.leaf(0), m.leaf(0)));
         let mut changed = true;
         while changed {
             changed = false;
@@ -27,6 +30,7 @@ impl Checked<'_> {
                         }
                         let demanded = self.places.transitions[s][i].demands.iter().copied();
                         let there: BTreeSet<usize> = here.iter().copied().chain(demanded).collect();
+                        let there = self.changed(there, Some(from), t.target, m.leaf(t.target));
                         let Some(known) = certain.get_mut(&m.leaf(t.target)) else { continue };
                         let both: BTreeSet<usize> = known.intersection(&there).copied().collect();
                         changed |= both.len() < known.len();
@@ -36,6 +40,28 @@ impl Checked<'_> {
             }
         }
         certain
+    }
+
+    /// Variables that actions set and clear on the way from one state to another, which `target` leads to.
+    fn changed(&self, mut there: BTreeSet<usize>, from: Option<usize>, target: usize, leaf: usize) -> BTreeSet<usize> {
+        let m = self.machine;
+        let left: Vec<usize> = from.map_or(Vec::new(), |f| m.path(f).collect());
+        let exits = left.iter().flat_map(|&s| &m.states[s].exit);
+        let entered: Vec<usize> = m.path(leaf).collect();
+        let enters = entered.iter().flat_map(|&s| m.states[s].enter.iter().chain(&m.states[s].activities));
+        for &a in exits.chain(enters) {
+            if let Some(OwnAction::Clear(variable)) = m.actions[a].own {
+                there.remove(&variable);
+            }
+        }
+        // A state around both is not entered.
+        let certain = entered.iter().filter(|s| **s == target || !left.contains(s));
+        for &a in certain.flat_map(|&s| m.states[s].enter.iter().chain(&m.states[s].activities)) {
+            if let Some(OwnAction::Set { variable, .. }) = m.actions[a].own {
+                there.insert(variable);
+            }
+        }
+        there
     }
 
     pub(super) fn absent(&self, diagnostics: &mut Vec<Diagnostic>) {
@@ -52,7 +78,8 @@ impl Checked<'_> {
                 if !s.optional || known.contains(&signal) || !told.insert((owner, signal)) {
                     continue;
                 }
-                let text = format!("in state `{}` the signal `{}` may be absent", self.name(owner), s.name);
+                let what = if s.is_variable() { "variable" } else { "signal" };
+                let text = format!("in state `{}` the {what} `{}` may be absent", self.name(owner), s.name);
                 let at = self.places.stacks[owner].unwrap_or(self.places.states[owner]);
                 diagnostics.push(
                     Diagnostic::warning("HQ0710", at, text)

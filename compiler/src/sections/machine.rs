@@ -1,6 +1,6 @@
 //! Keys of signals, machines and states. What begins a part of a state is a word that the readers take.
 
-use stdlib_tasks::dimension::TIME;
+use stdlib_tasks::dimension::{FORCE, MOMENT, RATE, TIME};
 use stdlib_tasks::params::Quantity;
 
 use super::{Holds, Key, Named, Section};
@@ -15,6 +15,27 @@ pub static SIGNAL: Section = Section {
             Holds::Number(Quantity::above(TIME, 0.0)),
             "How long a value counts after it was received. Then the signal is absent; one without `?` that the state needs is the fault `stale`.",
         ),
+        Key::optional("frame", Holds::Link, "Of a wrench: the link in whose axes the sensor gives force and moment, with the moment about its origin; the tip of an arm for its name. They are turned into the axes of the world at the observed configuration. Without it they come in the axes of the world."),
+        Key::optional("bias", Holds::Block(&WRENCH), "Of a wrench: what the sensor shows that nothing touches, in its own axes; taken away first. `tare(NAME)` replaces it while the machine runs."),
+        Key::optional("low_pass", Holds::Number(Quantity::above(RATE, 0.0)), "Cutoff frequency of a filter of first order, of a number, a vector or a wrench; it comes last, and begins anew when the signal was absent."),
+    ],
+};
+
+/// The parts of a wrench.
+pub static WRENCH: Section = Section {
+    name: "a wrench",
+    keys: &[
+        Key::or("force", Holds::Vector(FORCE), "[0, 0, 0] N", "The force."),
+        Key::or("moment", Holds::Vector(MOMENT), "[0, 0, 0] Nm", "The moment."),
+    ],
+};
+
+/// A variable of the machine.
+pub static VARIABLE: Section = Section {
+    name: "a variable",
+    keys: &[
+        Key::required("type", Holds::Choice(&["number", "flag", "point", "length"]), "What it holds: `flag`, or the type of a quantity such as `number`. A `?` behind it says that the variable may be absent.").at(super::Place::Yaml),
+        Key::optional("value", Holds::Sent, "What it holds at the start; without it one with `?` is absent then.").at(super::Place::Yaml),
     ],
 };
 

@@ -16,7 +16,7 @@ use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::params::{Presence, Quantity};
 
 pub use human::{HUMAN, HUMAN_POINT, HUMAN_SCRIPT};
-pub use machine::{MACHINE, SIGNAL, STATE, TRANSITION};
+pub use machine::{MACHINE, SIGNAL, STATE, TRANSITION, VARIABLE, WRENCH};
 pub use robot::{ARM, BASES, LIMIT, POINT, ROBOT, SEGMENT};
 pub use scenario::{LATE, LOST, OUTCOME, PUSH, SCENARIO, SCENARIO_SIMULATOR, SIGNAL_SCRIPT, WAYPOINT};
 pub use spec::{PARAM, REPEAT, RUN, SIMULATOR, SPEC};
@@ -37,6 +37,8 @@ pub static ALL: &[&Section] = &[
     &MEMBER,
     &SIGNAL,
     &HUMAN,
+    &WRENCH,
+    &VARIABLE,
     &MACHINE,
     &STATE,
     &TRANSITION,

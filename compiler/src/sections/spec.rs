@@ -4,7 +4,7 @@ use stdlib_tasks::dimension::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, NON
 use stdlib_tasks::params::Quantity;
 
 use super::human::HUMAN;
-use super::machine::{MACHINE, SIGNAL};
+use super::machine::{MACHINE, SIGNAL, VARIABLE};
 use super::robot::ROBOT;
 use super::scenario::SCENARIO;
 use super::stack::STACK;
@@ -80,6 +80,13 @@ pub static SPEC: Section = Section {
             "signals",
             Holds::Each(&Holds::Block(&SIGNAL)),
             "Typed inputs by name: `NAME: point?`, or `NAME: { type: point?, timeout: 0.5 s }`.",
+        )
+        .at(Place::Yaml),
+        Key::optional("variable", Holds::Block(&VARIABLE), "What the machine keeps and sets itself: `variable NAME : number = 0`.").at(Place::Hq),
+        Key::optional(
+            "variables",
+            Holds::Each(&Holds::Block(&VARIABLE)),
+            "What the machine keeps and sets itself, by name: `NAME: { type: number, value: 0 }`, or `NAME: point?`.",
         )
         .at(Place::Yaml),
         Key::optional(

@@ -11,8 +11,10 @@ use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned, checks};
 
 /// The words that begin a declaration.
-pub(crate) const KEYWORDS: &[&str] =
-    &["import", "param", "let", "robot", "task", "stack", "signal", "human", "machine", "scenario", "for", "run"];
+pub(crate) const KEYWORDS: &[&str] = &[
+    "import", "param", "let", "robot", "task", "stack", "signal", "human", "variable", "machine", "scenario", "for",
+    "run",
+];
 
 /// The header is missing; `line` is what to write.
 pub(crate) fn no_header(span: Span, line: &str) -> Diagnostic {
@@ -102,7 +104,7 @@ impl Reader<'_> {
             Rule::task => word(4),
             Rule::signal => word(6),
             Rule::machine => word(7),
-            Rule::scenario => word(8),
+            Rule::scenario | Rule::variable => word(8),
             Rule::run | Rule::let_ | Rule::repeat => word(3),
             _ => return self.stray(pair, items),
         };
@@ -121,6 +123,7 @@ impl Reader<'_> {
             Rule::import_rest => self.import(pair, keyword, &mut comments).map(ItemKind::Import),
             Rule::repeat_rest => self.repeat(pair, keyword, &mut comments).map(ItemKind::For),
             Rule::signal_rest => self.signal(pair, keyword, &mut comments).map(ItemKind::Signal),
+            Rule::variable_rest => self.variable(pair, keyword, &mut comments).map(ItemKind::Variable),
             Rule::machine_rest => self.machine(pair, keyword, &mut end, &mut comments).map(ItemKind::Machine),
             Rule::scenario_rest => self.scenario(pair, keyword, &mut end, &mut comments).map(ItemKind::Scenario),
             _ => self.named(pair, keyword, &mut end, &mut comments),
@@ -430,7 +433,7 @@ impl Reader<'_> {
                 diagnostic.note("a level stands inside the braces of a stack").help("write `stack NAME { level .. }`")
             } else {
                 let words =
-                    "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `signal`, `human`, `machine`, `scenario`, `for` or `run`";
+                    "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `signal`, `human`, `variable`, `machine`, `scenario`, `for` or `run`";
                 diagnostic.note(words)
             });
             return;
@@ -446,6 +449,7 @@ impl Reader<'_> {
             "stack" => Rule::stack_rest,
             "signal" => Rule::signal_rest,
             "human" => Rule::human_rest,
+            "variable" => Rule::variable_rest,
             "machine" => Rule::machine_rest,
             "scenario" => Rule::scenario_rest,
             _ => Rule::run_rest,

@@ -4,7 +4,7 @@ use super::Reader;
 use super::headless::Headless;
 use crate::explain::After;
 use crate::grammar::{Pair, Rule};
-use crate::tree::{Block, Comments, Entry, Machine, Signal, StateBody};
+use crate::tree::{Block, Comments, Entry, Machine, Signal, StateBody, Value, Variable};
 use crate::{Diagnostic, Span, Spanned, calls, checks, explain, transitions};
 
 impl Reader<'_> {
@@ -63,6 +63,72 @@ impl Reader<'_> {
         checks::reserved(&mut settings, &["type"], "signal", &mut self.diags);
         let ty = ty.unwrap_or_else(|| calls::nameless(name.span));
         Some(Signal { name, ty, optional, settings })
+    }
+
+    /// `NAME : number = 0`
+    pub(super) fn variable(&mut self, pair: Pair<'_>, keyword: Span, comments: &mut Comments) -> Option<Variable> {
+        let (mut name, mut mark, mut ty, mut optional) = (None::<Spanned<String>>, None, None, None);
+        let (mut value, mut junk) = (None, None);
+        for part in pair.into_inner() {
+            let at = self.of(&part);
+            match part.as_rule() {
+                Rule::name => name = Some(self.place().spanned(&part)),
+                Rule::mark => mark = Some(at),
+                Rule::signal_type => {
+                    for part in part.into_inner() {
+                        match part.as_rule() {
+                            Rule::name => ty = Some(self.place().spanned(&part)),
+                            _ => optional = Some(self.of(&part)),
+                        }
+                    }
+                }
+                Rule::given => value = self.given(part, comments),
+                _ => junk = Some(at),
+            }
+        }
+        let name = self.needed_name(name, keyword)?;
+        let form = format!("write `variable {} : number = 0`", name.value);
+        let colon = mark.is_some_and(|m| &self.text[m.range()] == ":");
+        if let Some(mark) = mark.filter(|_| !colon) {
+            let text = "`:` and a type stand between the name of a variable and its value";
+            self.diags.push(Diagnostic::error("HQ0104", mark, text).help(form));
+        } else if let (None, Some(ty)) = (mark, &ty) {
+            let at = name.span.range().end;
+            let text = format!("`:` is missing behind `{}`", name.value);
+            let d = Diagnostic::error("HQ0104", self.span(at, at), text);
+            self.diags.push(d.help(format!("write `variable {} : {}`", name.value, ty.value)));
+        } else if ty.is_none() {
+            self.diags.push(transitions::no_variable_type(&name.value, name.span));
+        } else if let Some(junk) = junk {
+            let after = value.as_ref().map_or(After::Start("`=` and a value"), After::Value);
+            self.explain(junk, after, false);
+        }
+        let ty = ty.unwrap_or_else(|| calls::nameless(name.span));
+        Some(Variable { name, ty, optional, value })
+    }
+
+    /// `= 0`
+    fn given(&mut self, pair: Pair<'_>, comments: &mut Comments) -> Option<Value> {
+        let (mut mark, mut value) = (None, None);
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::mark => mark = Some(self.of(&part)),
+                _ => value = Some(part),
+            }
+        }
+        let mark = mark?;
+        if &self.text[mark.range()] == ":" {
+            let text = "`=` stands before the value of a variable, not `:`";
+            self.diags.push(Diagnostic::error("HQ0104", mark, text).help("write `= 0`"));
+        }
+        let Some(value) = value else {
+            let text = "behind this `=` the value is missing";
+            self.diags.push(Diagnostic::error("HQ0107", mark, text).help("write what the variable holds at the start"));
+            return None;
+        };
+        let value = self.expr(value);
+        self.pool.before(value.span.range().end, &mut comments.before);
+        Some(value)
     }
 
     /// The name of a declaration; reports where it has none.

@@ -31,7 +31,7 @@ pub(super) fn items(items: &[Item], indent: usize, lines: &mut Lines) {
         ItemKind::Param(_) => Some(0),
         ItemKind::Let(_) => Some(1),
         ItemKind::Import(_) => Some(2),
-        ItemKind::Signal(_) => Some(3),
+        ItemKind::Signal(_) | ItemKind::Variable(_) => Some(3),
         _ => None,
     };
     let mut last = None;
@@ -81,6 +81,17 @@ pub(super) fn items(items: &[Item], indent: usize, lines: &mut Lines) {
             ItemKind::Human(it) => {
                 lines.out.push_str(&format!("human {} ", it.name.value));
                 block(&it.body, behind, indent, it.body.entries.len() > 2, lines);
+            }
+            ItemKind::Variable(it) => {
+                let mark = if it.optional.is_some() { "?" } else { "" };
+                lines.out.push_str(&format!("variable {} : {}{mark}", it.name.value, it.ty.value));
+                match &it.value {
+                    Some(held) => {
+                        lines.out.push_str(" = ");
+                        value(held, behind, indent, lines);
+                    }
+                    None => lines.end(behind),
+                }
             }
             ItemKind::Machine(it) => machines::machine(it, behind, indent, lines),
             ItemKind::Scenario(it) => machines::scenario(it, behind, indent, lines),

@@ -35,7 +35,7 @@ type OfKind = fn(&ItemKind) -> bool;
 
 /// Declarations grouped by kind, each group below its title; an empty line between groups at the top.
 pub(super) fn sections(items: &[Item], indent: usize, lines: &mut Lines) {
-    let kinds: [(&str, OfKind); 11] = [
+    let kinds: [(&str, OfKind); 12] = [
         ("import", |kind| matches!(kind, ItemKind::Import(_))),
         ("params", |kind| matches!(kind, ItemKind::Param(_))),
         ("lets", |kind| matches!(kind, ItemKind::Let(_))),
@@ -43,6 +43,7 @@ pub(super) fn sections(items: &[Item], indent: usize, lines: &mut Lines) {
         ("tasks", |kind| matches!(kind, ItemKind::Task(_))),
         ("stacks", |kind| matches!(kind, ItemKind::Stack(_))),
         ("signals", |kind| matches!(kind, ItemKind::Signal(_))),
+        ("variables", |kind| matches!(kind, ItemKind::Variable(_))),
         ("humans", |kind| matches!(kind, ItemKind::Human(_))),
         ("machines", |kind| matches!(kind, ItemKind::Machine(_))),
         ("scenarios", |kind| matches!(kind, ItemKind::Scenario(_))),
@@ -107,6 +108,7 @@ fn declaration(item: &Item, indent: usize, lines: &mut Lines) {
             lines.out.push_str(&format!("{}:", key(&it.name)));
             block(&it.body, behind, indent, lines);
         }
+        ItemKind::Variable(it) => machines::variable(it, behind, indent, lines),
         ItemKind::Machine(it) => machines::machine(it, behind, indent, lines),
         ItemKind::Scenario(it) => machines::scenario(it, behind, indent, lines),
         ItemKind::For(it) => reuse::repeat(it, behind, indent, lines),

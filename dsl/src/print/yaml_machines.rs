@@ -6,7 +6,7 @@ use super::yaml_reuse as reuse;
 use super::{Lines, OneLine, WIDTH, formulas, no_comments};
 use crate::Spanned;
 use crate::tree::{
-    Block, Comments, Entry, Machine, Moment, Scenario, Signal, State, StateBody, Transition, Value, ValueKind,
+    Block, Comments, Entry, Machine, Moment, Scenario, Signal, State, StateBody, Transition, Value, ValueKind, Variable,
 };
 use crate::words::is_name;
 
@@ -24,6 +24,18 @@ pub(super) fn signal(it: &Signal, behind: &Option<String>, indent: usize, lines:
     let own = Entry { key: Spanned::new("type".to_owned(), it.ty.span), value, comments: Comments::default() };
     let entries = std::iter::once(own).chain(it.settings.entries.iter().cloned()).collect();
     block(&Block { entries, ..it.settings.clone() }, behind, indent, lines);
+}
+
+/// `goal: point?`, `attempts: { type: number, value: 0 }`
+pub(super) fn variable(it: &Variable, behind: &Option<String>, indent: usize, lines: &mut Lines) {
+    let held = it.value.iter().map(|value| Entry {
+        key: Spanned::new("value".to_owned(), value.span),
+        value: value.clone(),
+        comments: Comments::default(),
+    });
+    let settings = Block { entries: held.collect(), span: it.ty.span, ..Block::default() };
+    let Variable { name, ty, optional, .. } = it.clone();
+    signal(&Signal { name, ty, optional, settings }, behind, indent, lines);
 }
 
 /// `harvest:` and its parts below it.

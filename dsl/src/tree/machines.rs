@@ -34,6 +34,28 @@ pub struct Human {
     pub body: Block,
 }
 
+/// `variable attempts : number = 0`: what the machine keeps and sets itself.
+#[derive(Clone, Debug)]
+pub struct Variable {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// What it holds: `number`, `point`; empty where no type could be read.
+    pub ty: Spanned<String>,
+    /// Where the `?` stands behind the type, if it does: the variable may be absent.
+    pub optional: Option<Span>,
+    /// What it holds at the start.
+    pub value: Option<Value>,
+}
+
+impl PartialEq for Variable {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+            && self.ty == other.ty
+            && self.optional.is_some() == other.optional.is_some()
+            && self.value == other.value
+    }
+}
+
 /// `machine harvest { initial look  state look { .. } }`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {

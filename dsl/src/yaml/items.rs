@@ -11,7 +11,7 @@ use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned};
 
 /// The sections that hold declarations by name.
-const LISTS: &[&str] = &["params", "lets", "robots", "tasks", "stacks", "signals", "humans", "machines"];
+const LISTS: &[&str] = &["params", "lets", "robots", "tasks", "stacks", "signals", "humans", "variables", "machines"];
 
 const SECTIONS: &[&str] = &[
     "hierarq",
@@ -23,6 +23,7 @@ const SECTIONS: &[&str] = &[
     "stacks",
     "signals",
     "humans",
+    "variables",
     "machines",
     "scenarios",
     "for",
@@ -234,6 +235,7 @@ impl Reader<'_> {
                 crate::checks::reserved(&mut body, &[], "human", &mut self.diags);
                 ItemKind::Human(Human { name, body })
             }
+            "variables" => ItemKind::Variable(self.variable(&name, value, &mut comments)),
             "machines" => ItemKind::Machine(self.machine(&name, value)),
             _ => ItemKind::Stack(self.stack(value, &name, parameters)),
         };

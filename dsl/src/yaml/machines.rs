@@ -5,7 +5,9 @@ use super::events::{Kind, NodeId};
 use crate::explain::{self, After, clip};
 use crate::grammar::{Grammar, Rule};
 use crate::limits::MAX_STATE_NESTING;
-use crate::tree::{Action, Block, Comments, Machine, Moment, Signal, State, StateBody, Transition, Trigger};
+use crate::tree::{
+    Action, Block, Comments, Machine, Moment, Signal, State, StateBody, Transition, Trigger, Value, ValueKind, Variable,
+};
 use crate::words::{has_block, is_name, nearest};
 use crate::{Diagnostic, Span, Spanned, actions, calls, checks, transitions};
 use pest::Parser;
@@ -40,6 +42,48 @@ impl Reader<'_> {
         }
         let (ty, optional) = read.flatten().unwrap_or_else(|| (calls::nameless(name.span), None));
         Signal { name: name.clone(), ty, optional, settings }
+    }
+
+    /// `point?`, or `{ type: number, value: 0 }`.
+    pub(super) fn variable(&mut self, name: &Spanned<String>, id: NodeId, comments: &mut Comments) -> Variable {
+        let (mut ty, mut value) = (None, None);
+        if matches!(self.node(id).kind, Kind::Mapping(_)) {
+            for (key, node) in self.distinct(id) {
+                match key.value.as_str() {
+                    "type" | "value" => {
+                        self.pool.before(key.span.range().start, &mut comments.before);
+                        if key.value == "type" {
+                            ty = Some(node);
+                        } else {
+                            let read = self.value(node, Some(&key));
+                            value = (!self.is_null(node)).then_some(read);
+                        }
+                        self.pool.behind(self.later(node, key.span).range().end, &[','], &mut comments.behind);
+                    }
+                    other => {
+                        let text = format!("`{}` is no part of a variable", clip(other));
+                        let d = Diagnostic::error("HQ0121", key.span, text);
+                        self.diags.push(match nearest(other, &["type", "value"]) {
+                            Some(near) => d.help(format!("did you mean `{near}`?")),
+                            None => d.help("write `{ type: number, value: 0 }`"),
+                        });
+                    }
+                }
+            }
+        } else {
+            ty = Some(id);
+        }
+        let read = ty.filter(|id| !self.is_null(*id)).map(|id| self.signal_type(id));
+        if read.is_none() {
+            self.diags.push(transitions::no_variable_type(&name.value, name.span));
+        }
+        let (ty, optional) = read.flatten().unwrap_or_else(|| (calls::nameless(name.span), None));
+        if let Some(Value { kind: kind @ ValueKind::Block(_), span }) = &mut value {
+            let d = Diagnostic::error("HQ0104", *span, "a variable holds a value, and these are keys");
+            self.diags.push(d.help("write what it holds at the start, such as `value: 0`"));
+            *kind = ValueKind::Missing;
+        }
+        Variable { name: name.clone(), ty, optional, value }
     }
 
     /// `point`, `point?`: the type, and where the `?` stands.

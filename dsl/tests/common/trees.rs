@@ -319,6 +319,17 @@ fn signal() -> BoxedStrategy<Signal> {
         .boxed()
 }
 
+fn variable() -> BoxedStrategy<Variable> {
+    (name(), name(), any::<bool>(), prop::option::of(expr()))
+        .prop_map(|(name, ty, optional, value)| Variable {
+            name: spanned(name),
+            ty: spanned(ty),
+            optional: optional.then(Span::default),
+            value,
+        })
+        .boxed()
+}
+
 fn action() -> BoxedStrategy<Action> {
     let moment = prop::sample::select(&Moment::ALL[..]);
     let verb = prop_oneof![3 => name(), 1 => prop::sample::select(STATE_WORDS).prop_map(str::to_owned)];
@@ -512,6 +523,7 @@ fn repeated() -> BoxedStrategy<ItemKind> {
         signal().prop_map(ItemKind::Signal),
         (name(), settings(&[], any_value(), true))
             .prop_map(|(name, body)| ItemKind::Human(Human { name: spanned(name), body })),
+        variable().prop_map(ItemKind::Variable),
         machine().prop_map(ItemKind::Machine),
         scenario().prop_map(ItemKind::Scenario),
     ]
@@ -552,6 +564,7 @@ fn unique(items: Vec<(ItemKind, Comments)>) -> Vec<Item> {
         ItemKind::Task(t) => (2, t.name.value.clone()),
         ItemKind::Stack(s) => (3, s.name.value.clone()),
         ItemKind::Signal(s) => (8, s.name.value.clone()),
+        ItemKind::Variable(v) => (11, v.name.value.clone()),
         ItemKind::Machine(m) => (9, m.name.value.clone()),
         ItemKind::Scenario(s) => (10, s.name.value.clone()),
         ItemKind::Human(h) => (11, h.name.value.clone()),

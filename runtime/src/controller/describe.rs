@@ -28,6 +28,10 @@ impl Controller {
                 let name = self.signals.interface().signals.get(signal).map_or("?", |s| s.name.as_str());
                 format!("there is no recent value of signal `{name}`")
             }
+            Fault::Variable { signal } => {
+                let name = self.signals.interface().signals.get(signal).map_or("?", |s| s.name.as_str());
+                format!("variable `{name}` was to be set to something that is not finite")
+            }
             Fault::NotFinite { member, row: r } => format!("{}: a number is not finite", row(member, r)),
             Fault::Value { at } => {
                 let names = &stage.value_names;

@@ -10,10 +10,12 @@ use robot::{Data, Model};
 use stdlib_tasks::expression::Evaluation;
 use stdlib_tasks::task::State as TaskState;
 
+use super::own::{Own, Present};
 use super::stage::Stage;
 use crate::evaluator::Moment;
 use crate::fault::Fault;
 use crate::program::{FaultPattern, MachineProgram, Program, Times, Trigger};
+use crate::signals::Signals;
 use crate::values::ValueTable;
 
 /// What the outside world is asked at a tick.
@@ -69,6 +71,10 @@ pub(super) struct Machine {
     pub requests: Vec<Request>,
     /// Events that the machine raised at the last tick, and those of this one.
     raised: [Vec<bool>; 2],
+    /// For each action what the machine does itself.
+    own: Vec<Option<Own>>,
+    /// Those that are to be done at this tick, each with when its state was entered, in s.
+    pending: Vec<(usize, f64)>,
 }
 
 fn guards(program: &Program, machine: &MachineProgram, state: usize) -> Guards {
@@ -104,6 +110,8 @@ impl Machine {
             // Each state is left and entered at most once at a tick.
             requests: Vec::with_capacity(2 * machine.actions.len() + 2),
             raised: [vec![false; events], vec![false; events]],
+            own: machine.actions.iter().map(|a| a.own.as_ref().map(|own| Own::new(program, own))).collect(),
+            pending: Vec::with_capacity(2 * machine.actions.len()),
             program: machine.clone(),
         }
     }
@@ -136,6 +144,7 @@ impl Machine {
     /// Begins anew in the initial state.
     pub fn start(&mut self, time: f64) {
         self.requests.clear();
+        self.pending.clear();
         self.raised.iter_mut().for_each(|r| r.fill(false));
         self.current = 0;
         self.enter(0, time);
@@ -146,6 +155,21 @@ impl Machine {
         self.requests.clear();
         self.raised.swap(0, 1);
         self.raised[1].fill(false);
+    }
+
+    /// Does what is to be done at this tick, in order. Never allocates.
+    ///
+    /// # Errors
+    /// The first fault; what comes behind it is done.
+    pub fn perform(&mut self, signals: &mut Signals, now: Present) -> Result<(), Fault> {
+        let Machine { own, pending, model, data, .. } = self;
+        let mut first = Ok(());
+        for (action, entered) in pending.drain(..) {
+            if let Some(own) = &mut own[action] {
+                first = first.and(own.act(signals, (model, data), now, entered));
+            }
+        }
+        first
     }
 
     /// A signal that a condition of the current state needs and has waited for too long.
@@ -294,9 +318,15 @@ impl Machine {
     }
 
     fn ask(&mut self, state: usize, which: fn(&crate::program::StateProgram) -> &Vec<usize>, begin: bool) {
-        let Machine { program, requests, raised, .. } = self;
+        let Machine { program, requests, raised, pending, entered, .. } = self;
         for &action in which(&program.states[state]) {
-            match program.actions[action].event {
+            let asked = &program.actions[action];
+            match asked.event {
+                _ if asked.own.is_some() => {
+                    if begin && pending.len() < pending.capacity() {
+                        pending.push((action, entered[state]));
+                    }
+                }
                 Some(event) if begin => raised[1][event] = true,
                 Some(_) => {}
                 None if requests.len() < requests.capacity() => requests.push(Request { action, begin }),

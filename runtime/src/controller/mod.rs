@@ -9,8 +9,10 @@
 
 mod describe;
 mod machine;
+mod own;
 mod stage;
 
+use robot::{Data, Model};
 use solver::{Problem, Solution};
 
 use crate::evaluator::{Evaluator, Moment};
@@ -19,6 +21,7 @@ use crate::program::{ActionProgram, MachineProgram, Program, ProgramError, State
 use crate::signals::Signals;
 pub use machine::Request;
 use machine::{Answer, Change, Machine};
+use own::Present;
 pub use stage::Stage;
 use stage::{common_levels, standing};
 
@@ -66,6 +69,8 @@ pub struct Controller {
     moving: Option<usize>,
     machine: Machine,
     signals: Signals,
+    /// For the axes of sensors: the robot as it is observed; none where no signal has a frame.
+    observed: Option<Box<(Model, Data)>>,
     period: f64,
     deadline: f64,
     tracking_gain: f64,
@@ -148,6 +153,8 @@ impl Controller {
             moving: None,
             machine: Machine::new(program, machine),
             signals: Signals::new(&program.interface),
+            observed: (program.interface.signals.iter().any(|s| s.conditioning.frame.is_some()))
+                .then(|| Box::new((model.clone(), Data::new(model)))),
             period: program.robot.period,
             deadline: program.robot.deadline,
             tracking_gain: program.robot.tracking_gain,
@@ -167,6 +174,7 @@ impl Controller {
     pub fn restart(&mut self) {
         (self.started, self.anchored) = (None, false);
         (self.raised, self.halted) = (None, None);
+        self.signals.restart();
     }
 
     /// One tick. Never panics, never allocates.
@@ -187,7 +195,7 @@ impl Controller {
     fn tick(&mut self, o: &Observation) -> Option<Fault> {
         // A clock that says nothing is taken to go on.
         let time = if o.time.is_finite() { o.time } else { self.last + self.period };
-        self.signals.at(time);
+        self.sense(o.q, time);
         self.machine.begin();
         let first = self.started.is_none();
         if first {
@@ -224,11 +232,24 @@ impl Controller {
             }
             None => {}
         }
+        let now = Present { q: o.q, velocity: &self.velocity, time };
+        let done = self.machine.perform(&mut self.signals, now);
         if seen.is_some_and(|f| matches!(f, Fault::Observation { .. })) {
+            self.raised = done.err();
             return seen;
         }
-        self.raised = self.run(o.q, time).err();
+        self.raised = done.and_then(|()| self.run(o.q, time)).err();
         self.raised.or(seen)
+    }
+
+    /// Works out the signals of a tick. A sensor whose axes are not known shows nothing.
+    fn sense(&mut self, q: &[f64], time: f64) {
+        let usable = q.len() == self.reference.len() && q.iter().all(|x| x.is_finite());
+        if let Some(observed) = self.observed.as_deref_mut().filter(|_| usable) {
+            observed.0.forward(q, &mut observed.1);
+        }
+        let data = self.observed.as_deref().filter(|_| usable).map(|o| &o.1);
+        self.signals.at(time, |link| data.map(|d| d.pose(link).rotation));
     }
 
     /// Looks for what is wrong before anything is worked out.

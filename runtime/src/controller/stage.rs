@@ -11,8 +11,15 @@
 //! as the point nearest to v* among those that meet every hard level of the stack as well as can be, and every soft level
 //! that the stack left has too, above the first one in which the two differ. At x = 0 that is v, up to what these levels
 //! demand; at x = 1 it is v_B. A hard level therefore holds at every tick of a blend as at every other. Source: ours.
+//!
+//! Joints that the stack locks, and that move when it is entered, come to rest on the way: v_B lets them stand, so v* lets
+//! them go from v to rest with 1 - s, and in the problem of the point nearest to v* their columns are those that they have,
+//! with `0 <= v_i / v_i(last tick) <= 1` above all else. That problem has an answer whenever the stack's own has: v_B is one,
+//! but for limits of acceleration, which `v_i(last tick) - a T` meets. Where these hold a joint back the way over goes on
+//! until it stands; without a blend it is as short as they allow. A limit of acceleration that is not one joint's own may
+//! have no answer at a switch, which is the fault `infeasible`.
 
-use solver::{HierarchicalSolver, LevelStatus, Problem, Solution, Status};
+use solver::{HierarchicalSolver, LevelShape, LevelStatus, Problem, Solution, Status};
 
 use crate::evaluator::{Evaluator, Moment};
 use crate::fault::Fault;
@@ -29,7 +36,14 @@ struct Blend {
     duration: f64,
     /// For each level whether it holds during this blend.
     kept: Vec<bool>,
+    /// A locked joint moved at the last tick.
+    coasting: bool,
+    /// It moves at this one too.
+    goes_on: bool,
 }
+
+/// A locked joint that moves slower counts as one that stands, in rad/s or m/s.
+const STANDS: f64 = 1e-9;
 
 /// A stack on stage.
 pub struct Stage {
@@ -85,13 +99,19 @@ impl Stage {
         };
         let (evaluator, problem) = Evaluator::new(program, stack)?;
         let nv = evaluator.model().nv();
+        // Above the levels of the stack one for the joints that it locks.
+        let mut between = problem.clone();
+        let rows = evaluator.locked().len();
+        between.levels.insert(0, Problem::new(nv, &[LevelShape { rows, hard: true, damping: 0.0 }]).levels.remove(0));
         let blend = Blend {
-            problem: problem.clone(),
-            solution: Solution::new(&problem),
-            solver: program.run.solver.solver(&problem),
+            solution: Solution::new(&between),
+            solver: program.run.solver.solver(&between),
+            problem: between,
             offset: vec![0.0; nv],
             duration: 0.0,
             kept: vec![false; problem.levels.len()],
+            coasting: false,
+            goes_on: false,
         };
         Ok(Stage {
             solution: Solution::new(&problem),
@@ -144,7 +164,12 @@ impl Stage {
 
     /// Whether the command is still going over from what ran before.
     pub(super) fn is_blending(&self) -> bool {
-        self.blend.duration > 0.0
+        self.blend.duration > 0.0 || self.blend.goes_on
+    }
+
+    /// Whether the velocity of the last tick is one between the two stacks.
+    fn is_between(&self) -> bool {
+        self.blend.duration > 0.0 || self.blend.coasting
     }
 
     pub(super) fn solver_name(&self) -> &'static str {
@@ -167,10 +192,13 @@ impl Stage {
     /// # Errors
     /// There is none.
     pub(super) fn solve(&mut self, q: &[f64], moment: Moment) -> Result<(), Fault> {
+        self.blend.coasting = self.evaluator.locked().iter().any(|&dof| moment.velocity[dof].abs() > STANDS);
+        self.evaluator.coast(self.blend.coasting);
         self.evaluator.update(q, moment, &mut self.problem)?;
         self.solver.solve(&self.problem, &mut self.solution);
         usable(&self.solution, &self.evaluator)?;
-        if self.is_blending() {
+        self.blend.goes_on = false;
+        if self.is_between() {
             self.go_over(moment)?;
         }
         self.ticks += 1;
@@ -184,32 +212,58 @@ impl Stage {
                 *offset = v - x;
             }
         }
-        let x = moment.times.t / b.duration;
+        // A sum of periods is a little off: half a microsecond counts as nothing.
+        let over = moment.times.t >= b.duration - 5e-7;
+        let x = if over { 1.0 } else { moment.times.t / b.duration };
         if x >= 1.0 {
             b.duration = 0.0;
-            return Ok(());
+            if !b.coasting {
+                return Ok(());
+            }
         }
-        let left = 1.0 - x * x * (3.0 - 2.0 * x);
+        let left = if x < 1.0 { 1.0 - x * x * (3.0 - 2.0 * x) } else { 0.0 };
         for ((r, v), offset) in b.problem.reference.iter_mut().zip(&self.solution.x).zip(&b.offset) {
             *r = v + left * offset;
         }
-        for &dof in self.evaluator.locked() {
-            b.problem.reference[dof] = 0.0;
+        let Some((locks, levels)) = b.problem.levels.split_first_mut() else { return Ok(()) };
+        for (i, &dof) in self.evaluator.locked().iter().enumerate() {
+            let last = moment.velocity[dof];
+            locks.leave_out(i);
+            if last.abs() > STANDS {
+                locks.row_mut(i)[dof] = 1.0;
+                (locks.lower[i], locks.upper[i]) = (last.min(0.0), last.max(0.0));
+            } else {
+                b.problem.reference[dof] = 0.0;
+                if b.coasting {
+                    locks.row_mut(i)[dof] = 1.0;
+                    (locks.lower[i], locks.upper[i]) = (0.0, 0.0);
+                }
+            }
         }
-        for ((to, from), kept) in b.problem.levels.iter_mut().zip(&self.problem.levels).zip(&b.kept) {
+        for (i, ((to, from), kept)) in levels.iter_mut().zip(&self.problem.levels).zip(&b.kept).enumerate() {
             if *kept {
                 to.copy_from(from);
             } else {
                 (0..to.rows()).for_each(|i| to.leave_out(i));
             }
+            if from.hard {
+                self.evaluator.coasting().give_back(i, to);
+            }
         }
         b.solver.solve(&b.problem, &mut b.solution);
-        usable(&b.solution, &self.evaluator)
+        for &dof in self.evaluator.locked() {
+            if b.solution.x[dof].abs() <= STANDS {
+                b.solution.x[dof] = 0.0;
+            } else {
+                b.goes_on = true;
+            }
+        }
+        usable_between(&b.solution, &self.evaluator)
     }
 
     /// The velocity of the last tick.
     pub(super) fn velocity(&self) -> &[f64] {
-        if self.is_blending() { &self.blend.solution.x } else { &self.solution.x }
+        if self.is_between() { &self.blend.solution.x } else { &self.solution.x }
     }
 
     /// Names of the rows of a level that were not met at the last tick, as `task: row`.
@@ -224,6 +278,16 @@ impl Stage {
             .filter(|(r, _, _)| l.active.get(*r) == Some(&solver::Active::Violated))
             .map(|(_, m, info)| format!("`{}`, {}", m.name, info.name))
             .collect()
+    }
+}
+
+/// The same for the velocity between, whose problem has one more level on top.
+fn usable_between(solution: &Solution, evaluator: &Evaluator) -> Result<(), Fault> {
+    match solution.status {
+        Status::Optimal => usable(solution, evaluator),
+        Status::Infeasible { level } => Err(Fault::Infeasible { level: level.saturating_sub(1) }),
+        Status::Failed { level } => Err(Fault::Solver { level: level.saturating_sub(1) }),
+        Status::NotFinite { level, .. } => Err(Fault::Solver { level: level.saturating_sub(1) }),
     }
 }
 

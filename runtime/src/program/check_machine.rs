@@ -1,7 +1,9 @@
 //! Makes sure that signals and the machine of a program can be executed.
 
 use super::check::{ProgramError, ensure, error};
-use super::{FaultPattern, Lost, MAX_SIGNAL, MachineProgram, Program, StateProgram, Trigger, Velocity};
+use super::{
+    FaultPattern, Lost, MAX_SIGNAL, MachineProgram, OwnAction, Program, SignalProgram, StateProgram, Trigger, Velocity,
+};
 
 /// The most states that one may stand inside another.
 const MAX_DEPTH: usize = 64;
@@ -22,6 +24,13 @@ impl Program {
                 let good = positive(cutoff) && growth >= 0.0 && growth.is_finite();
                 ensure(good && motion.max_speed.is_none_or(positive), &place, "a speed or a cutoff makes no sense")?;
             }
+            self.check_conditioning(s, &place)?;
+            let held = s.variable.as_ref().map(|v| v.value.as_ref());
+            if let Some(value) = held {
+                let fits = |v: &Vec<f64>| v.len() == s.len && v.iter().all(|x| x.is_finite());
+                ensure(value.map_or(s.optional, fits), &place, "what it holds at the start is no value of it")?;
+                ensure(s.timeout.is_none() && s.conditioning.is_none(), &place, "a variable has settings of a sensor")?;
+            }
             next += s.width();
         }
         for (i, h) in self.interface.humans.iter().enumerate() {
@@ -32,6 +41,15 @@ impl Program {
             ensure(h.links.iter().all(inside), &place, "a link joins points that do not exist")?;
         }
         Ok(())
+    }
+
+    fn check_conditioning(&self, s: &SignalProgram, place: &str) -> Result<(), ProgramError> {
+        let c = &s.conditioning;
+        let turned = c.frame.is_some() || c.bias.is_some();
+        ensure(!turned || (s.kind == "wrench" && s.len == 6), place, "only a wrench has axes and a bias")?;
+        ensure(c.frame.is_none_or(|l| l.index() < self.robot.model.links.len()), place, "its link does not exist")?;
+        ensure(c.bias.is_none_or(|b| b.iter().all(|x| x.is_finite())), place, "its bias is not finite")?;
+        ensure(c.low_pass.is_none_or(|f| f.is_finite() && f > 0.0), place, "its cutoff is no positive frequency")
     }
 
     pub(super) fn check_machine(&self) -> Result<(), ProgramError> {
@@ -47,8 +65,33 @@ impl Program {
             for event in events {
                 ensure(event < self.interface.events.len(), &place, "an event does not exist")?;
             }
+            if let Some(own) = &action.own {
+                self.check_own(own, &place)?;
+            }
         }
         Ok(())
+    }
+
+    fn check_own(&self, own: &OwnAction, place: &str) -> Result<(), ProgramError> {
+        let signal = |i: usize| self.interface.signals.get(i);
+        match own {
+            OwnAction::Set { variable, value } => {
+                let known = signal(*variable).filter(|s| s.is_variable());
+                value.check(&self.robot.model, self.values.initial.len()).map_err(|text| error(place, text))?;
+                ensure(
+                    known.is_some_and(|s| s.len == value.outputs.len()),
+                    place,
+                    "sets what is no variable of its kind",
+                )
+            }
+            OwnAction::Clear(variable) => {
+                let known = signal(*variable).is_some_and(|s| s.is_variable() && s.optional);
+                ensure(known, place, "clears what is no variable that may be absent")
+            }
+            OwnAction::Tare(i) => {
+                ensure(signal(*i).is_some_and(|s| s.kind == "wrench"), place, "tares what is no wrench")
+            }
+        }
     }
 
     fn check_state(&self, m: &MachineProgram, i: usize, s: &StateProgram, place: &str) -> Result<(), ProgramError> {

@@ -108,6 +108,26 @@ pub struct ActionProgram {
     pub event: Option<usize>,
     /// Events that tell how it came out, with the word for the outcome.
     pub outcomes: Vec<(String, usize)>,
+    /// What the controller itself does with its signals; the host is not asked for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub own: Option<OwnAction>,
+}
+
+/// What the controller does itself, at the tick of the action.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OwnAction {
+    /// Gives a variable a value.
+    Set {
+        /// The signal that is the variable.
+        variable: usize,
+        /// Its value.
+        value: Expression,
+    },
+    /// Makes a variable absent.
+    Clear(usize),
+    /// Lets what a wrench shows now become its bias.
+    Tare(usize),
 }
 
 impl MachineProgram {

@@ -20,12 +20,12 @@ use stdlib_tasks::expression::Expression;
 
 pub use check::ProgramError;
 pub(crate) use check::error;
-pub use machine::{ActionProgram, FaultPattern, MachineProgram, StateProgram, TransitionProgram, Trigger};
+pub use machine::{ActionProgram, FaultPattern, MachineProgram, OwnAction, StateProgram, TransitionProgram, Trigger};
 pub use scenario::{
     ExpectationProgram, Force, HumanScript, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate,
     PredicateTable, PushScript, ScenarioProgram, Sending, SignalScript, Track, WorldProgram,
 };
-pub use signal::{HumanProgram, Interface, Lost, MAX_SIGNAL, Motion, SignalProgram, Velocity};
+pub use signal::{Conditioning, HumanProgram, Initial, Interface, Lost, MAX_SIGNAL, Motion, SignalProgram, Velocity};
 pub use tape::{Op, Output, Tape, Times};
 
 /// The version of the format; a program of another version is refused.

@@ -198,7 +198,7 @@ pub struct PushScript {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Force {
-    /// The same wrench all the time: force in N and moment in Nm, in the axes of the signal.
+    /// The same wrench all the time: force in N and moment in Nm, in the axes of the world.
     Constant([f64; 6]),
     /// A hand that pulls a link towards a point of the world, as a spring with a damper, force in the axes of the world:
     /// `f = k (p - x) - d x'`, no larger than `most`.

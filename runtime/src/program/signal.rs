@@ -21,6 +21,12 @@ pub struct SignalProgram {
     /// whether it counts, its uncertainty and the rate of that follow its value in the table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<Motion>,
+    /// What is done to a value before it stands in the table.
+    #[serde(default, skip_serializing_if = "Conditioning::is_none")]
+    pub conditioning: Conditioning,
+    /// For a variable, which the machine sets and not the host, what it holds at the start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub variable: Option<Initial>,
 }
 
 /// How a tracked point of a person moves.
@@ -96,6 +102,42 @@ pub struct HumanProgram {
     pub links: Vec<(usize, usize)>,
 }
 
+/// What a variable holds at the start: its numbers, or nothing for one that is absent.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Initial {
+    /// The numbers.
+    pub value: Option<Vec<f64>>,
+}
+
+/// What is done to the value of a signal at a tick, in this order: the bias is taken away, then the wrench is turned into
+/// the axes of the world, then it is filtered.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Conditioning {
+    /// The link in whose axes the host gives a wrench; none for those of the world.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame: Option<robot::LinkId>,
+    /// What a sensor shows that nothing touches: force in N, then moment in Nm, in the axes of `frame`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bias: Option<[f64; 6]>,
+    /// Cutoff frequency of a filter of first order, in Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub low_pass: Option<f64>,
+}
+
+impl Conditioning {
+    /// True where a value is taken as it comes.
+    pub fn is_none(&self) -> bool {
+        *self == Conditioning::default()
+    }
+}
+
+impl SignalProgram {
+    /// True for a variable of the machine.
+    pub fn is_variable(&self) -> bool {
+        self.variable.is_some()
+    }
+}
+
 /// The most numbers that the value of a signal has.
 pub const MAX_SIGNAL: usize = 7;
 
@@ -128,6 +170,10 @@ impl Interface {
         for s in &self.signals {
             table[s.at] = -1.0;
             table[s.known_at()] = -1.0;
+            if let Some(value) = s.variable.as_ref().and_then(|v| v.value.as_ref()) {
+                table[s.at] = 1.0;
+                table[s.at + 1..=s.at + s.len].copy_from_slice(value);
+            }
         }
         table
     }

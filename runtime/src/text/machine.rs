@@ -3,7 +3,9 @@
 use std::fmt::Write;
 
 use super::number;
-use crate::program::{ActionProgram, Lost, MachineProgram, Motion, Program, SignalProgram, StateProgram, Velocity};
+use crate::program::{
+    ActionProgram, Conditioning, Lost, MachineProgram, Motion, Program, SignalProgram, StateProgram, Velocity,
+};
 
 /// What comes from outside: signals with their types and numbers, events with what raises them.
 pub(super) fn signals(p: &Program, out: &mut String) -> std::fmt::Result {
@@ -14,7 +16,9 @@ pub(super) fn signals(p: &Program, out: &mut String) -> std::fmt::Result {
     for s in &interface.signals {
         let mark = if s.optional { "?" } else { "" };
         write!(out, "  {} : {}{mark}", s.name, s.kind)?;
+        conditioning(p, &s.conditioning, out)?;
         match s.timeout {
+            _ if s.is_variable() => initial(s.variable.as_ref().and_then(|v| v.value.as_deref()), out)?,
             Some(timeout) => write!(out, "  timeout {} s", number(timeout))?,
             None => write!(out, "  no timeout")?,
         }
@@ -65,6 +69,32 @@ fn moving(s: &SignalProgram, motion: &Motion, out: &mut String) -> std::fmt::Res
     match motion.lost {
         Lost::Fault => writeln!(out, "; lost: a fault"),
         Lost::Hold(growth) => writeln!(out, "; lost: held, uncertainty {u} grows by {} m/s", number(growth)),
+    }
+}
+
+/// What a variable holds at the start.
+fn initial(value: Option<&[f64]>, out: &mut String) -> std::fmt::Result {
+    match value {
+        Some([one]) => write!(out, "  variable, {} at the start", number(*one)),
+        Some(all) => {
+            let all: Vec<String> = all.iter().map(|x| number(*x)).collect();
+            write!(out, "  variable, [{}] at the start", all.join(", "))
+        }
+        None => write!(out, "  variable, absent at the start"),
+    }
+}
+
+fn conditioning(p: &Program, c: &Conditioning, out: &mut String) -> std::fmt::Result {
+    if let Some(link) = c.frame.and_then(|l| p.robot.model.links.get(l.index())) {
+        write!(out, "  frame {}", link.name)?;
+    }
+    if let Some(bias) = &c.bias {
+        let all: Vec<String> = bias.iter().map(|x| number(*x)).collect();
+        write!(out, "  bias [{}]", all.join(", "))?;
+    }
+    match c.low_pass {
+        Some(cutoff) => write!(out, "  low_pass {} Hz", number(cutoff)),
+        None => Ok(()),
     }
 }
 

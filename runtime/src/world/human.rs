@@ -99,6 +99,8 @@ mod tests {
                 optional,
                 timeout: Some(0.054),
                 motion: Some(motion),
+                conditioning: Default::default(),
+                variable: None,
             });
             at += signals[signals.len() - 1].width();
         }
@@ -119,7 +121,7 @@ mod tests {
         let one = |k: usize| {
             let time = k as f64 * 0.01;
             person.tick(&mut signals, time);
-            signals.at(time);
+            signals.at(time, |_| None);
             let mut truth = signals.table().to_vec();
             person.truth(time, &mut truth);
             (signals.table().to_vec(), truth)

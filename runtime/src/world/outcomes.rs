@@ -99,6 +99,7 @@ mod tests {
             arguments: vec!["camera".into()],
             event: None,
             outcomes: vec![("found".into(), 0), ("not_found".into(), 1)],
+            own: None,
         }
     }
 

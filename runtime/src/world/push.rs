@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use robot::{Data, Model};
 
 use super::NOW;
-use crate::program::{Force, Program, PushScript};
+use crate::program::{Conditioning, Force, Program, PushScript};
 use crate::signals::Signals;
 
 /// A person at work.
@@ -14,17 +14,35 @@ pub(super) struct Push {
     data: Data,
     /// When and where the link was seen last.
     last: Option<(f64, Vector3<f64>)>,
+    /// The sensor that reports it.
+    sensor: Conditioning,
 }
 
 impl Push {
     pub fn new(script: &PushScript, program: &Program) -> Push {
         let model = program.robot.model.clone();
-        Push { script: script.clone(), data: Data::new(&model), model, last: None }
+        let sensor = program.interface.signals[script.signal].conditioning.clone();
+        Push { script: script.clone(), data: Data::new(&model), model, last: None, sensor }
     }
 
     /// The signal that reports it.
     pub fn signal(&self) -> usize {
         self.script.signal
+    }
+
+    /// What the sensor shows of a wrench in the axes of the world: the wrench in its own axes, and its bias.
+    fn shown(&mut self, wrench: [f64; 6], q: &[f64]) -> [f64; 6] {
+        let mut shown = wrench;
+        if let Some(link) = self.sensor.frame {
+            self.model.forward(q, &mut self.data);
+            let axes = self.data.pose(link).rotation;
+            for part in shown.chunks_exact_mut(3) {
+                let turned = axes.inverse_transform_vector(&Vector3::new(part[0], part[1], part[2]));
+                part.copy_from_slice(turned.as_slice());
+            }
+        }
+        shown.iter_mut().zip(self.sensor.bias.unwrap_or_default()).for_each(|(x, b)| *x += b);
+        shown
     }
 
     /// The wrench at a time; zero while nobody touches the sensor.
@@ -51,7 +69,7 @@ impl Push {
     }
 }
 
-/// Sends each sensor the sum of what acts on it; zero where nobody touches it.
+/// Sends each sensor the sum of what acts on it, as it shows it; nothing but its bias where nobody touches it.
 pub(super) fn tick(pushes: &mut [Push], signals: &mut Signals, q: &[f64], time: f64) {
     for i in 0..pushes.len() {
         let signal = pushes[i].signal();
@@ -63,7 +81,8 @@ pub(super) fn tick(pushes: &mut [Push], signals: &mut Signals, q: &[f64], time: 
             let wrench = push.wrench(q, time);
             sum.iter_mut().zip(wrench).for_each(|(s, w)| *s += w);
         }
-        signals.set(signal, &sum, time);
+        let shown = pushes[i].shown(sum, q);
+        signals.set(signal, &shown, time);
     }
 }
 

@@ -78,6 +78,8 @@ mod tests {
             optional: true,
             timeout: Some(0.054),
             motion: None,
+            conditioning: Default::default(),
+            variable: None,
         };
         Signals::new(&Interface { signals: vec![point], ..Interface::default() })
     }
@@ -88,7 +90,7 @@ mod tests {
         let one = |k: usize| {
             let time = k as f64 * 0.01;
             sender.tick(&mut signals, time);
-            signals.at(time);
+            signals.at(time, |_| None);
             signals.is_present(0).then(|| signals.value(0)[0])
         };
         (0..ticks).map(one).collect()

@@ -1,0 +1,137 @@
+//! Sensors: what is done to the value of a signal before expressions see it. The axes of a wrench are those of a link,
+//! which has to wait for the robot.
+
+use dsl::tree::{Entry, Signal, Value};
+use dsl::{Diagnostic, Span};
+use runtime::program::Conditioning;
+use stdlib_tasks::dimension::{FORCE, MOMENT, RATE};
+
+use super::Lowerer;
+use crate::constants::Constants;
+use crate::forms::{block_of, check_keys, text_of};
+use crate::robot_binding::{BoundRobot, unknown_link};
+use crate::sections::WRENCH;
+
+/// What a signal says that only the robot can answer.
+#[derive(Debug)]
+pub(super) struct Sensor {
+    /// Index of the signal.
+    signal: usize,
+    /// The link in whose axes it counts.
+    frame: Option<Value>,
+    /// Its cutoff frequency in Hz, and where it was written.
+    cutoff: Option<(f64, Span)>,
+}
+
+/// What a signal carries, as far as sensors ask.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Carried {
+    Event,
+    Wrench,
+    /// A number or a vector.
+    Numbers,
+    /// A truth value, an orientation, a pose.
+    Other,
+}
+
+impl Lowerer<'_> {
+    /// The conditioning of the signal that is declared next, as far as it needs no robot.
+    pub(super) fn conditioning(&mut self, s: &Signal, carried: Carried) -> Conditioning {
+        let mut all = Conditioning::default();
+        let ty = &s.ty.value;
+        let wrench = |e: &&Entry| match carried {
+            Carried::Wrench => Ok((*e).clone()),
+            _ => {
+                let d = Diagnostic::error(
+                    "HQ0205",
+                    e.key.span,
+                    format!("a signal of the type `{ty}` has no `{}`", e.key.value),
+                );
+                Err(d.note("it belongs to the sensor of a wrench").help("leave it out"))
+            }
+        };
+        let frame = s.settings.get("frame").as_ref().map(wrench).transpose();
+        let bias = s.settings.get("bias").as_ref().map(wrench).transpose();
+        let (frame, bias) = match (frame, bias) {
+            (Ok(frame), Ok(bias)) => (frame, bias),
+            (frame, bias) => {
+                self.diagnostics.extend(frame.err());
+                self.diagnostics.extend(bias.err());
+                return all;
+            }
+        };
+        all.bias = bias.and_then(|e| self.bias(&e.value));
+        let cutoff = s.settings.get("low_pass").and_then(|e| {
+            if matches!(carried, Carried::Event | Carried::Other) {
+                let d =
+                    Diagnostic::error("HQ0205", e.key.span, format!("a signal of the type `{ty}` cannot be filtered"));
+                let d =
+                    d.note("a filter follows numbers and vectors: halfway between two of these there is none of them");
+                self.push(d.help("leave `low_pass` out"));
+                return None;
+            }
+            let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+            let x = constants.scalar(&e.value, RATE, self.diagnostics)?;
+            if x <= 0.0 {
+                let text = format!("a cutoff is a frequency above zero, and this is {x} Hz");
+                self.push(
+                    Diagnostic::error("HQ0308", e.value.span, text).help("leave it out for the value as it comes"),
+                );
+                return None;
+            }
+            Some((x, e.value.span))
+        });
+        all.low_pass = cutoff.map(|c| c.0);
+        if frame.is_some() || cutoff.is_some() {
+            let signal = self.interface.signals.len();
+            self.sensors.push(Sensor { signal, frame: frame.map(|e| e.value), cutoff });
+        }
+        all
+    }
+
+    fn bias(&mut self, value: &Value) -> Option<[f64; 6]> {
+        let block = block_of(value, "`bias`", self.diagnostics)?;
+        check_keys(block, &WRENCH, self.diagnostics);
+        if block.entries.is_empty() {
+            let d = Diagnostic::error("HQ0206", value.span, "this bias says nothing");
+            self.push(d.help("write `bias { force [0, 0, 1.2] N }`, or leave it out"));
+            return None;
+        }
+        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+        let mut part = |key: &str, dimension| match block.get(key) {
+            Some(e) => constants.vector(&e.value, dimension, self.diagnostics),
+            None => Some([0.0; 3]),
+        };
+        let (f, m) = (part("force", FORCE), part("moment", MOMENT));
+        let (f, m) = (f?, m?);
+        Some([f[0], f[1], f[2], m[0], m[1], m[2]])
+    }
+
+    /// What signals say of the robot, once it is known.
+    pub(super) fn sensors(&mut self, robot: &BoundRobot) {
+        for sensor in std::mem::take(&mut self.sensors) {
+            let Some(signal) = self.interface.signals.get_mut(sensor.signal) else { continue };
+            if let Some(value) = &sensor.frame {
+                let name = text_of(value).unwrap_or_default();
+                let arm = robot.arms.iter().find(|a| a.name == name).map(|a| a.tip);
+                signal.conditioning.frame = robot.model.link(name).or(arm);
+                // `world` stands for what holds without a frame.
+                let told = signal.conditioning.frame.is_some() || name == "world" || robot.failed.contains(name);
+                if !told {
+                    let d = unknown_link(&robot.model, name, value.span, &robot.arms);
+                    self.push(d);
+                }
+            }
+            let rate = 1.0 / robot.period;
+            if let Some((cutoff, at)) = sensor.cutoff.filter(|c| c.0 > 0.5 * rate) {
+                let text = format!("a filter at {cutoff} Hz does next to nothing at {rate} ticks a second");
+                let share = 100.0 * (1.0 - (-std::f64::consts::TAU * cutoff * robot.period).exp());
+                self.push(
+                    Diagnostic::warning("HQ0711", at, text)
+                        .note(format!("each tick goes {share:.1} % of the way to what is received"))
+                        .help(format!("write a cutoff well below half the rate, {} Hz, or leave it out", 0.5 * rate)),
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,197 @@
+//! Variables of the machine: their declaration, and the actions that set them. `tare` stands here too: it sets a bias.
+
+use std::collections::BTreeSet;
+
+use dsl::tree::{Action, Value, Variable};
+use dsl::{Diagnostic, Spanned};
+use runtime::program::{Conditioning, Initial, OwnAction, SignalProgram};
+use stdlib_tasks::dimension::Dimension;
+
+use super::Lowerer;
+use super::machine::Surroundings;
+use super::signals::{Carries, carries, signal_types};
+use crate::constants::is_word;
+use crate::expand::{Expanded, Named};
+use crate::expr::Kind;
+use crate::forms::{target, text_of};
+use crate::names::{list, suggest};
+
+/// What is known of the variables, by name.
+#[derive(Debug, Default)]
+pub(super) struct Variables {
+    /// What each holds.
+    kinds: std::collections::BTreeMap<String, (Kind, Dimension)>,
+    /// Those that an action sets.
+    set: BTreeSet<String>,
+}
+
+/// The types that variables may have.
+fn variable_types() -> impl Iterator<Item = &'static str> {
+    signal_types().filter(|t| matches!(carries(t), Some(Carries::Quantity(..))))
+}
+
+impl Lowerer<'_> {
+    /// Declares a variable.
+    pub(super) fn variable(&mut self, v: &Variable) {
+        let name = &v.name;
+        if is_word(&name.value) {
+            let d = Diagnostic::error("HQ0202", name.span, format!("`{}` is a word of the language", name.value));
+            self.push(d.help("choose another name"));
+        }
+        let Some(Carries::Quantity(kind, dimension)) = carries(&v.ty.value) else {
+            // A type that could not be read was reported.
+            if !v.ty.value.is_empty() {
+                let d = Diagnostic::error("HQ0201", v.ty.span, format!("no variable has the type `{}`", v.ty.value));
+                self.push(match suggest(&v.ty.value, variable_types()) {
+                    Some(near) => d.help(format!("did you mean `{near}`?")),
+                    None => d.help(format!("types are {}", list(variable_types(), 30))),
+                });
+            }
+            self.params.failed.insert(name.value.clone());
+            return;
+        };
+        let at = self.interface.width();
+        let mut signal = SignalProgram {
+            name: name.value.clone(),
+            kind: v.ty.value.clone(),
+            at,
+            len: kind.width(),
+            optional: v.optional.is_some(),
+            timeout: None,
+            conditioning: Conditioning::default(),
+            variable: None,
+            motion: None,
+        };
+        let value = match &v.value {
+            Some(value) => self.held(&signal, value),
+            None => {
+                if v.optional.is_none() {
+                    let text = format!("variable `{}` holds nothing at the start", name.value);
+                    let d = Diagnostic::error("HQ0206", name.span, text);
+                    self.push(d.help("write ` = VALUE` behind its type, or `?` behind it for one that may be absent"));
+                }
+                None
+            }
+        };
+        signal.variable = Some(Initial { value });
+        self.params.presence.insert(name.value.clone(), at);
+        self.interface.signals.push(signal);
+        self.variables.kinds.insert(name.value.clone(), (kind, dimension));
+        self.quantity(name, kind, dimension, at + 1);
+    }
+
+    /// What a variable holds at the start.
+    fn held(&mut self, signal: &SignalProgram, value: &Value) -> Option<Vec<f64>> {
+        self.constant_of(signal, value, &format!("`{}`", signal.name))
+    }
+
+    /// The variable that an action is about.
+    fn variable_named(&mut self, verb: &str, value: &Value) -> Option<(usize, String)> {
+        let Some(name) = text_of(value).map(|_| named(value)) else {
+            let d = Diagnostic::error("HQ0304", value.span, format!("`{verb}` is followed by the name of a variable"));
+            self.push(d.help(format!("write `{verb}({})`", if verb == "set" { "NAME, VALUE" } else { "NAME" })));
+            return None;
+        };
+        let found = self.interface.signal(&name).filter(|s| self.interface.signals[*s].is_variable());
+        if found.is_none() && !self.params.failed.contains(&name) {
+            let shown = text_of(value).unwrap_or_default();
+            let variables: Vec<&str> = self.variables.kinds.keys().map(String::as_str).collect();
+            let (message, note) = match self.params.knows(&name) {
+                _ if self.interface.signal(&name).is_some() => {
+                    (format!("`{shown}` is a signal, which the host sends"), true)
+                }
+                true => (format!("`{shown}` is no variable"), false),
+                false => (format!("there is no variable `{shown}`"), false),
+            };
+            let d = Diagnostic::error("HQ0201", value.span, message);
+            let d = if note { d.note("the machine sets its own variables alone") } else { d };
+            self.push(match suggest(shown, variables.iter().copied()) {
+                Some(near) => d.help(format!("did you mean `{near}`?")),
+                None => d.help("declare it: `variable NAME : number = 0`"),
+            });
+        }
+        found.map(|s| (s, name))
+    }
+
+    /// What an action does that the controller does itself; `None` where something is wrong, and the diagnostics say what.
+    pub(super) fn own(&mut self, a: &Action, around: &Surroundings) -> Option<OwnAction> {
+        let first = a.args.first()?;
+        match a.verb.value.as_str() {
+            "set" => {
+                let (variable, name) = self.variable_named("set", first)?;
+                let wanted = *self.variables.kinds.get(&name)?;
+                self.variables.set.insert(name.clone());
+                // What a variable is set from is no use of it: `set(n, n + 1)` alone tells nobody.
+                let used = self.params.used.contains(&name);
+                let what = format!("variable `{}`", text_of(first).unwrap_or_default());
+                let value = self.binder(around.robot).assigned(a.args.get(1)?, wanted, &what);
+                if !used {
+                    self.params.used.remove(&name);
+                }
+                Some(OwnAction::Set { variable, value: value? })
+            }
+            "clear" => {
+                let (variable, name) = self.variable_named("clear", first)?;
+                self.variables.set.insert(name);
+                let s = &self.interface.signals[variable];
+                if !s.optional {
+                    let text = format!("variable `{}` is never absent", s.name);
+                    let help = format!("declare it with `?` behind its type, `variable {} : {}?`", s.name, s.kind);
+                    self.push(Diagnostic::error("HQ0205", first.span, text).help(help));
+                    return None;
+                }
+                Some(OwnAction::Clear(variable))
+            }
+            _ => {
+                let name = named(first);
+                let found = self.interface.signal(&name);
+                let wrench = found.filter(|s| self.interface.signals[*s].kind == "wrench");
+                if wrench.is_none() && !self.params.failed.contains(&name) {
+                    let shown = text_of(first).unwrap_or_default();
+                    let text = match found {
+                        Some(_) => format!("signal `{shown}` is no wrench"),
+                        None => format!("there is no signal `{shown}`"),
+                    };
+                    let wrenches = self.params.wrenches.iter().map(String::as_str);
+                    let d = Diagnostic::error("HQ0201", first.span, text);
+                    let d = match suggest(shown, wrenches) {
+                        Some(near) => d.help(format!("did you mean `{near}`?")),
+                        None => d.help("name a signal of the type `wrench`"),
+                    };
+                    self.push(d);
+                }
+                Some(OwnAction::Tare(wrench?))
+            }
+        }
+    }
+
+    /// Warns of variables that no action sets.
+    pub(super) fn never_set(&mut self, expanded: &Expanded) {
+        for value in &expanded.values {
+            let Named::Variable(v) = value else { continue };
+            let name: &Spanned<String> = &v.name;
+            if self.variables.set.contains(&name.value) || !self.variables.kinds.contains_key(&name.value) {
+                continue;
+            }
+            let text = match &v.value {
+                Some(_) => format!("variable `{}` never changes", name.value),
+                None => format!("variable `{}` is always absent", name.value),
+            };
+            let help = match &v.value {
+                Some(_) => format!("write `enter set({}, ..)` in a state, or make it a `param`", name.value),
+                None => format!("write `enter set({}, ..)` in a state, or remove it", name.value),
+            };
+            self.push(
+                Diagnostic::warning("HQ0712", name.span, text).note("no action of the machine sets it").help(help),
+            );
+        }
+    }
+}
+
+/// The name in the program that stands in an action.
+fn named(value: &Value) -> String {
+    match &value.kind {
+        dsl::tree::ValueKind::Name(name) => target(name).to_string(),
+        _ => text_of(value).unwrap_or_default().to_string(),
+    }
+}
