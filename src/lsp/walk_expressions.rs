@@ -83,7 +83,7 @@ impl Walker<'_> {
                     self.frame(&Value { kind: ValueKind::Name(frame.value.clone()), span: frame.span });
                 }
             }
-            ValueKind::Negate(inner) | ValueKind::Not(inner) => self.typed(inner, actuals),
+            ValueKind::Named(_, inner) | ValueKind::Negate(inner) | ValueKind::Not(inner) => self.typed(inner, actuals),
             ValueKind::Binary(_, left, right) => {
                 self.typed(left, actuals);
                 self.typed(right, actuals);

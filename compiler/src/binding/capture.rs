@@ -196,6 +196,7 @@ impl TaskScope<'_> {
             ValueKind::Field(inner, _)
             | ValueKind::Unit(inner, _)
             | ValueKind::In(inner, _)
+            | ValueKind::Named(_, inner)
             | ValueKind::Negate(inner)
             | ValueKind::Not(inner) => self.own_inside(inner),
             ValueKind::Binary(_, a, b) => self.own_inside(a).or_else(|| self.own_inside(b)),
