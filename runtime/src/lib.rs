@@ -14,7 +14,9 @@ pub mod signals;
 pub mod simulate;
 pub mod simulated_robot;
 pub mod text;
+pub mod trajectory;
 mod values;
+mod velocity;
 pub mod world;
 
 pub use controller::{Command, Controller, Observation, Request};

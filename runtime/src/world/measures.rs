@@ -16,7 +16,7 @@ use solver::Problem;
 pub fn is_bound_to_its_stack(program: &Program, task: usize) -> bool {
     let of = |t: &TaskProgram| t.params.values().flat_map(|b| b.slots()).flat_map(|s| s.at..s.at + s.len).collect();
     let places = program.tasks.get(task).map(of).unwrap_or_default();
-    program.values.tape.only(&places).ops.iter().any(|op| matches!(op, Op::T | Op::Input(_)))
+    program.values.tape.only(&places).ops.iter().any(|op| matches!(op, Op::T | Op::Input(_) | Op::Trajectory(_)))
 }
 
 /// The first stack in which a task stands.
