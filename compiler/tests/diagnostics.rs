@@ -16,6 +16,7 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("state", include_str!("cases/state.txt"), Spelling::Hq),
     ("frames", include_str!("cases/frames.txt"), Spelling::Hq),
     ("poses", include_str!("cases/poses.txt"), Spelling::Hq),
+    ("trajectories", include_str!("cases/trajectories.txt"), Spelling::Hq),
     ("checks", include_str!("cases/checks.txt"), Spelling::Hq),
     ("urdf", include_str!("cases/urdf.txt"), Spelling::Hq),
     ("yaml", include_str!("cases/yaml.txt"), Spelling::Yaml),
@@ -152,4 +153,9 @@ fn reuse_yaml() {
 #[test]
 fn machines() {
     check("machines");
+}
+
+#[test]
+fn trajectories() {
+    check("trajectories");
 }

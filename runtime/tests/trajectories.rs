@@ -64,7 +64,7 @@ fn searched(from: f64, velocity: f64, goal: f64, speed: f64, a: f64) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(96))]
+    #![proptest_config(ProptestConfig::with_cases(256))]
 
     #[test]
     fn a_trapezoid_keeps_its_limits_and_arrives(
@@ -168,7 +168,7 @@ fn bounded(duration: f64, at: impl Fn(f64) -> State, l: &Limits, faster: f64) ->
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(96))]
+    #![proptest_config(ProptestConfig::with_cases(256))]
 
     #[test]
     fn a_vector_goes_straight_from_rest_and_turns_within_its_limits(
@@ -269,6 +269,13 @@ proptest! {
             let between = speed * route.duration() / 400.0;
             prop_assert!(near(p) <= corner + between, "{} from a corner", near(p));
         }
+        // So does one that is slow at the beginning.
+        let slow = State { velocity: Vector3::new(0.02, 0.03, -0.02) * speed, ..State::rest(from) };
+        let mut drifting = Route::new(points.len());
+        prop_assert!(drifting.plan(&slow, &points, 0, (&l, corner, 0.0)));
+        bounded(drifting.duration(), |t| drifting.at(t), &l, 0.0)?;
+        prop_assert!((drifting.at(0.0).position - from).norm() <= 1e-12);
+        prop_assert!((drifting.at(0.0).velocity - slow.velocity).norm() <= 1e-12);
         // Moving, it turns to the point that it was on the way to.
         let t = 0.4 * route.duration();
         let (now, next) = (route.at(t), route.toward(t).expect("a point"));

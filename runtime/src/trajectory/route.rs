@@ -5,6 +5,10 @@
 //! takes `u k / A` seconds, where `k = |g - e|`; begins and ends `u² k / 2A` from the corner; and passes it at the distance
 //! `u² k² / 8A`. The speed `u` is the largest that keeps the distance within `corner`, the rounding within half of each line
 //! beside it, and lets the lines before and behind be slow enough in time.
+//!
+//! A motion at the beginning that is slower than a twentieth of the speed is added to the route and braked meanwhile: it
+//! takes what it needs of the speed and a twentieth of the acceleration, and the route keeps to the rest of both. A faster
+//! one is brought to rest at the first point.
 
 use nalgebra::Vector3;
 
@@ -12,6 +16,31 @@ use super::limits::Limits;
 use super::path::{Path, State};
 use super::profile::Profile;
 use super::trapezoid::along;
+
+/// The share of the limits that a motion at the beginning may take.
+const SLOW: f64 = 0.05;
+
+/// A motion that is braked: its velocity at the beginning, and how long it takes.
+#[derive(Clone, Copy, Debug, Default)]
+struct Drift {
+    velocity: Vector3<f64>,
+    duration: f64,
+}
+
+impl Drift {
+    /// How far it is from its end, and how it moves.
+    fn at(&self, t: f64) -> State {
+        if t >= self.duration {
+            return State::default();
+        }
+        let left = 1.0 - t / self.duration;
+        State {
+            position: self.velocity * (-0.5 * self.duration * left * left),
+            velocity: self.velocity * left,
+            acceleration: self.velocity / -self.duration,
+        }
+    }
+}
 
 /// A part of a route.
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +78,7 @@ pub struct Route {
     nodes: Vec<Vector3<f64>>,
     duration: f64,
     goal: Vector3<f64>,
+    drift: Drift,
 }
 
 impl Route {
@@ -60,6 +90,7 @@ impl Route {
             nodes: Vec::with_capacity(points + 1),
             duration: 0.0,
             goal: Vector3::zeros(),
+            drift: Drift::default(),
         }
     }
 
@@ -73,6 +104,7 @@ impl Route {
         self.nodes.clear();
         self.corners.clear();
         self.duration = 0.0;
+        self.drift = Drift::default();
         let Some(&goal) = points.last() else { return false };
         let numbers = points.iter().flatten().chain(from.position.iter()).chain(from.velocity.iter());
         let sound = numbers.copied().chain([corner, halt]).all(f64::is_finite) && corner >= 0.0 && halt >= 0.0;
@@ -82,8 +114,16 @@ impl Route {
         self.goal = goal;
         let mut index = first;
         let (mut here, mut rest) = (from.position, points);
-        if from.velocity != Vector3::zeros() {
-            let Some(path) = Path::plan(from, points[0], limits) else { return false };
+        let (speed, mut limits) = (from.velocity.norm(), *limits);
+        if speed <= SLOW * limits.speed {
+            if speed > 0.0 {
+                self.drift = Drift { velocity: from.velocity, duration: speed / (SLOW * limits.acceleration) };
+                here += from.velocity * (0.5 * self.drift.duration);
+                limits.acceleration *= 1.0 - SLOW;
+                limits.speed -= speed;
+            }
+        } else {
+            let Some(path) = Path::plan(from, points[0], &limits) else { return false };
             self.push(index, path.duration(), Way::Free(path));
             (here, rest, index) = (points[0], &points[1..], index + 1);
             if halt > 0.0 && !rest.is_empty() {
@@ -92,9 +132,9 @@ impl Route {
         }
         self.nodes.push(here);
         self.nodes.extend_from_slice(rest);
-        self.round(limits, corner, halt);
-        self.walk(index, limits, halt);
-        self.duration.is_finite()
+        self.round(&limits, corner, halt);
+        self.walk(index, &limits, halt);
+        self.duration().is_finite()
     }
 
     /// How fast each corner is passed.
@@ -171,7 +211,7 @@ impl Route {
 
     /// How long it takes, in s.
     pub fn duration(&self) -> f64 {
-        self.duration
+        self.duration.max(self.drift.duration)
     }
 
     fn leg(&self, t: f64) -> Option<&Leg> {
@@ -185,6 +225,16 @@ impl Route {
 
     /// The state at a time since the beginning, in s.
     pub fn at(&self, t: f64) -> State {
+        let (on, drift) = (self.on(t), self.drift.at(t));
+        State {
+            position: on.position + drift.position,
+            velocity: on.velocity + drift.velocity,
+            acceleration: on.acceleration + drift.acceleration,
+        }
+    }
+
+    /// The state on the legs.
+    fn on(&self, t: f64) -> State {
         let Some(leg) = self.leg(t).filter(|_| t < self.duration) else { return State::rest(self.goal) };
         let t = t - leg.start;
         match &leg.way {
