@@ -7,7 +7,9 @@ use dsl::{Diagnostic, Span, Spanned};
 use robot::{DofUnit, Model};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, RATE, TIME};
 
-use crate::expr::{FUNCTIONS, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Symbol, TRAJECTORIES, Typed, bracketed};
+use crate::expr::{
+    FUNCTIONS, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Symbol, TRAJECTORIES, Typed, bracketed,
+};
 use crate::forms::target;
 use crate::units;
 
@@ -15,9 +17,7 @@ use crate::units;
 pub fn is_word(name: &str) -> bool {
     let words =
         ["pi", "t", "time", "true", "false", "auto", "initial", "frame", "joint", "com", "and", "or", "not", "present"];
-    words.contains(&name)
-        || FUNCTIONS.iter().any(|f| f.name == name)
-        || TRAJECTORIES.iter().any(|t| t.name == name)
+    words.contains(&name) || FUNCTIONS.iter().any(|f| f.name == name) || TRAJECTORIES.iter().any(|t| t.name == name)
 }
 
 /// What is known of the declared parameters, and of other named values.

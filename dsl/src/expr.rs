@@ -290,8 +290,11 @@ fn operand(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Bl
             let mut height = 1;
             let mut args = Vec::new();
             for arg in parts.next().into_iter().flat_map(Pair::into_inner) {
-                let (value, h) =
-                    if arg.as_rule() == Rule::by_name { by_name(arg, place, diags, blocks) } else { expr(arg, place, diags, blocks) };
+                let (value, h) = if arg.as_rule() == Rule::by_name {
+                    by_name(arg, place, diags, blocks)
+                } else {
+                    expr(arg, place, diags, blocks)
+                };
                 height = height.max(h + 1);
                 args.push(value);
             }

@@ -1,9 +1,9 @@
 //! Trajectories against their definition: integrals and derivatives of what they say, limits, arrival, and a brute-force
 //! search for something faster.
 
+use hierarq_runtime::trajectory::{Limits, Motion, Path, Profile, Route, State, Turn, Turning, s_curve, trapezoid};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use hierarq_runtime::trajectory::{Limits, Motion, Path, Profile, Route, State, Turn, Turning, s_curve, trapezoid};
 
 /// How far a limit may be passed by rounding.
 const SLIP: f64 = 1e-9;
@@ -149,14 +149,25 @@ fn bounded(duration: f64, at: impl Fn(f64) -> State, l: &Limits, faster: f64) ->
     let mut before: Option<(f64, State)> = None;
     for t in instants(duration) {
         let now = at(t);
-        prop_assert!(now.velocity.norm() <= l.speed.max(faster) * (1.0 + SLIP) + 1e-12, "speed {} at {}", now.velocity.norm(), t);
-        prop_assert!(now.acceleration.norm() <= l.acceleration * (1.0 + SLIP) + 1e-12, "acceleration {}", now.acceleration.norm());
+        prop_assert!(
+            now.velocity.norm() <= l.speed.max(faster) * (1.0 + SLIP) + 1e-12,
+            "speed {} at {}",
+            now.velocity.norm(),
+            t
+        );
+        prop_assert!(
+            now.acceleration.norm() <= l.acceleration * (1.0 + SLIP) + 1e-12,
+            "acceleration {}",
+            now.acceleration.norm()
+        );
         if let Some((s, last)) = before {
             let dt = t - s;
             let way = (last.velocity + now.velocity) * (0.5 * dt);
             let slip = l.acceleration * dt * dt + 1e-11 * (1.0 + duration);
             prop_assert!((now.position - last.position - way).norm() <= slip);
-            prop_assert!((now.velocity - last.velocity).norm() <= l.acceleration * dt * (1.0 + SLIP) + 1e-11 * (1.0 + duration));
+            prop_assert!(
+                (now.velocity - last.velocity).norm() <= l.acceleration * dt * (1.0 + SLIP) + 1e-11 * (1.0 + duration)
+            );
             if let Some(jerk) = l.jerk {
                 let jump = (now.acceleration - last.acceleration).norm();
                 prop_assert!(jump <= jerk * dt * (1.0 + SLIP) + 1e-7, "{} within {} s", jump, dt);

@@ -285,7 +285,8 @@ impl Graph {
     /// Adds a trajectory, whose first number is given here, or finds it; gives the nodes of its value.
     pub fn trajectory(&mut self, mut program: TrajectoryProgram) -> Vec<usize> {
         let known = self.trajectories.iter().find(|t| TrajectoryProgram { at: t.at, ..program.clone() } == **t);
-        program.at = known.or(self.trajectories.last()).map_or(0, |t| if known.is_some() { t.at } else { t.numbers().end });
+        program.at =
+            known.or(self.trajectories.last()).map_or(0, |t| if known.is_some() { t.at } else { t.numbers().end });
         let (numbers, width) = (program.numbers(), program.shape.width());
         if known.is_none() {
             self.trajectories.push(program);

@@ -41,7 +41,8 @@ const fn named(name: &'static str, text: &'static str, optional: bool) -> Named 
     Named { name, text, optional }
 }
 
-static SPEED: Named = named("speed", "the largest speed: of a point its norm, of an orientation how fast it turns", false);
+static SPEED: Named =
+    named("speed", "the largest speed: of a point its norm, of an orientation how fast it turns", false);
 static ACCELERATION: Named = named("acceleration", "the largest acceleration", false);
 static JERK: Named = named("jerk", "the largest jerk", false);
 static ANGULAR_SPEED: Named = named("angular_speed", "of a pose: how fast its orientation turns at most", true);
@@ -157,7 +158,7 @@ impl Lowering<'_> {
         }
         let lacks = of.named.iter().zip(&call.given).filter(|(n, given)| !n.optional && given.is_none());
         let lacking: Vec<&str> = lacks.map(|(n, _)| n.name).collect();
-        if !lacking.is_empty() {
+        if !lacking.is_empty() && call.goals.len() <= most {
             let text = format!("`{}` needs {}", of.name, list(lacking.iter().copied(), 9));
             self.diagnostics.push(Diagnostic::error("HQ0214", span, text).help(format!("write `{}`", of.form)));
         }
@@ -165,17 +166,13 @@ impl Lowering<'_> {
     }
 
     /// A call of one of [`TRAJECTORIES`].
-    pub(super) fn trajectory(
-        &mut self,
-        of: &'static Trajectory,
-        args: &[Value],
-        span: Span,
-    ) -> Result<Typed, Failed> {
+    pub(super) fn trajectory(&mut self, of: &'static Trajectory, args: &[Value], span: Span) -> Result<Typed, Failed> {
         let call = self.sorted(of, args, span)?;
         let goals = self.goals(&call, span)?;
         let last = goals.last().cloned().ok_or(Failed)?;
         let Some(shape) = shape(last.kind) else {
-            let d = Diagnostic::error("HQ0304", last.span, "a truth value cannot move to another").here("a truth value");
+            let d =
+                Diagnostic::error("HQ0304", last.span, "a truth value cannot move to another").here("a truth value");
             return self.fail(d.help("a goal is a number, a vector, an orientation or a pose"));
         };
         let turns = last.kind == Kind::Rotation;
@@ -199,6 +196,7 @@ impl Lowering<'_> {
                 Err(failed) => all = Err(failed),
             }
         }
+        let mut lacking = Vec::new();
         let angular = [&ANGULAR_SPEED, &ANGULAR_ACCELERATION, &ANGULAR_JERK].into_iter().enumerate();
         for (order, of) in angular.filter(|(_, n)| call.of.named.iter().any(|m| m.name == n.name)) {
             match (call.get(of), last.kind == Kind::Pose) {
@@ -206,12 +204,7 @@ impl Lowering<'_> {
                     Ok(node) => limits.push(node),
                     Err(failed) => all = Err(failed),
                 },
-                (None, true) => {
-                    let text = format!("the orientation of a pose needs `{}`", of.name);
-                    let form = ["rad/s", "rad/s^2", "rad/s^3"][order];
-                    let d = Diagnostic::error("HQ0214", span, text);
-                    all = self.fail(d.help(format!("write `{}: 1 {form}`", of.name)));
-                }
+                (None, true) => lacking.push(of.name),
                 (Some(value), false) => {
                     let text = format!("`{}` is that of a pose, and this is {}", of.name, last.kind.describe());
                     let d = Diagnostic::error("HQ0214", value.span, text);
@@ -220,6 +213,11 @@ impl Lowering<'_> {
                 }
                 (None, false) => {}
             }
+        }
+        if !lacking.is_empty() {
+            let names = list(lacking.iter().copied(), 3);
+            let d = Diagnostic::error("HQ0214", span, format!("the orientation of a pose needs {names}"));
+            all = self.fail(d.help("write for instance `angular_speed: 1 rad/s, angular_acceleration: 3 rad/s^2`"));
         }
         if call.of.motion == Motion::Waypoints {
             for (of, dimension) in [(&CORNER, dimension), (&HOLD, TIME)] {
@@ -270,9 +268,12 @@ impl Lowering<'_> {
         if !goal.nodes.iter().any(|&n| self.graph.is_state(n)) {
             return Ok(());
         }
-        let d = Diagnostic::error("HQ0312", goal.span, "what the robot does now is no goal and no limit of a trajectory");
+        let d =
+            Diagnostic::error("HQ0312", goal.span, "what the robot does now is no goal and no limit of a trajectory");
         let note = "a trajectory knows time, signals and what was captured, and its motion would chase itself";
-        self.fail(d.note(note).help("write `initial(..)` around it for its value at the moment the stack becomes active"))
+        self.fail(
+            d.note(note).help("write `initial(..)` around it for its value at the moment the stack becomes active"),
+        )
     }
 
     /// A limit: positive, of a dimension per so many powers of a second.

@@ -44,11 +44,7 @@ impl Lowerer<'_> {
 }
 
 /// Those trajectories that operations read, with numbers that follow one another.
-fn trajectories(
-    all: &[TrajectoryProgram],
-    ops: &mut [Op],
-    index: &BTreeMap<usize, usize>,
-) -> Vec<TrajectoryProgram> {
+fn trajectories(all: &[TrajectoryProgram], ops: &mut [Op], index: &BTreeMap<usize, usize>) -> Vec<TrajectoryProgram> {
     let mut used: Vec<TrajectoryProgram> = Vec::new();
     let mut number = BTreeMap::new();
     for t in all {

@@ -122,11 +122,7 @@ impl Follower {
     fn limits(&self, first: usize) -> Limits {
         let l = self.now.get(self.goals + first..).unwrap_or_default();
         let number = |i: usize| l.get(i).copied().unwrap_or(f64::NAN);
-        Limits {
-            speed: number(0),
-            acceleration: number(1),
-            jerk: (self.motion == Motion::SCurve).then(|| number(2)),
-        }
+        Limits { speed: number(0), acceleration: number(1), jerk: (self.motion == Motion::SCurve).then(|| number(2)) }
     }
 
     /// Limits of the orientation of a pose.
@@ -138,11 +134,8 @@ impl Follower {
     fn begin(&mut self, time: f64, numbers: [f64; 13]) -> bool {
         let width = self.shape.width();
         let (value, velocity) = numbers.split_at(width);
-        let state = |p: &[f64], v: &[f64]| State {
-            position: vector(p),
-            velocity: vector(v),
-            acceleration: Vector3::zeros(),
-        };
+        let state =
+            |p: &[f64], v: &[f64]| State { position: vector(p), velocity: vector(v), acceleration: Vector3::zeros() };
         let turning = |q: &[f64], w: &[f64]| {
             let acceleration = Vector3::zeros();
             orientation(q).map(|orientation| Turning { orientation, velocity: vector(w), acceleration })

@@ -133,7 +133,8 @@ impl Path {
         }
         path.duration = start;
         let all = path.stages[..path.count].iter().all(|s| {
-            s.along.iter().all(Profile::is_finite) && s.origin.iter().chain(s.axes.iter().flatten()).all(|x| x.is_finite())
+            s.along.iter().all(Profile::is_finite)
+                && s.origin.iter().chain(s.axes.iter().flatten()).all(|x| x.is_finite())
         });
         all.then_some(path)
     }

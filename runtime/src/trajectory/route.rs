@@ -149,7 +149,8 @@ impl Route {
                 Some((e, g)) => {
                     let k = (g - e).norm();
                     let near = length(i - 1).min(length(i));
-                    let most = if k > 0.0 { ((8.0 * size * a).sqrt() / k).min((a * near / k).sqrt()) } else { f64::INFINITY };
+                    let most =
+                        if k > 0.0 { ((8.0 * size * a).sqrt() / k).min((a * near / k).sqrt()) } else { f64::INFINITY };
                     Corner { speed: most.min(limits.speed), sharpness: k }
                 }
                 None => Corner::default(),

@@ -143,9 +143,7 @@ impl Measures {
             model.forward(tick.q, &mut self.data);
         }
         let truth = |yes: bool| if yes { 1.0 } else { -1.0 };
-        for (((x, measure), probe), place) in
-            out.iter_mut().zip(&self.list).zip(&self.probe_of).zip(&mut self.places)
-        {
+        for (((x, measure), probe), place) in out.iter_mut().zip(&self.list).zip(&self.probe_of).zip(&mut self.places) {
             let probe = probe.and_then(|i| self.probes.get(i));
             *x = match measure {
                 Measure::Margin(_) => probe.map_or(f64::NAN, Probe::margin),

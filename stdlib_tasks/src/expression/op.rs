@@ -87,7 +87,9 @@ impl Op {
     #[inline]
     pub fn operands(&self) -> [Option<usize>; 3] {
         match *self {
-            Op::Const(_) | Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) | Op::Trajectory(_) => [None; 3],
+            Op::Const(_) | Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) | Op::Trajectory(_) => {
+                [None; 3]
+            }
             Op::Neg(a)
             | Op::Sin(a)
             | Op::Cos(a)
