@@ -7,7 +7,9 @@ use dsl::{Diagnostic, Span, Spanned};
 use robot::{DofUnit, Model};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, RATE, TIME};
 
-use crate::expr::{FUNCTIONS, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Symbol, Typed, bracketed};
+use crate::expr::{
+    FUNCTIONS, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Symbol, TRAJECTORIES, Typed, bracketed,
+};
 use crate::forms::target;
 use crate::units;
 
@@ -30,7 +32,7 @@ pub fn is_word(name: &str) -> bool {
         "present",
         "uncertainty",
     ];
-    words.contains(&name) || FUNCTIONS.iter().any(|f| f.name == name)
+    words.contains(&name) || FUNCTIONS.iter().any(|f| f.name == name) || TRAJECTORIES.iter().any(|t| t.name == name)
 }
 
 /// A human: points that are tracked.

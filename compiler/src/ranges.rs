@@ -223,7 +223,7 @@ impl<'a> Ground<'a> {
             if needed.insert(node) {
                 match self.graph.ops()[node] {
                     Op::Input(k) => open.extend(self.table.captured(k)),
-                    op => open.extend(op.operands().into_iter().flatten()),
+                    _ => open.extend(self.graph.reads(node)),
                 }
             }
         }

@@ -52,6 +52,8 @@ pub(crate) fn targets(
             continue;
         }
         let at = task.spans.get("target").copied().unwrap_or(task.span);
+        // Of what moves to a goal the goal counts.
+        let goal = &Typed { nodes: ground.graph.goal(&goal.nodes), ..goal.clone() };
         diagnostics.extend(target(&mut ranges(ground, value, goal), ground.graph, value, goal, at));
     }
 }

@@ -16,6 +16,7 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("state", include_str!("cases/state.txt"), Spelling::Hq),
     ("frames", include_str!("cases/frames.txt"), Spelling::Hq),
     ("poses", include_str!("cases/poses.txt"), Spelling::Hq),
+    ("trajectories", include_str!("cases/trajectories.txt"), Spelling::Hq),
     ("checks", include_str!("cases/checks.txt"), Spelling::Hq),
     ("urdf", include_str!("cases/urdf.txt"), Spelling::Hq),
     ("yaml", include_str!("cases/yaml.txt"), Spelling::Yaml),
@@ -171,4 +172,9 @@ fn machines() {
 #[test]
 fn yardstick() {
     check("yardstick");
+}
+
+#[test]
+fn trajectories() {
+    check("trajectories");
 }

@@ -73,6 +73,7 @@ fn stray_block(value: &Value, free: bool) -> Option<Span> {
         ValueKind::Unit(of, _)
         | ValueKind::Field(of, _)
         | ValueKind::In(of, _)
+        | ValueKind::Named(_, of)
         | ValueKind::Negate(of)
         | ValueKind::Not(of) => stray_block(of, false),
         ValueKind::Binary(_, left, right) => stray_block(left, false).or_else(|| stray_block(right, false)),
@@ -255,6 +256,15 @@ fn climb(
     (left, height)
 }
 
+/// An argument with its name, and its height.
+fn by_name(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: BlockReader<'_>) -> (Value, u32) {
+    let span = place.of(&pair);
+    let mut parts = pair.into_inner();
+    let (Some(name), Some(value)) = (parts.next(), parts.next()) else { return (missing(span), 1) };
+    let (value, height) = expr(value, place, diags, blocks);
+    (Value { kind: ValueKind::Named(place.spanned(&name), Box::new(value)), span }, height + 1)
+}
+
 /// The value of one operand.
 fn operand(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: BlockReader<'_>) -> (Value, u32) {
     let span = place.of(&pair);
@@ -280,7 +290,11 @@ fn operand(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Bl
             let mut height = 1;
             let mut args = Vec::new();
             for arg in parts.next().into_iter().flat_map(Pair::into_inner) {
-                let (value, h) = expr(arg, place, diags, blocks);
+                let (value, h) = if arg.as_rule() == Rule::by_name {
+                    by_name(arg, place, diags, blocks)
+                } else {
+                    expr(arg, place, diags, blocks)
+                };
                 height = height.max(h + 1);
                 args.push(value);
             }

@@ -294,6 +294,8 @@ pub enum ValueKind {
     Name(String),
     /// `initial(x)`, `sin(x)`, `hold(left)`
     Call(Spanned<String>, Vec<Value>),
+    /// `speed: 0.2 m/s`, which stands among the arguments of a call alone.
+    Named(Spanned<String>, Box<Value>),
     /// `frame(left_tool).position`, `left.position`
     Field(Box<Value>, Spanned<String>),
     /// `[1, 2, 3]`

@@ -21,6 +21,7 @@ fn shape(value: &Value) -> String {
         ValueKind::Field(of, name) => format!("{}.{}", shape(of), name.value),
         ValueKind::List(items) => format!("[{}]", all(items)),
         ValueKind::In(of, frame) => format!("(in {} {})", shape(of), frame.value),
+        ValueKind::Named(name, of) => format!("({}={})", name.value, shape(of)),
         ValueKind::Negate(of) => format!("(neg {})", shape(of)),
         ValueKind::Not(of) => format!("(not {})", shape(of)),
         ValueKind::Binary(op, a, b) => format!("({:?} {} {})", op.value, shape(a), shape(b)),

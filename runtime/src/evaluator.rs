@@ -16,6 +16,7 @@ use crate::coasting::Coasting;
 use crate::fault::Fault;
 use crate::program::{Capture, CaptureSource, Program, ProgramError, StackProgram, TaskProgram, Times};
 use crate::values::ValueTable;
+use crate::velocity;
 
 /// A task of the stack, and where its numbers stand.
 #[derive(Clone, Debug)]
@@ -96,6 +97,8 @@ struct Captured {
 enum Source {
     /// A value of a task of the stack, by its place among the members.
     Task(usize, String),
+    /// How fast one of so many numbers moves.
+    Velocity(usize, String, usize),
     State(Evaluation),
 }
 
@@ -112,6 +115,8 @@ pub struct Evaluator {
     margins: Vec<f64>,
     measures: Vec<f64>,
     undefined: Vec<bool>,
+    /// Room for a configuration beside the one that is looked at.
+    beside: Vec<f64>,
     /// Where joints must stand for idle rows to be idle: index in the configuration, lowest, highest position.
     limits: Vec<(usize, f64, f64)>,
 }
@@ -185,6 +190,9 @@ fn ready(capture: &Capture, model: &Model, members: &[Member]) -> Option<Capture
     let source = match &capture.source {
         CaptureSource::Task(index, name) => {
             Source::Task(members.iter().position(|m| m.program_index == *index)?, name.clone())
+        }
+        CaptureSource::Velocity(index, name, width) => {
+            Source::Velocity(members.iter().position(|m| m.program_index == *index)?, name.clone(), *width)
         }
         CaptureSource::State(e) => Source::State(Evaluation::new(e, model)),
     };
@@ -314,6 +322,7 @@ impl Evaluator {
             margins: vec![f64::INFINITY; margins],
             measures: vec![0.0; measures],
             limits: limits(&model),
+            beside: vec![0.0; model.nq()],
             model,
         };
         Ok((evaluator, problem))
@@ -374,6 +383,12 @@ impl Evaluator {
         self.values.current.get(at).copied()
     }
 
+    /// Whether the value of a parameter has come to where it is going: it does not move, and a trajectory that it follows
+    /// from stands at its goal.
+    pub fn is_settled(&self, at: usize) -> bool {
+        self.rate(at).is_none_or(|r| r == 0.0) && self.values.is_settled(at)
+    }
+
     /// How fast the value of a parameter changed at the last tick, per second.
     pub fn rate(&self, at: usize) -> Option<f64> {
         self.values.rates.get(at).copied()
@@ -387,8 +402,11 @@ impl Evaluator {
     /// Enters the stack at a configuration: captures what `initial(..)` asks for. Never allocates.
     pub fn enter(&mut self, q: &[f64], moment: Moment) {
         self.values.inputs.fill(0.0);
+        self.values.restart();
         self.kinematics(q, moment);
         self.capture(q, moment);
+        self.capture_velocities(q, moment);
+        self.values.restart();
         self.kinematics(q, moment);
         let Evaluator { model, data, values, tasks, .. } = self;
         let ValueTable { current, rates, .. } = values;
@@ -409,6 +427,7 @@ impl Evaluator {
                 Source::Task(member, name) => {
                     tasks[*member].actual(name, &state, out);
                 }
+                Source::Velocity(..) => {}
                 Source::State(expression) => {
                     expression.forget();
                     let found = expression.forward(&state).is_ok();
@@ -417,6 +436,25 @@ impl Evaluator {
                     }
                 }
             }
+        }
+    }
+
+    /// Captures how fast values of tasks move: by central differences along the velocity.
+    fn capture_velocities(&mut self, q: &[f64], moment: Moment) {
+        let Evaluator { model, data, values, captures, tasks, beside, .. } = self;
+        let ValueTable { current, rates, inputs, .. } = values;
+        for capture in captures.iter() {
+            let Source::Velocity(member, name, width) = &capture.source else { continue };
+            let mut sides = [[0.0; 7]; 2];
+            for (numbers, h) in sides.iter_mut().zip([-velocity::STEP, velocity::STEP]) {
+                beside.copy_from_slice(q);
+                model.integrate(beside, moment.velocity, h);
+                model.forward(beside, data);
+                let state = State { model, data, q: beside, values: current, rates, velocity: moment.velocity };
+                tasks[*member].actual(name, &state, &mut numbers[..*width]);
+            }
+            let [before, after] = &sides;
+            velocity::between(&before[..*width], &after[..*width], &mut inputs[capture.inputs.clone()]);
         }
     }
 

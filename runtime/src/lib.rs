@@ -9,7 +9,6 @@ pub mod controller;
 pub mod evaluator;
 pub mod expect;
 pub mod fault;
-mod motion;
 pub mod program;
 pub mod quantity;
 pub mod record;
@@ -18,7 +17,10 @@ pub mod signals;
 pub mod simulate;
 pub mod simulated_robot;
 pub mod text;
+mod tracking;
+pub mod trajectory;
 mod values;
+mod velocity;
 pub mod world;
 
 pub use controller::{Command, Controller, Observation, Request};

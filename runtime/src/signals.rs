@@ -4,8 +4,8 @@
 use nalgebra::UnitQuaternion;
 
 use crate::conditioning::Conditioner;
-use crate::motion::Estimate;
 use crate::program::{Interface, Lost, SignalProgram};
+use crate::tracking::Estimate;
 
 /// A quaternion whose length differs from 1 by more is no orientation.
 pub const NOT_UNIT: f64 = 1e-3;

@@ -315,6 +315,7 @@ fn values(p: &Program, out: &mut String) -> std::fmt::Result {
     for c in &v.captures {
         let source = match &c.source {
             CaptureSource::Task(t, name) => format!("{name} of {}", p.tasks[*t].name),
+            CaptureSource::Velocity(t, name, _) => format!("velocity of {name} of {}", p.tasks[*t].name),
             CaptureSource::State(e) => {
                 let outputs: Vec<String> = e.outputs.iter().map(|o| format!("${o}")).collect();
                 whole_leaf(p, e).unwrap_or_else(|| format!("[{}]", outputs.join(", ")))
@@ -326,6 +327,9 @@ fn values(p: &Program, out: &mut String) -> std::fmt::Result {
         {
             expression(p, e, out)?;
         }
+    }
+    for t in &v.tape.trajectories {
+        writeln!(out, "  {}", operations::trajectory(t))?;
     }
     for (i, op) in v.tape.ops.iter().enumerate() {
         writeln!(out, "  %{i} = {}", operation(op, '%'))?;

@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use crate::fault::Fault;
-use crate::program::{Interface, Tape, Times, ValueRange, Values};
+use crate::program::{Interface, Op, Tape, Times, ValueRange, Values};
+use crate::trajectory::Follower;
 
 /// The part of the table of values that some tasks or conditions read.
 pub(crate) struct ValueTable {
@@ -22,6 +23,48 @@ pub(crate) struct ValueTable {
     pub current: Vec<f64>,
     /// Their time derivatives.
     pub rates: Vec<f64>,
+    moves: Moves,
+}
+
+/// The trajectories of a table of values.
+struct Moves {
+    followers: Vec<Follower>,
+    /// The numbers that they give.
+    numbers: Vec<f64>,
+    /// For each number the trajectory, where it is the first one that is read of it.
+    first: Vec<Option<usize>>,
+    /// For each place of the table of values that follows from a trajectory, that.
+    places: Vec<(usize, usize)>,
+}
+
+impl Moves {
+    fn new(tape: &Tape) -> Moves {
+        let numbers = tape.trajectory_numbers();
+        let mut first = vec![None; numbers];
+        let mut begun = vec![false; tape.trajectories.len()];
+        // For each operation the trajectories that it follows from.
+        let mut from: Vec<BTreeSet<usize>> = Vec::with_capacity(if numbers > 0 { tape.ops.len() } else { 0 });
+        for op in tape.ops.iter().filter(|_| numbers > 0) {
+            let mut set: BTreeSet<usize> = op.operands().iter().flatten().flat_map(|&o| from[o].clone()).collect();
+            if let Op::Trajectory(k) = *op
+                && let Some(t) = tape.trajectory_of(k)
+            {
+                set.insert(t);
+                set.extend(tape.trajectories[t].inputs().flat_map(|o| from[o].clone()));
+                if !std::mem::replace(&mut begun[t], true) {
+                    first[k] = Some(t);
+                }
+            }
+            from.push(set);
+        }
+        let of = |o: &crate::program::Output| from.get(o.value).cloned().unwrap_or_default();
+        Moves {
+            followers: tape.trajectories.iter().map(Follower::new).collect(),
+            numbers: vec![f64::NAN; numbers],
+            first,
+            places: tape.outputs.iter().flat_map(|o| of(o).into_iter().map(move |t| (o.at, t))).collect(),
+        }
+    }
 }
 
 impl ValueTable {
@@ -41,6 +84,7 @@ impl ValueTable {
             registers: vec![0.0; tape.ops.len()],
             current: values.initial.clone(),
             rates: vec![0.0; values.initial.len()],
+            moves: Moves::new(&tape),
             tape,
         }
     }
@@ -61,10 +105,28 @@ impl ValueTable {
         absent.map(|(_, &signal)| signal)
     }
 
-    /// Works out the moving values. Never allocates.
+    /// Lets trajectories begin anew.
+    pub fn restart(&mut self) {
+        self.moves.followers.iter_mut().for_each(Follower::restart);
+    }
+
+    /// Whether all trajectories that a place follows from stand at their goals.
+    pub fn is_settled(&self, at: usize) -> bool {
+        let mut of = self.moves.places.iter().filter(|p| p.0 == at);
+        of.all(|p| self.moves.followers.get(p.1).is_none_or(Follower::is_done))
+    }
+
+    /// Works out the moving values. Twice at one time is the same as once. Never allocates.
     pub fn evaluate(&mut self, times: Times, signals: &[f64]) {
-        let ValueTable { tape, inputs, registers, current, rates, .. } = self;
-        tape.evaluate(times, inputs, signals, registers, current, rates);
+        let ValueTable { tape, inputs, registers, current, rates, moves, .. } = self;
+        let Moves { followers, numbers, first, .. } = moves;
+        tape.evaluate_with(times, (inputs, signals), registers, (current, rates), |k, r| {
+            if let Some(t) = first[k] {
+                let program = &tape.trajectories[t];
+                followers[t].at(times.time, program, |o| r[o], &mut numbers[program.numbers()]);
+            }
+            numbers[k]
+        });
     }
 
     /// Whether the values may be used.

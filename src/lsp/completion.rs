@@ -148,6 +148,13 @@ impl List<'_> {
                 self.colon = true;
                 self.parameters(infos, used);
             }
+            Slot::Limits(of, given) => {
+                self.colon = true;
+                for n in of.named.iter().filter(|n| !given.iter().any(|g| g == n.name)) {
+                    self.add(n.name, CompletionItemKind::PROPERTY, 0, "", n.text.to_string());
+                }
+                self.expression(mentions, false, false);
+            }
             Slot::Words(words) => {
                 for word in *words {
                     self.add(word, CompletionItemKind::ENUM_MEMBER, 0, "", String::new());
@@ -185,7 +192,7 @@ impl List<'_> {
                 }
                 if prefix.is_empty() {
                     self.built_in(PRESENT, 1);
-                    let functions: Vec<&str> = compiler::expr::FUNCTIONS.iter().map(|f| f.name).collect();
+                    let functions = functions();
                     self.built_in(&functions, 2);
                 }
             }
@@ -307,7 +314,7 @@ impl List<'_> {
         let known = BUILT_IN.iter().map(|k| k.name).filter(|n| state || !PRESENT.contains(n));
         let known: Vec<&str> = known.collect();
         self.built_in(&known, 1);
-        let functions: Vec<&str> = compiler::expr::FUNCTIONS.iter().map(|f| f.name).collect();
+        let functions = functions();
         self.built_in(&functions, 2);
     }
 
@@ -353,4 +360,10 @@ impl List<'_> {
             self.add(name, CompletionItemKind::VARIABLE, 2, doc, String::new());
         }
     }
+}
+
+/// The names of all functions.
+fn functions() -> Vec<&'static str> {
+    let trajectories = compiler::expr::TRAJECTORIES.iter().map(|t| t.name);
+    compiler::expr::FUNCTIONS.iter().map(|f| f.name).chain(trajectories).collect()
 }

@@ -160,6 +160,15 @@ pub(super) fn built_in(name: &str) -> Option<String> {
     if let Some(known) = find(name).or_else(|| triggers.clone().find(|k| k.name == name)) {
         return Some(known.doc.to_string());
     }
+    if let Some((of, argument)) = name.split_once('.') {
+        let of = compiler::expr::TRAJECTORIES.iter().find(|t| t.name == of)?;
+        let named = of.named.iter().find(|n| n.name == argument)?;
+        return Some(format!("`{}` of `{}`: {}.", named.name, of.name, named.text));
+    }
+    if let Some(of) = compiler::expr::TRAJECTORIES.iter().find(|t| t.name == name) {
+        let lines = of.named.iter().map(|n| format!("\n- `{}`: {}", n.name, n.text));
+        return Some(format!("`{}`: {}.\n{}", of.form, of.text, lines.collect::<String>()));
+    }
     let function = compiler::expr::FUNCTIONS.iter().find(|f| f.name == name)?;
     Some(format!("`{}`", function.form))
 }

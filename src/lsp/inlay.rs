@@ -162,9 +162,11 @@ fn value(v: &Value, out: &mut Vec<(usize, String)>) {
         }
         ValueKind::Call(_, all) | ValueKind::List(all) => all.iter().for_each(|v| value(v, out)),
         ValueKind::Block(b) => block(b, out),
-        ValueKind::Field(inner, _) | ValueKind::In(inner, _) | ValueKind::Negate(inner) | ValueKind::Not(inner) => {
-            value(inner, out)
-        }
+        ValueKind::Field(inner, _)
+        | ValueKind::In(inner, _)
+        | ValueKind::Named(_, inner)
+        | ValueKind::Negate(inner)
+        | ValueKind::Not(inner) => value(inner, out),
         ValueKind::Binary(_, a, b) => {
             value(a, out);
             value(b, out);

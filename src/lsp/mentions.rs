@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use compiler::expr::Trajectory;
 use compiler::sections::{Key, Section};
 use dsl::tree::Spec;
 use dsl::{Span, Spelling};
@@ -140,6 +141,8 @@ pub(super) enum Slot {
     Parameters(&'static [ParamInfo], Vec<String>),
     /// Parameters of a task type as arguments with a name, without those that are there.
     Named(&'static [ParamInfo], Vec<String>),
+    /// An argument of a trajectory: its goal, or one of its limits by name, without those that are there.
+    Limits(&'static Trajectory, Vec<String>),
     /// Words, as keys or values.
     Words(&'static [&'static str]),
     /// A task type.

@@ -108,7 +108,7 @@ pub(super) static MEASURED: &[Word] = &[
     word("error", "`error(TASK)`, `error(TASK.PART)`: how far a target is from being met, or one of its parts."),
     word("in", "`in(STATE)`: true while the machine is in a state, or in one inside it."),
     word("fault", "`fault`, `fault(KIND)`: true while there is a fault, or one of a kind."),
-    word("speed", "`speed(JOINT)`: how fast a joint moves; never negative."),
+    word("speed", "`speed(JOINT)`, `speed(FRAME)`: how fast a joint moves, or the origin of a frame; never negative."),
 ];
 
 /// What a pose and a vector have.

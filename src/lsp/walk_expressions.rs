@@ -1,6 +1,6 @@
 //! The words of expressions.
 
-use compiler::expr::MEASURES;
+use compiler::expr::{MEASURES, TRAJECTORIES, Trajectory};
 use dsl::tree::{Value, ValueKind};
 use stdlib_tasks::task::Actual;
 
@@ -66,7 +66,10 @@ impl Walker<'_> {
                         ValueKind::Call(..) => self.typed(p, actuals),
                         _ => self.geometries(p),
                     }),
-                    _ => args.iter().for_each(|a| self.typed(a, actuals)),
+                    (name, args) => match TRAJECTORIES.iter().find(|t| t.name == name) {
+                        Some(of) => self.trajectory(of, args, actuals),
+                        None => args.iter().for_each(|a| self.typed(a, actuals)),
+                    },
                 }
             }
             ValueKind::Field(inner, field) => {
@@ -89,13 +92,37 @@ impl Walker<'_> {
                     self.frame(&Value { kind: ValueKind::Name(frame.value.clone()), span: frame.span });
                 }
             }
-            ValueKind::Negate(inner) | ValueKind::Not(inner) => self.typed(inner, actuals),
+            ValueKind::Named(_, inner) | ValueKind::Negate(inner) | ValueKind::Not(inner) => self.typed(inner, actuals),
             ValueKind::Binary(_, left, right) => {
                 self.typed(left, actuals);
                 self.typed(right, actuals);
             }
             ValueKind::Block(_) => self.anything(value),
             ValueKind::Number(_) | ValueKind::Text(_) | ValueKind::Missing => {}
+        }
+    }
+
+    /// The arguments of a trajectory.
+    fn trajectory(&mut self, of: &'static Trajectory, args: &[Value], actuals: &'static [Actual]) {
+        let named = args.iter().filter_map(|a| match &a.kind {
+            ValueKind::Named(name, _) => Some(name.value.clone()),
+            _ => None,
+        });
+        let given: Vec<String> = named.collect();
+        for arg in args {
+            let (state, slot) = (self.state, || Slot::Limits(of, given.clone()));
+            match &arg.kind {
+                ValueKind::Named(name, value) => {
+                    if !self.marked(&name.value, slot) && of.named.iter().any(|n| n.name == name.value) {
+                        self.note(&name.value, name.span, What::BuiltIn(format!("{}.{}", of.name, name.value)));
+                    }
+                    self.state = state || name.value == "from";
+                    self.typed(value, actuals);
+                    self.state = state;
+                }
+                ValueKind::Name(name) if self.marked(name, slot) => {}
+                _ => self.typed(arg, actuals),
+            }
         }
     }
 

@@ -45,7 +45,12 @@ impl Walker<'_> {
                 }
             }
             ("in", _) => self.state_path(value),
-            ("speed", _) => self.joints(value),
+            ("speed", _) => match word(value) {
+                Some(name) if name != MARKER && self.urdf.is_some_and(|u| !u.joints.contains_key(name)) => {
+                    self.frame(value)
+                }
+                _ => self.joints(value),
+            },
             ("fault", _) => {
                 self.marked(word(value).unwrap_or(""), || Slot::Faults);
             }

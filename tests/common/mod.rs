@@ -23,6 +23,7 @@ pub const EXAMPLES: &[&str] = &[
     "admittance",
     "hand_guiding",
     "harvesting",
+    "trajectories",
 ];
 
 /// A file of the `examples` folder.

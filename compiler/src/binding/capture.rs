@@ -20,7 +20,7 @@ use crate::names::{list, suggest};
 const USE: &str = "name what the robot does, such as `initial(frame(LINK).position)`, `initial(joint(NAME))` or `initial(distance(a, b))`, or a value of the task itself";
 
 /// Why nothing is captured; `None` where that was reported already.
-type Refusal = Option<Box<Diagnostic>>;
+pub(super) type Refusal = Option<Box<Diagnostic>>;
 
 impl TaskScope<'_> {
     /// The value that `initial(ARGUMENT)` captures.
@@ -55,7 +55,7 @@ impl TaskScope<'_> {
     }
 
     /// Captures a value of the task itself.
-    fn own_value(
+    pub(super) fn own_value(
         &mut self,
         graph: &mut Graph,
         path: String,
@@ -114,6 +114,7 @@ impl TaskScope<'_> {
             owner: self.owner,
             moving: self.moving,
             state: true,
+            whole: None,
             capturing: true,
             asked: false,
             forms: self.forms,
@@ -196,6 +197,7 @@ impl TaskScope<'_> {
             ValueKind::Field(inner, _)
             | ValueKind::Unit(inner, _)
             | ValueKind::In(inner, _)
+            | ValueKind::Named(_, inner)
             | ValueKind::Negate(inner)
             | ValueKind::Not(inner) => self.own_inside(inner),
             ValueKind::Binary(_, a, b) => self.own_inside(a).or_else(|| self.own_inside(b)),

@@ -31,6 +31,12 @@ impl Binder<'_> {
             return None;
         }
         let (ops, _) = self.graph.extract(&typed.nodes);
+        if self.graph.moves_along(&typed.nodes) {
+            let d = Diagnostic::error("HQ0312", value.span, "a trajectory has no meaning in a condition");
+            let note = "it begins when a stack is entered, and a condition belongs to no stack";
+            self.diagnostics.push(d.note(note).help("wait for the task that it moves: `on reached(TASK, ..)`"));
+            return None;
+        }
         if ops.iter().any(|op| matches!(op, Op::Input(_))) {
             let d = Diagnostic::error("HQ0311", value.span, "`initial(..)` has no meaning in a condition");
             self.diagnostics.push(

@@ -56,7 +56,7 @@ pub(crate) fn whole(
     for op in ops {
         let op = match op {
             Op::State(k) => Op::State(state_number(table, k, &mut states, &mut e.leaves)),
-            Op::T | Op::Time | Op::Input(_) | Op::Signal(_) => {
+            Op::T | Op::Time | Op::Input(_) | Op::Signal(_) | Op::Trajectory(_) => {
                 e.inputs.push(input(op)?);
                 Op::Input(e.inputs.len() - 1)
             }

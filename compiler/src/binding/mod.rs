@@ -8,6 +8,7 @@ mod parts;
 mod per;
 mod present;
 mod scope;
+mod start;
 mod table;
 mod value;
 

@@ -8,7 +8,7 @@ use stdlib_tasks::dimension::Dimension;
 
 use super::{Owner, Table};
 use crate::constants::Params;
-use crate::expr::{Frame, Graph, Kind, Meaning, Now, Scope, Typed};
+use crate::expr::{Frame, Graph, Kind, Meaning, Now, Scope, Start, Typed};
 use crate::robot_binding::BoundRobot;
 
 /// The scope of a task's parameters: declared parameters, and what `initial(..)` can capture.
@@ -21,6 +21,8 @@ pub(crate) struct TaskScope<'s> {
     pub moving: bool,
     /// Whether what the robot does now may stand in it.
     pub state: bool,
+    /// The whole value of the parameter, where it stands in one.
+    pub whole: Option<Span>,
     /// Inside `initial(..)`.
     pub capturing: bool,
     /// Whether something that the robot does now was named.
@@ -44,6 +46,7 @@ impl<'s> TaskScope<'s> {
             owner: None,
             moving: true,
             state: true,
+            whole: None,
             capturing: false,
             asked: false,
             forms,
@@ -99,6 +102,16 @@ impl Scope for TaskScope<'_> {
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Typed> {
         self.captured(graph, argument, span, diagnostics)
+    }
+
+    fn start(
+        &mut self,
+        graph: &mut Graph,
+        from: Option<&Value>,
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Start> {
+        self.started(graph, from, span, diagnostics)
     }
 
     fn frame(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame> {

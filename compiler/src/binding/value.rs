@@ -27,6 +27,7 @@ impl Binder<'_> {
             owner: Some(owner),
             moving,
             state,
+            whole: Some(value.span),
             capturing: false,
             asked: false,
             forms,

@@ -222,8 +222,8 @@ impl Expander<'_> {
             ValueKind::Name(name) => MemberTask::Name(Spanned::new(name.clone(), given.span)),
             ValueKind::Call(kind, args) => MemberTask::Inline(TaskDefinition {
                 kind: kind.clone(),
-                args: args.clone(),
-                named: Vec::new(),
+                args: args.iter().filter(|a| !matches!(a.kind, ValueKind::Named(..))).cloned().collect(),
+                named: args.iter().filter_map(entry).collect(),
                 body: dsl::tree::Block { span: Span { start: given.span.end, ..given.span }, ..Default::default() },
                 span: given.span,
             }),
@@ -277,4 +277,14 @@ fn form(taker: &Taker) -> String {
     let (needed, free) = (all(false), all(true));
     let free = if free.is_empty() { free } else { format!(", and if wanted `{free}`") };
     format!("write `{}({needed})`{free}", taker.name.value)
+}
+
+/// An argument with its name, as an entry.
+fn entry(argument: &Value) -> Option<Entry> {
+    match &argument.kind {
+        ValueKind::Named(name, value) => {
+            Some(Entry { key: name.clone(), value: (**value).clone(), comments: dsl::tree::Comments::default() })
+        }
+        _ => None,
+    }
 }

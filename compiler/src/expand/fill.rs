@@ -203,6 +203,10 @@ impl Expander<'_> {
                 let function = self.name(function, frame);
                 ValueKind::Call(function, args.iter().map(|a| self.value(a, frame)).collect())
             }
+            ValueKind::Named(name, of) => {
+                let of = one(self, of, frame);
+                ValueKind::Named(self.name(name, frame), of)
+            }
             ValueKind::Field(of, field) => {
                 let of = one(self, of, frame);
                 ValueKind::Field(of, self.name(field, frame))
@@ -378,6 +382,7 @@ pub(crate) fn parts(value: &Value) -> Vec<&Value> {
         ValueKind::Unit(of, _)
         | ValueKind::Field(of, _)
         | ValueKind::In(of, _)
+        | ValueKind::Named(_, of)
         | ValueKind::Negate(of)
         | ValueKind::Not(of) => vec![of],
         ValueKind::Call(_, all) | ValueKind::List(all) => all.iter().collect(),

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use runtime::program::Op;
+use runtime::program::{Op, TrajectoryProgram};
 
 use super::facts::{Fact, Known};
 
@@ -18,6 +18,8 @@ pub struct Graph {
     moving: BTreeMap<usize, usize>,
     /// What is known of several nodes together, by each of them.
     facts: BTreeMap<usize, Vec<Known>>,
+    /// Trajectories; what they read are nodes.
+    trajectories: Vec<TrajectoryProgram>,
 }
 
 /// Most facts that are kept of one node.
@@ -51,6 +53,7 @@ fn key(op: Op) -> (u8, u64, usize, usize) {
         Op::Less(a, b) => (23, 0, a, b),
         Op::LessEqual(a, b) => (24, 0, a, b),
         Op::Signal(k) => (25, 0, k, 0),
+        Op::Trajectory(k) => (26, 0, k, 0),
     }
 }
 
@@ -178,6 +181,10 @@ impl Graph {
                 self.number(0.0)
             }
             Op::T | Op::Time => self.number(1.0),
+            Op::Trajectory(k) => match self.trajectory_of(k).map(|t| (k - t.at, t.shape.width())) {
+                Some((part, width)) if part < width => self.push(Op::Trajectory(k + width)),
+                _ => self.number(0.0),
+            },
             Op::Add(a, b) => {
                 let (da, db) = (d(self, a), d(self, b));
                 self.push(Op::Add(da, db))
@@ -284,6 +291,53 @@ impl Graph {
         self.push(Op::Select(test, da, db))
     }
 
+    /// Adds a trajectory, whose first number is given here, or finds it; gives the nodes of its value.
+    pub fn trajectory(&mut self, mut program: TrajectoryProgram) -> Vec<usize> {
+        let known = self.trajectories.iter().find(|t| TrajectoryProgram { at: t.at, ..program.clone() } == **t);
+        program.at =
+            known.or(self.trajectories.last()).map_or(0, |t| if known.is_some() { t.at } else { t.numbers().end });
+        let (numbers, width) = (program.numbers(), program.shape.width());
+        if known.is_none() {
+            self.trajectories.push(program);
+        }
+        // Behind all that it reads.
+        let nodes: Vec<usize> = numbers.map(|k| self.push(Op::Trajectory(k))).collect();
+        nodes.into_iter().take(width).collect()
+    }
+
+    /// The trajectories; what they read are nodes.
+    pub fn trajectories(&self) -> &[TrajectoryProgram] {
+        &self.trajectories
+    }
+
+    /// The trajectory that gives a number.
+    pub fn trajectory_of(&self, number: usize) -> Option<&TrajectoryProgram> {
+        self.trajectories.iter().find(|t| t.numbers().contains(&number))
+    }
+
+    /// Where what some nodes are comes to rest: the goal of a trajectory whose value they are, else they themselves.
+    pub fn goal(&self, nodes: &[usize]) -> Vec<usize> {
+        let Some(Op::Trajectory(first)) = nodes.first().map(|&n| self.ops[n]) else { return nodes.to_vec() };
+        let in_order = nodes.iter().enumerate().all(|(i, &n)| self.ops[n] == Op::Trajectory(first + i));
+        let whole = self.trajectory_of(first).filter(|t| in_order && t.at == first && t.shape.width() == nodes.len());
+        whole.map_or_else(|| nodes.to_vec(), |t| self.goal(&t.goals[t.goals.len() - nodes.len()..]))
+    }
+
+    /// The nodes that a node reads.
+    pub fn reads(&self, node: usize) -> Vec<usize> {
+        let op = self.ops[node];
+        let moved = match op {
+            Op::Trajectory(k) => self.trajectory_of(k),
+            _ => None,
+        };
+        op.operands().into_iter().flatten().chain(moved.into_iter().flat_map(TrajectoryProgram::inputs)).collect()
+    }
+
+    /// True where a trajectory stands in a node.
+    pub fn moves_along(&self, roots: &[usize]) -> bool {
+        !self.trajectories.is_empty() && self.extract(roots).0.iter().any(|op| matches!(op, Op::Trajectory(_)))
+    }
+
     /// The operations that the given nodes need, in order, and the new index of each old one.
     pub fn extract(&self, roots: &[usize]) -> (Vec<Op>, BTreeMap<usize, usize>) {
         let mut needed = vec![false; self.ops.len()];
@@ -292,7 +346,7 @@ impl Graph {
         }
         for i in (0..self.ops.len()).rev() {
             if needed[i] {
-                for o in self.ops[i].operands().into_iter().flatten() {
+                for o in self.reads(i) {
                     needed[o] = true;
                 }
             }

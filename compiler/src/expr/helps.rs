@@ -3,7 +3,7 @@
 use dsl::tree::{BinaryOp, Unit, Value, ValueKind};
 use stdlib_tasks::dimension::{ANGLE, NONE};
 
-use super::{FUNCTIONS, Kind, PRESENT, Typed};
+use super::{FUNCTIONS, Kind, PRESENT, TRAJECTORIES, Typed};
 use crate::names::list;
 use crate::units;
 
@@ -18,7 +18,7 @@ pub(super) fn count(arity: &std::ops::RangeInclusive<usize>) -> String {
 
 /// How a function of other languages is written here.
 pub(super) fn elsewhere(name: &str) -> Option<&'static str> {
-    let known: &[(&[&str], &str)] = &[
+    let known: &[(&[&str], &'static str)] = &[
         (&["arcsin"], "asin(number)"),
         (&["arccos"], "acos(number)"),
         (&["arctan", "atan", "arctan2", "angle"], "atan2(y, x)"),
@@ -41,6 +41,9 @@ pub(super) fn elsewhere(name: &str) -> Option<&'static str> {
         (&["vector", "vec", "vec3"], "[x, y, z]"),
         (&["radians", "deg2rad", "degrees"], "(x) deg"),
         (&["dist", "gap"], "distance(a, b)"),
+        (&["trapezoidal", "profile", "lspb", "move", "moveto", "go"], TRAJECTORIES[0].form),
+        (&["scurve", "jerk_limited", "quintic", "min_jerk"], TRAJECTORIES[1].form),
+        (&["via", "points", "route", "polyline", "path", "waypoint"], TRAJECTORIES[2].form),
     ];
     let lower = name.to_lowercase();
     known.iter().find(|(names, _)| names.contains(&lower.as_str())).map(|(_, form)| *form)
@@ -52,10 +55,11 @@ pub(super) fn families() -> String {
     let orientations = ["rpy", "axis_angle", "quaternion", "inverse", "slerp"];
     let numbers = FUNCTIONS.iter().map(|f| f.name).filter(|n| !vectors.contains(n) && !orientations.contains(n));
     format!(
-        "of numbers there are {}; of vectors {}; of orientations {}; of the robot {}, and `initial`",
+        "of numbers there are {}; of vectors {}; of orientations {}; of motion {}; of the robot {}, and `initial`",
         list(numbers, 32),
         list(vectors, 8),
         list(orientations, 8),
+        list(TRAJECTORIES.iter().map(|t| t.name), 8),
         list(PRESENT.iter().copied(), 8)
     )
 }

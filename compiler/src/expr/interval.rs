@@ -141,7 +141,7 @@ impl Interval {
     pub fn of(op: Op, r: impl Fn(usize) -> Interval, leaf: impl Fn(Op) -> Interval) -> Interval {
         let found = match op {
             Op::Const(x) => return Interval::point(x),
-            Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) => return leaf(op),
+            Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) | Op::Trajectory(_) => return leaf(op),
             Op::Less(a, b) => return Interval::truth(r(a).high < r(b).low, r(a).low >= r(b).high),
             Op::LessEqual(a, b) => return Interval::truth(r(a).high <= r(b).low, r(a).low > r(b).high),
             Op::Neg(a) => return r(a).negated(),

@@ -9,7 +9,8 @@ use super::functions::{self, CallError, FUNCTIONS};
 use super::helps::{bracketed, count, elsewhere, families, help_for_kinds, help_for_sum};
 use super::ops::{self, Mismatch};
 use super::present::{Now, PRESENT};
-use super::{Axes, Frame, Graph, Kind, Typed, frames};
+use super::trajectories::{self, TRAJECTORIES, needs_from};
+use super::{Axes, Frame, Graph, Kind, Start, Typed, frames};
 use crate::codes;
 use crate::constants::{Human, bare_angle, merge_bare};
 use crate::names::suggest;
@@ -63,6 +64,21 @@ pub trait Scope {
         span: Span,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Typed>;
+    /// Where a trajectory begins, whose argument `from` is given or not. `None` where that has no meaning here; the
+    /// diagnostics say why.
+    fn start(
+        &mut self,
+        _graph: &mut Graph,
+        from: Option<&Value>,
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Start> {
+        if from.is_some() {
+            return Some(Start::Written);
+        }
+        diagnostics.push(needs_from(span));
+        None
+    }
     /// The axes that a name behind `in` means. `None` where it means none here; the diagnostics say why.
     fn frame(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame>;
     /// What the robot does now. `None` where it has no meaning here; the diagnostics say why.
@@ -144,6 +160,9 @@ impl Lowering<'_> {
             ),
             ValueKind::Name(name) => self.name(name, span),
             ValueKind::Call(function, args) => self.call(function, args, span),
+            ValueKind::Named(..) => self.fail(
+                Diagnostic::error("HQ0214", span, "only an argument of a call has a name").help("leave the name out"),
+            ),
             ValueKind::Field(inner, field) => self.field(inner, field, span),
             ValueKind::List(items) => self.list(items, span),
             ValueKind::Block(_) => self.fail(
@@ -307,6 +326,13 @@ impl Lowering<'_> {
     }
 
     fn call(&mut self, function: &Spanned<String>, args: &[Value], span: Span) -> Result<Typed, Failed> {
+        if let Some(of) = TRAJECTORIES.iter().find(|t| t.name == function.value) {
+            return self.trajectory(of, args, span);
+        }
+        if let Some(arg) = args.iter().find(|a| matches!(a.kind, ValueKind::Named(..))) {
+            let form = FUNCTIONS.iter().find(|f| f.name == function.value).map(|f| f.form);
+            return self.fail(trajectories::no_names(function, arg, form));
+        }
         if function.value == "initial" {
             let [argument] = args else {
                 return self.fail(
@@ -334,6 +360,7 @@ impl Lowering<'_> {
                 .map(|f| f.name)
                 .chain(["initial", "present", "uncertainty"])
                 .chain(PRESENT.iter().copied());
+            let names = names.chain(TRAJECTORIES.iter().map(|t| t.name));
             let mut d =
                 Diagnostic::error("HQ0201", function.span, format!("there is no function `{}`", function.value));
             d = d.help(match (elsewhere(&function.value), suggest(&function.value, names)) {

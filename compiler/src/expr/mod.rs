@@ -14,6 +14,7 @@ mod poses;
 mod present;
 mod rotations;
 mod signals;
+mod trajectories;
 
 pub use facts::{Fact, Known};
 pub use frames::{Axes, Frame};
@@ -26,6 +27,7 @@ pub use lower::{Lowering, MEASURES, Meaning, Scope, Symbol};
 pub(crate) use poses::root;
 pub(crate) use present::PRESENT;
 pub use present::{Now, Plane};
+pub use trajectories::{Named, Start, TRAJECTORIES, Trajectory, needs_from};
 
 use dsl::Span;
 use stdlib_tasks::dimension::Dimension;

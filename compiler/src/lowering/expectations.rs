@@ -231,7 +231,11 @@ impl Builder<'_, '_> {
             predicate((node, unit), (graph, table), (self.program, self.measures), &mut self.scenario.measures);
         let Some(p) = p else {
             self.scenario.measures.truncate(before);
-            let d = Diagnostic::error("HQ0311", value.span, "`initial(..)` has no meaning in an expectation");
+            let d = if self.lowerer.graph.moves_along(&[node]) {
+                Diagnostic::error("HQ0312", value.span, "a trajectory has no meaning in an expectation")
+            } else {
+                Diagnostic::error("HQ0311", value.span, "`initial(..)` has no meaning in an expectation")
+            };
             self.lowerer.push(d.help("a `let` that holds it belongs into the parameters of tasks"));
             return None;
         };

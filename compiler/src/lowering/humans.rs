@@ -3,7 +3,7 @@
 
 use dsl::tree::{Block, Human, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
-use runtime::program::{Conditioning, HumanProgram, Lost, Motion, Op, SignalProgram, Velocity};
+use runtime::program::{Conditioning, HumanProgram, Lost, Op, SignalProgram, Tracking, Velocity};
 use stdlib_tasks::dimension::{Dimension, LENGTH, RATE, TIME, VELOCITY};
 
 use super::Lowerer;
@@ -40,7 +40,7 @@ impl Lowerer<'_> {
         let timeout = self.positive(&h.body, "timeout", TIME).unwrap_or(TIMEOUT);
         let velocity = self.velocity_of(&h.body);
         let motion =
-            Motion { velocity, max_speed: self.positive(&h.body, "max_speed", VELOCITY), lost: self.lost(&h.body) };
+            Tracking { velocity, max_speed: self.positive(&h.body, "max_speed", VELOCITY), lost: self.lost(&h.body) };
         if self.errors() > before || points.is_empty() {
             self.params.failed.insert(name.value.clone());
             return;

@@ -118,6 +118,7 @@ fn mentions(value: &Value, visit: &mut dyn FnMut(&str)) {
         ValueKind::Field(inner, _)
         | ValueKind::Unit(inner, _)
         | ValueKind::In(inner, _)
+        | ValueKind::Named(_, inner)
         | ValueKind::Negate(inner)
         | ValueKind::Not(inner) => mentions(inner, visit),
         ValueKind::Binary(_, a, b) => {

@@ -8,12 +8,12 @@ use dsl::{Diagnostic, Span, Spanned};
 use runtime::FaultKind;
 use runtime::expect::formula::Unit;
 use runtime::program::{MachineProgram, Measure, Op, Predicate, PredicateTable, Program};
-use stdlib_tasks::dimension::{Dimension, NONE, RATE};
+use stdlib_tasks::dimension::{Dimension, NONE, RATE, VELOCITY};
 use stdlib_tasks::task::{Context, Nature, Task};
 
 use crate::binding::{Table, TaskScope, whole};
 use crate::constants::joint_dimension;
-use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Symbol, Typed};
+use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Start, Symbol, Typed};
 use crate::forms::path_of;
 use crate::names::{list, suggest};
 use crate::robot_binding::unknown_joint;
@@ -207,6 +207,10 @@ impl Watch<'_> {
     fn speed(&self, path: &str, at: Span) -> Result<(Measure, Dimension), Refused> {
         let model = &self.inner.robot.model;
         let dof = model.dof(path).filter(|&d| model.dofs[d].q_index.is_some());
+        let tip = || self.inner.robot.arms.iter().find(|a| a.name == path).map(|a| a.tip);
+        if let (None, Some(link)) = (dof, model.link(path).or_else(tip)) {
+            return Ok((Measure::PointSpeed(link), VELOCITY));
+        }
         let Some(dof) = dof else {
             return refuse(unknown_joint(model, path, at, &[], &self.inner.robot.joint_groups.locked));
         };
@@ -227,7 +231,7 @@ impl Watch<'_> {
             "error" => "error(TASK)` or `error(TASK.PART)",
             "in" => "in(STATE)",
             "fault" => "fault(KIND)",
-            _ => "speed(JOINT)",
+            _ => "speed(JOINT)` or `speed(FRAME)",
         };
         let [argument] = args else {
             let text = format!("`{}` takes one name, not {} arguments", function.value, args.len());
@@ -280,6 +284,21 @@ impl Scope for Watch<'_> {
             Diagnostic::error("HQ0311", span, "`initial(..)` has no meaning in an expectation")
                 .note("it captures a value when a stack becomes active, and an expectation belongs to no stack")
                 .help("write the value that is meant as a constant"),
+        );
+        None
+    }
+
+    fn start(
+        &mut self,
+        _: &mut Graph,
+        _: Option<&Value>,
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Start> {
+        diagnostics.push(
+            Diagnostic::error("HQ0312", span, "a trajectory has no meaning in an expectation")
+                .note("it begins when a stack is entered, and an expectation belongs to no stack")
+                .help("expect something of the robot: `error(TASK) < 1 cm`, or where `frame(F).position` is"),
         );
         None
     }

@@ -1,6 +1,8 @@
 //! The table of values: constants folded, moving values and their rates on a tape.
 
-use runtime::program::{Op, Output, Tape, ValueRange, Values};
+use std::collections::BTreeMap;
+
+use runtime::program::{Op, Output, Tape, TrajectoryProgram, ValueRange, Values};
 
 use super::Lowerer;
 
@@ -20,9 +22,10 @@ impl Lowerer<'_> {
             }
         }
         let roots: Vec<usize> = moving.iter().flat_map(|m| [m.1, m.2]).collect();
-        let (ops, index) = self.graph.extract(&roots);
+        let (mut ops, index) = self.graph.extract(&roots);
+        let trajectories = trajectories(self.graph.trajectories(), &mut ops, &index);
         let outputs = moving.iter().map(|m| Output { at: m.0, value: index[&m.1], rate: index[&m.2] }).collect();
-        let tape = Tape { ops, outputs, inputs: self.table.inputs };
+        let tape = Tape { ops, outputs, inputs: self.table.inputs, trajectories };
         let mut registers = vec![0.0; tape.ops.len()];
         let mut rates = vec![0.0; initial.len()];
         let inputs = vec![0.0; tape.inputs];
@@ -38,4 +41,26 @@ impl Lowerer<'_> {
             self.table.ranges.iter().map(|&(at, min, max)| ValueRange { at, min: finite(min), max: finite(max) });
         Values { ranges: ranges.collect(), initial, tape, captures: std::mem::take(&mut self.table.captures) }
     }
+}
+
+/// Those trajectories that operations read, with numbers that follow one another.
+fn trajectories(all: &[TrajectoryProgram], ops: &mut [Op], index: &BTreeMap<usize, usize>) -> Vec<TrajectoryProgram> {
+    let mut used: Vec<TrajectoryProgram> = Vec::new();
+    let mut number = BTreeMap::new();
+    for t in all {
+        let read = ops.iter().any(|op| matches!(op, Op::Trajectory(k) if t.numbers().contains(k)));
+        if !read {
+            continue;
+        }
+        let at = used.last().map_or(0, |t| t.numbers().end);
+        number.extend(t.numbers().map(|k| (k, at + k - t.at)));
+        let place = |node: usize| index.get(&node).copied().unwrap_or(0);
+        used.push(TrajectoryProgram { at, ..t.renumber(place) });
+    }
+    for op in ops {
+        if let Op::Trajectory(k) = op {
+            *k = number.get(k).copied().unwrap_or(0);
+        }
+    }
+    used
 }

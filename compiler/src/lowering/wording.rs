@@ -44,6 +44,7 @@ fn names(value: &mut Value) {
         ValueKind::Unit(inner, _)
         | ValueKind::Field(inner, _)
         | ValueKind::In(inner, _)
+        | ValueKind::Named(_, inner)
         | ValueKind::Negate(inner)
         | ValueKind::Not(inner) => names(inner),
         ValueKind::Binary(_, left, right) => {

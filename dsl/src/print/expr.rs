@@ -126,6 +126,11 @@ fn write(value: &Value, out: &mut String) {
             out.push_str(name);
             separated(args, '(', ')', out);
         }
+        ValueKind::Named(name, of) => {
+            out.push_str(name);
+            out.push_str(": ");
+            write(of, out);
+        }
         ValueKind::Field(of, name) => {
             let bare =
                 matches!(of.kind, ValueKind::Name(_) | ValueKind::Call(..) | ValueKind::List(_) | ValueKind::Field(..));

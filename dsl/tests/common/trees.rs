@@ -68,8 +68,11 @@ pub fn expr() -> impl Strategy<Value = Value> {
         let boxed = inner.clone().prop_map(Box::new).boxed();
         prop_oneof![
             3 => (boxed.clone(), unit()).prop_map(|(v, u)| value(ValueKind::Unit(v, u))),
-            2 => (name(), prop::collection::vec(inner.clone(), 0..4))
-                .prop_map(|(n, args)| value(ValueKind::Call(spanned(n), args))),
+            2 => (name(), prop::collection::vec(inner.clone(), 0..4), prop::collection::vec((name(), inner.clone()), 0..2))
+                .prop_map(|(n, mut args, named)| {
+                    args.extend(named.into_iter().map(|(n, v)| value(ValueKind::Named(spanned(n), Box::new(v)))));
+                    value(ValueKind::Call(spanned(n), args))
+                }),
             1 => (boxed.clone(), name()).prop_map(|(v, n)| value(ValueKind::Field(v, spanned(n)))),
             1 => (boxed.clone(), name()).prop_map(|(v, n)| value(ValueKind::In(v, spanned(n)))),
             2 => prop::collection::vec(inner, 0..5).prop_map(|items| value(ValueKind::List(items))),

@@ -266,8 +266,7 @@ impl Machine {
                 let running = self.stack() == Some(stage.stack()) && stage.ticks() > 1;
                 running
                     && member.is_some_and(|m| {
-                        let moving = m.slots.iter().any(|&at| stage.evaluator.rate(at).is_some_and(|r| r != 0.0));
-                        if moving {
+                        if !m.slots.iter().all(|&at| stage.evaluator.is_settled(at)) {
                             return false;
                         }
                         let errors = &stage.evaluator.measures()[m.measures.clone()];

@@ -23,7 +23,7 @@ impl Program {
         let Some(task) = self.tasks.get(task) else { return false };
         let places: BTreeSet<usize> =
             task.params.values().flat_map(|b| b.slots()).flat_map(|s| s.at..s.at + s.len).collect();
-        self.values.tape.only(&places).ops.iter().any(|op| matches!(op, Op::T | Op::Input(_)))
+        self.values.tape.only(&places).ops.iter().any(|op| matches!(op, Op::T | Op::Input(_) | Op::Trajectory(_)))
     }
 
     fn same(&self, a: &Bound, b: &Bound) -> bool {

@@ -5,6 +5,8 @@
 
 use stdlib_tasks::bound::{Bound, Geometry, Slot};
 
+use crate::velocity;
+
 use super::{CaptureSource, FORMAT, Op, Program, RunProgram, Subject};
 
 /// Why a program cannot be executed.
@@ -128,6 +130,7 @@ impl Program {
         // Every captured value is somebody's: the number cannot ask for more memory than the file describes.
         let captured = v.captures.iter().fold(0_usize, |n, c| n.saturating_add(c.len));
         ensure(v.tape.inputs <= captured, "values.tape.inputs", "more captured values than captures")?;
+        v.tape.check_trajectories()?;
         for o in &v.tape.outputs {
             let good = o.at < v.initial.len() && o.value < v.tape.ops.len() && o.rate < v.tape.ops.len();
             ensure(good, "values.tape.outputs", "an output points nowhere")?;
@@ -138,6 +141,11 @@ impl Program {
             let end = c.at.saturating_add(c.len);
             ensure(end <= v.tape.inputs && c.len <= 7, &place, "fills inputs that do not exist")?;
             match &c.source {
+                CaptureSource::Velocity(t, _, width) => {
+                    ensure(*t < self.tasks.len(), &place, "reads a task that does not exist")?;
+                    let good = matches!(width, 1 | 3 | 4 | 7) && velocity::width(*width) == c.len;
+                    ensure(good, &place, "a velocity has another number of numbers")?;
+                }
                 CaptureSource::Task(t, _) => ensure(*t < self.tasks.len(), &place, "reads a task that does not exist")?,
                 CaptureSource::State(e) => {
                     e.check(&self.robot.model, 0).map_err(|text| error(&place, text))?;

@@ -31,6 +31,7 @@ impl Program {
                 Measure::Margin(t) | Measure::Error { task: t, .. } => task(*t),
                 Measure::In(s) => self.machine.as_ref().is_some_and(|m| *s < m.states.len()),
                 Measure::Speed(d) => self.robot.model.dofs.get(*d).is_some_and(|d| d.q_index.is_some()),
+                Measure::PointSpeed(link) => (link.0 as usize) < self.robot.model.links.len(),
                 Measure::Fault(_) => true,
             };
             ensure(good, &format!("{place}.measures[{i}]"), "measures something that does not exist")?;

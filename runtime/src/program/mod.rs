@@ -12,6 +12,7 @@ mod machine;
 mod scenario;
 mod signal;
 mod tape;
+mod trajectory;
 
 use robot::Model;
 use serde::{Deserialize, Serialize};
@@ -25,11 +26,12 @@ pub use scenario::{
     ExpectationProgram, Force, HumanScript, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate,
     PredicateTable, PushScript, ScenarioProgram, Sending, SignalScript, Track, WorldProgram,
 };
-pub use signal::{Conditioning, HumanProgram, Initial, Interface, Lost, MAX_SIGNAL, Motion, SignalProgram, Velocity};
+pub use signal::{Conditioning, HumanProgram, Initial, Interface, Lost, MAX_SIGNAL, SignalProgram, Tracking, Velocity};
 pub use tape::{Op, Output, Tape, Times};
+pub use trajectory::{MAX_POINTS, Motion, Shape, TrajectoryProgram};
 
 /// The version of the format; a program of another version is refused.
-pub const FORMAT: u32 = 3;
+pub const FORMAT: u32 = 4;
 
 /// A compiled spec.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -175,6 +177,10 @@ pub struct Capture {
 pub enum CaptureSource {
     /// A value of a task, by the name that its type gives it.
     Task(usize, String),
+    /// How fast a value of a task moves with the velocity that the robot has then: that of a number, of a vector, or the
+    /// angular velocity in the world of an orientation; of a pose one after the other. Behind the task and the name stands
+    /// how many numbers the value has.
+    Velocity(usize, String, usize),
     /// An expression of the robot's state, which reads nothing of the table of values.
     State(Expression),
 }

@@ -1,5 +1,6 @@
 //! Scenarios: what the world does while a program runs, and what is expected of the run. No part of the controller.
 
+use robot::LinkId;
 use serde::{Deserialize, Serialize};
 use stdlib_tasks::expression::Expression;
 
@@ -247,6 +248,8 @@ pub enum Measure {
     Fault(Option<FaultKind>),
     /// How fast a degree of freedom moved since the tick before, in rad/s or m/s; never negative.
     Speed(usize),
+    /// How fast the origin of a link moved in the world since the tick before, in m/s; never negative.
+    PointSpeed(LinkId),
 }
 
 impl Measure {
@@ -254,7 +257,7 @@ impl Measure {
     pub fn task(&self) -> Option<usize> {
         match self {
             Measure::Margin(task) | Measure::Error { task, .. } => Some(*task),
-            Measure::In(_) | Measure::Fault(_) | Measure::Speed(_) => None,
+            Measure::In(_) | Measure::Fault(_) | Measure::Speed(_) | Measure::PointSpeed(_) => None,
         }
     }
 }

@@ -20,7 +20,7 @@ pub struct SignalProgram {
     /// Of a tracked point of a person: how it moves between readings, and what becomes of it without them. Its velocity,
     /// whether it counts, its uncertainty and the rate of that follow its value in the table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub motion: Option<Motion>,
+    pub motion: Option<Tracking>,
     /// What is done to a value before it stands in the table.
     #[serde(default, skip_serializing_if = "Conditioning::is_none")]
     pub conditioning: Conditioning,
@@ -31,7 +31,7 @@ pub struct SignalProgram {
 
 /// How a tracked point of a person moves.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Motion {
+pub struct Tracking {
     /// Where its velocity comes from.
     pub velocity: Velocity,
     /// The largest speed that is believed, in m/s; none for any.

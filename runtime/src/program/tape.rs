@@ -8,6 +8,8 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 pub use stdlib_tasks::expression::Op;
 
+use super::TrajectoryProgram;
+
 /// Where a result goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Output {
@@ -28,6 +30,9 @@ pub struct Tape {
     pub outputs: Vec<Output>,
     /// Number of captured values.
     pub inputs: usize,
+    /// Trajectories, in the order of their numbers.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub trajectories: Vec<TrajectoryProgram>,
 }
 
 /// The two clocks of an expression, in s.
@@ -48,9 +53,17 @@ impl Tape {
             (needed[o.value], needed[o.rate]) = (true, true);
         }
         // Operands come before users.
-        for i in (0..self.ops.len()).rev().filter(|i| self.ops[*i].operands() != [None; 3]) {
-            if needed[i] {
-                self.ops[i].operands().into_iter().flatten().for_each(|a| needed[a] = true);
+        let mut moved = vec![false; self.trajectories.len()];
+        for i in (0..self.ops.len()).rev() {
+            if !needed[i] {
+                continue;
+            }
+            self.ops[i].operands().into_iter().flatten().for_each(|a| needed[a] = true);
+            if let Op::Trajectory(k) = self.ops[i]
+                && let Some(t) = self.trajectory_of(k)
+                && !std::mem::replace(&mut moved[t], true)
+            {
+                self.trajectories[t].inputs().for_each(|a| needed[a] = true);
             }
         }
         let mut number = vec![0; self.ops.len()];
@@ -60,7 +73,9 @@ impl Tape {
             ops.push(op.renumber(|a| number[a]));
         }
         let outputs = outputs.iter().map(|o| Output { at: o.at, value: number[o.value], rate: number[o.rate] });
-        Tape { outputs: outputs.collect(), ops, inputs: self.inputs }
+        let moved = self.trajectories.iter().zip(moved).filter(|(_, is)| *is);
+        let trajectories = moved.map(|(t, _)| t.renumber(|a| number[a])).collect();
+        Tape { outputs: outputs.collect(), ops, inputs: self.inputs, trajectories }
     }
 
     /// For each captured value, the first place in the table of values that follows from it. The tape has passed
@@ -77,8 +92,15 @@ impl Tape {
             for &o in op.operands().iter().flatten() {
                 first[o] = earlier(first[o], first[i]);
             }
-            if let Op::Input(k) = *op {
-                readers[k] = earlier(readers[k], first[i]);
+            match *op {
+                Op::Input(k) => readers[k] = earlier(readers[k], first[i]),
+                Op::Trajectory(k) => {
+                    let read = self.trajectory_of(k).and_then(|t| self.trajectories.get(t));
+                    for o in read.into_iter().flat_map(TrajectoryProgram::inputs) {
+                        first[o] = earlier(first[o], first[i]);
+                    }
+                }
+                _ => {}
             }
         }
         readers
@@ -94,7 +116,7 @@ impl Tape {
     }
 
     /// Evaluates all operations into `registers` (as many as operations) and writes the outputs into the tables of
-    /// values and rates. The tape has passed [`super::Program::check`].
+    /// values and rates. Trajectories stand where they start. The tape has passed [`super::Program::check`].
     pub fn evaluate(
         &self,
         times: Times,
@@ -103,6 +125,22 @@ impl Tape {
         registers: &mut [f64],
         values: &mut [f64],
         rates: &mut [f64],
+    ) {
+        let start = |k: usize, r: &[f64]| {
+            let read = self.trajectory_of(k).and_then(|t| self.trajectories.get(t));
+            read.map_or(f64::NAN, |t| t.start.get(k - t.at).map_or(0.0, |&op| r[op]))
+        };
+        self.evaluate_with(times, (inputs, signals), registers, (values, rates), start);
+    }
+
+    /// The same; `trajectory` gives the numbers of trajectories, from the operations before the one that reads it.
+    pub(crate) fn evaluate_with(
+        &self,
+        times: Times,
+        (inputs, signals): (&[f64], &[f64]),
+        registers: &mut [f64],
+        (values, rates): (&mut [f64], &mut [f64]),
+        mut trajectory: impl FnMut(usize, &[f64]) -> f64,
     ) {
         for (i, op) in self.ops.iter().enumerate() {
             let r = &*registers;
@@ -113,7 +151,10 @@ impl Tape {
                 Op::Signal(k) => signals[k],
                 _ => f64::NAN,
             };
-            registers[i] = op.value(|a| r[a], leaf);
+            registers[i] = match *op {
+                Op::Trajectory(k) => trajectory(k, r),
+                op => op.value(|a| r[a], leaf),
+            };
         }
         for o in &self.outputs {
             values[o.at] = registers[o.value];

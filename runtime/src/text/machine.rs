@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::number;
 use crate::program::{
-    ActionProgram, Conditioning, Lost, MachineProgram, Motion, Program, SignalProgram, StateProgram, Velocity,
+    ActionProgram, Conditioning, Lost, MachineProgram, Program, SignalProgram, StateProgram, Tracking, Velocity,
 };
 
 /// What comes from outside: signals with their types and numbers, events with what raises them.
@@ -54,7 +54,7 @@ pub(super) fn signals(p: &Program, out: &mut String) -> std::fmt::Result {
 }
 
 /// How a tracked point moves, and where the numbers of that stand.
-fn moving(s: &SignalProgram, motion: &Motion, out: &mut String) -> std::fmt::Result {
+fn moving(s: &SignalProgram, motion: &Tracking, out: &mut String) -> std::fmt::Result {
     let (v, u) = (s.velocity_at(), s.uncertainty_at());
     match motion.velocity {
         Velocity::Estimated(cutoff) => {

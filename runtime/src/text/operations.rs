@@ -1,7 +1,7 @@
 //! Operations of expressions as text.
 
 use super::number;
-use crate::program::Op;
+use crate::program::{Motion, Op, TrajectoryProgram};
 
 /// An operation; `sign` stands before the numbers of others.
 pub(super) fn operation(op: &Op, sign: char) -> String {
@@ -15,6 +15,7 @@ pub(super) fn operation(op: &Op, sign: char) -> String {
         Op::Input(k) => format!("captured {k}"),
         Op::State(k) => format!("state {k}"),
         Op::Signal(k) => format!("signal {k}"),
+        Op::Trajectory(k) => format!("trajectory {k}"),
         Op::Add(a, b) => two(a, "+", b),
         Op::Sub(a, b) => two(a, "-", b),
         Op::Mul(a, b) => two(a, "*", b),
@@ -36,4 +37,24 @@ pub(super) fn operation(op: &Op, sign: char) -> String {
         Op::LessEqual(a, b) => two(a, "<=", b),
         Op::Select(a, b, c) => format!("if {} >= 0 then {} else {}", r(a), r(b), r(c)),
     }
+}
+
+/// A trajectory.
+pub(super) fn trajectory(t: &TrajectoryProgram) -> String {
+    let all = |list: &[usize]| list.iter().map(|o| format!("%{o}")).collect::<Vec<_>>().join(", ");
+    let name = match t.motion {
+        Motion::Trapezoid => "trapezoid",
+        Motion::SCurve => "s_curve",
+        Motion::Waypoints => "waypoints",
+    };
+    let numbers = t.numbers();
+    let velocity = if t.velocity.is_empty() { String::new() } else { format!(" moving [{}]", all(&t.velocity)) };
+    format!(
+        "trajectory {}..{}: {name} to [{}] within [{}] from [{}]{velocity}",
+        numbers.start,
+        numbers.end,
+        all(&t.goals),
+        all(&t.limits),
+        all(&t.start)
+    )
 }

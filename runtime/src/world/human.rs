@@ -83,10 +83,10 @@ mod tests {
 
     use super::super::stream;
     use super::*;
-    use crate::program::{HumanProgram, Lost, Motion, Sending, Velocity};
+    use crate::program::{HumanProgram, Lost, Sending, Tracking, Velocity};
 
     fn interface(velocity: Velocity, lost: Lost) -> Interface {
-        let motion = Motion { velocity, max_speed: None, lost };
+        let motion = Tracking { velocity, max_speed: None, lost };
         let (mut signals, mut at) = (Vec::new(), 0);
         for name in ["walker.chest", "walker.hand"] {
             let (name, kind) = (name.to_string(), "point".to_string());

@@ -9,6 +9,8 @@ use crate::program::{
 };
 use crate::record::summary::MARGIN_TOLERANCE;
 use crate::simulate::Tick;
+use nalgebra::Vector3;
+use robot::Data;
 use solver::Problem;
 
 /// Whether a parameter of a task depends on when its stack was entered, or on where: then the task means nothing while no
@@ -16,7 +18,7 @@ use solver::Problem;
 pub fn is_bound_to_its_stack(program: &Program, task: usize) -> bool {
     let of = |t: &TaskProgram| t.params.values().flat_map(|b| b.slots()).flat_map(|s| s.at..s.at + s.len).collect();
     let places = program.tasks.get(task).map(of).unwrap_or_default();
-    program.values.tape.only(&places).ops.iter().any(|op| matches!(op, Op::T | Op::Input(_)))
+    program.values.tape.only(&places).ops.iter().any(|op| matches!(op, Op::T | Op::Input(_) | Op::Trajectory(_)))
 }
 
 /// The first stack in which a task stands.
@@ -100,6 +102,10 @@ pub(super) struct Measures {
     way: Vec<f64>,
     /// The command of the tick before.
     last: Vec<f64>,
+    /// Kinematics for the speeds of links.
+    data: Data,
+    /// For each measure where its link was at the tick before.
+    places: Vec<Option<Vector3<f64>>>,
 }
 
 impl Measures {
@@ -116,6 +122,8 @@ impl Measures {
             before: None,
             way: vec![0.0; program.robot.model.nv()],
             last: vec![0.0; program.robot.model.nv()],
+            data: Data::new(&program.robot.model),
+            places: vec![None; list.len()],
         })
     }
 
@@ -131,8 +139,11 @@ impl Measures {
             model.difference(q, tick.q, &mut self.way);
             elapsed = tick.time - time;
         }
+        if self.list.iter().any(|m| matches!(m, Measure::PointSpeed(_))) {
+            model.forward(tick.q, &mut self.data);
+        }
         let truth = |yes: bool| if yes { 1.0 } else { -1.0 };
-        for ((x, measure), probe) in out.iter_mut().zip(&self.list).zip(&self.probe_of) {
+        for (((x, measure), probe), place) in out.iter_mut().zip(&self.list).zip(&self.probe_of).zip(&mut self.places) {
             let probe = probe.and_then(|i| self.probes.get(i));
             *x = match measure {
                 Measure::Margin(_) => probe.map_or(f64::NAN, Probe::margin),
@@ -142,6 +153,11 @@ impl Measures {
                 Measure::Fault(Some(kind)) => truth(tick.fault.is_some_and(|f| f.kind() == *kind)),
                 Measure::Speed(dof) if elapsed > 0.0 => self.way[*dof].abs() / elapsed,
                 Measure::Speed(_) => 0.0,
+                Measure::PointSpeed(link) => {
+                    let now = self.data.pose(*link).translation.vector;
+                    let way = place.replace(now).map_or(0.0, |before| (now - before).norm());
+                    if elapsed > 0.0 { way / elapsed } else { 0.0 }
+                }
             };
         }
         match &mut self.before {

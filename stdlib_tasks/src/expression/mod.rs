@@ -107,7 +107,7 @@ impl Expression {
             match *op {
                 Op::Input(k) => ensure(k < self.inputs.len(), "an operation reads a value that does not exist")?,
                 Op::State(k) => ensure(k < width, "an operation reads a state that does not exist")?,
-                Op::T | Op::Time | Op::Signal(_) => {
+                Op::T | Op::Time | Op::Signal(_) | Op::Trajectory(_) => {
                     return Err("an expression of the state reads the time or a signal by itself");
                 }
                 _ => {}

@@ -24,6 +24,8 @@ pub enum Op {
     State(usize),
     /// A number of the signals: whether one is present (1 or -1), or a part of its value.
     Signal(usize),
+    /// A number of the trajectories: a part of the value of one, or of its time derivative.
+    Trajectory(usize),
     /// a + b
     Add(usize, usize),
     /// a - b
@@ -85,7 +87,9 @@ impl Op {
     #[inline]
     pub fn operands(&self) -> [Option<usize>; 3] {
         match *self {
-            Op::Const(_) | Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) => [None; 3],
+            Op::Const(_) | Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) | Op::Trajectory(_) => {
+                [None; 3]
+            }
             Op::Neg(a)
             | Op::Sin(a)
             | Op::Cos(a)
@@ -112,7 +116,7 @@ impl Op {
     /// The same operation on other operands: `f` gives the new index of each old one.
     pub fn renumber(self, f: impl Fn(usize) -> usize) -> Op {
         match self {
-            Op::Const(_) | Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) => self,
+            Op::Const(_) | Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) | Op::Trajectory(_) => self,
             Op::Neg(a) => Op::Neg(f(a)),
             Op::Sin(a) => Op::Sin(f(a)),
             Op::Cos(a) => Op::Cos(f(a)),
@@ -137,12 +141,12 @@ impl Op {
     }
 
     /// Its value, from those of its operands (`r`) and of what comes from outside (`leaf`, asked for `T`, `Time`, `Input`,
-    /// `State` and `Signal`).
+    /// `State`, `Signal` and `Trajectory`).
     #[inline]
     pub fn value(self, r: impl Fn(usize) -> f64, leaf: impl Fn(Op) -> f64) -> f64 {
         match self {
             Op::Const(x) => x,
-            Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) => leaf(self),
+            Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) | Op::Trajectory(_) => leaf(self),
             Op::Add(a, b) => r(a) + r(b),
             Op::Sub(a, b) => r(a) - r(b),
             Op::Mul(a, b) => r(a) * r(b),
@@ -204,6 +208,7 @@ impl Op {
             | Op::Input(_)
             | Op::State(_)
             | Op::Signal(_)
+            | Op::Trajectory(_)
             | Op::Less(..)
             | Op::LessEqual(..) => {}
             Op::Add(a, b) => {

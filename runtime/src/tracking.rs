@@ -7,7 +7,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::program::{Motion, Velocity};
+use crate::program::{Tracking, Velocity};
 
 /// Readings closer together than this, in s, are of one instant, and say nothing of a speed.
 const INSTANT: f64 = 1e-9;
@@ -15,7 +15,7 @@ const INSTANT: f64 = 1e-9;
 /// The movement of one point.
 #[derive(Clone, Debug)]
 pub(crate) struct Estimate {
-    motion: Motion,
+    motion: Tracking,
     /// The last reading: when, in s, and where, in m.
     last: Option<(f64, [f64; 3])>,
     /// In m/s.
@@ -23,7 +23,7 @@ pub(crate) struct Estimate {
 }
 
 impl Estimate {
-    pub fn new(motion: &Motion) -> Estimate {
+    pub fn new(motion: &Tracking) -> Estimate {
         Estimate { motion: *motion, last: None, velocity: [0.0; 3] }
     }
 
@@ -95,8 +95,8 @@ mod tests {
     use super::*;
     use crate::program::Lost;
 
-    fn motion(velocity: Velocity, max_speed: Option<f64>) -> Motion {
-        Motion { velocity, max_speed, lost: Lost::Fault }
+    fn motion(velocity: Velocity, max_speed: Option<f64>) -> Tracking {
+        Tracking { velocity, max_speed, lost: Lost::Fault }
     }
 
     fn speed(v: &[f64; 3]) -> f64 {

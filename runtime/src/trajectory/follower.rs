@@ -1,0 +1,267 @@
+//! A trajectory at run time: begins where it is told when its stack is entered, and is planned anew from where it is, and
+//! as it moves, whenever its goal or a limit changes.
+//!
+//! It is a function of time between two plans: looking at it twice at one time changes nothing. An S-curve in motion
+//! whose new goal does not lie ahead has to take its acceleration away first; so that a goal that changes at every tick
+//! does not keep it from ever gaining speed, it takes such a goal up at most once in `2 A/J` seconds.
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use super::limits::Limits;
+use super::path::{Path, State};
+use super::rotation::{Turn, Turning, quaternion_rate};
+use super::route::Route;
+use crate::program::{Motion, Shape, TrajectoryProgram};
+
+/// What is planned.
+enum Plan {
+    Vector(Path),
+    Orientation(Turn),
+    Pose(Path, Turn),
+    /// The route, and room for the next.
+    Route(Box<(Route, Route)>),
+}
+
+/// A trajectory at run time.
+pub struct Follower {
+    motion: Motion,
+    shape: Shape,
+    /// Numbers of the goal, or of one point after the other.
+    goals: usize,
+    /// Goal and limits as they are, and as they were when it was planned.
+    now: Vec<f64>,
+    planned: Vec<f64>,
+    /// Points of the route, from the numbers.
+    points: Vec<Vector3<f64>>,
+    plan: Plan,
+    /// When it was planned, in s; none while it has not begun.
+    since: Option<f64>,
+    /// When it was looked at last, in s.
+    last: f64,
+    /// There was no plan for what it was told.
+    lost: bool,
+}
+
+fn vector(x: &[f64]) -> Vector3<f64> {
+    Vector3::from_fn(|i, _| x.get(i).copied().unwrap_or(0.0))
+}
+
+/// The orientation of numbers `w x y z`; none where they have no length.
+fn orientation(x: &[f64]) -> Option<UnitQuaternion<f64>> {
+    let [w, i, j, k] = *x else { return None };
+    UnitQuaternion::try_new(Quaternion::new(w, i, j, k), 1e-9).filter(|q| q.coords.iter().all(|c| c.is_finite()))
+}
+
+impl Follower {
+    /// Makes one of a checked program ready. All its memory is allocated here.
+    pub fn new(program: &TrajectoryProgram) -> Follower {
+        let width = program.goals.len() + program.limits.len();
+        let points = program.goals.len() / program.shape.width();
+        let still = Path::rest(Vector3::zeros());
+        let turn = Turn::rest(UnitQuaternion::identity());
+        Follower {
+            motion: program.motion,
+            shape: program.shape,
+            goals: program.goals.len(),
+            now: vec![0.0; width],
+            planned: vec![0.0; width],
+            points: Vec::with_capacity(points),
+            plan: match (program.motion, program.shape) {
+                (Motion::Waypoints, _) => Plan::Route(Box::new((Route::new(points), Route::new(points)))),
+                (_, Shape::Number | Shape::Vector) => Plan::Vector(still),
+                (_, Shape::Orientation) => Plan::Orientation(turn),
+                (_, Shape::Pose) => Plan::Pose(still, turn),
+            },
+            since: None,
+            last: 0.0,
+            lost: false,
+        }
+    }
+
+    /// Forgets where it is: it begins anew when it is looked at next.
+    pub fn restart(&mut self) {
+        (self.since, self.lost) = (None, false);
+    }
+
+    /// Whether it stands at the goal that it has now.
+    pub fn is_done(&self) -> bool {
+        let t = self.last - self.since.unwrap_or(f64::NAN);
+        let duration = match &self.plan {
+            Plan::Vector(path) => path.duration(),
+            Plan::Orientation(turn) => turn.duration(),
+            Plan::Pose(path, turn) => path.duration().max(turn.duration()),
+            Plan::Route(routes) => routes.0.duration(),
+        };
+        t >= duration && !self.lost && self.now == self.planned
+    }
+
+    /// Goes to a time. `read` gives the operations of the tape; `out` takes the value and its time derivative, NaN where
+    /// there is none. Never allocates.
+    pub fn at(&mut self, time: f64, program: &TrajectoryProgram, read: impl Fn(usize) -> f64, out: &mut [f64]) {
+        for (x, &op) in self.now.iter_mut().zip(program.goals.iter().chain(&program.limits)) {
+            *x = read(op);
+        }
+        self.last = time;
+        self.lost = match self.since {
+            None => {
+                let mut numbers = [0.0; 13];
+                for (x, &op) in numbers.iter_mut().zip(program.start.iter().chain(&program.velocity)) {
+                    *x = read(op);
+                }
+                !numbers.iter().all(|x| x.is_finite()) || !self.begin(time, numbers)
+            }
+            Some(since) if self.now != self.planned => !self.change(time, (time - since).max(0.0)),
+            Some(_) => false,
+        };
+        match self.since {
+            Some(since) if !self.lost => self.write((time - since).max(0.0), out),
+            _ => out.fill(f64::NAN),
+        }
+    }
+
+    fn limits(&self, first: usize) -> Limits {
+        let l = self.now.get(self.goals + first..).unwrap_or_default();
+        let number = |i: usize| l.get(i).copied().unwrap_or(f64::NAN);
+        Limits { speed: number(0), acceleration: number(1), jerk: (self.motion == Motion::SCurve).then(|| number(2)) }
+    }
+
+    /// Limits of the orientation of a pose.
+    fn angular(&self) -> Limits {
+        self.limits(if self.motion == Motion::SCurve { 3 } else { 2 })
+    }
+
+    /// Begins at a value, `numbers`, and with the velocity behind it. `false` where there is no plan.
+    fn begin(&mut self, time: f64, numbers: [f64; 13]) -> bool {
+        let width = self.shape.width();
+        let (value, velocity) = numbers.split_at(width);
+        let state =
+            |p: &[f64], v: &[f64]| State { position: vector(p), velocity: vector(v), acceleration: Vector3::zeros() };
+        let turning = |q: &[f64], w: &[f64]| {
+            let acceleration = Vector3::zeros();
+            orientation(q).map(|orientation| Turning { orientation, velocity: vector(w), acceleration })
+        };
+        let good = match self.shape {
+            Shape::Number => self.vector(&state(&value[..1], &velocity[..1])),
+            Shape::Vector if self.motion == Motion::Waypoints => self.route(&state(value, &velocity[..3]), 0),
+            Shape::Vector => self.vector(&state(value, &velocity[..3])),
+            Shape::Orientation => turning(value, &velocity[..3]).is_some_and(|from| self.turn(&from)),
+            Shape::Pose => turning(&value[3..], &velocity[3..6])
+                .is_some_and(|from| self.pose(&state(&value[..3], &velocity[..3]), &from)),
+        };
+        self.keep(good, time)
+    }
+
+    /// A goal or limit has changed, `t` seconds after the last plan. `false` where there is no plan.
+    fn change(&mut self, time: f64, t: f64) -> bool {
+        let wait = |limits: &Limits| limits.jerk.is_some_and(|j| t < 2.0 * limits.acceleration / j);
+        let good = match &self.plan {
+            Plan::Vector(path) => {
+                let (from, limits) = (path.at(t), self.limits(0));
+                if wait(&limits) && Path::must_release(&from, &vector(&self.now[..self.goals]), &limits) {
+                    return true;
+                }
+                self.vector(&from)
+            }
+            Plan::Orientation(turn) => {
+                let (from, limits) = (turn.state(t), self.limits(0));
+                let Some(goal) = orientation(&self.now[..self.goals]) else { return false };
+                if wait(&limits) && Turn::must_release(&from, &goal, &limits) {
+                    return true;
+                }
+                self.turn(&from)
+            }
+            Plan::Pose(path, turn) => {
+                let (from, turning) = (path.at(t), turn.state(t));
+                let (limits, angular) = (self.limits(0), self.angular());
+                let Some(goal) = orientation(&self.now[3..7]) else { return false };
+                let release = (wait(&limits) && Path::must_release(&from, &vector(&self.now[..3]), &limits))
+                    || (wait(&angular) && Turn::must_release(&turning, &goal, &angular));
+                if release {
+                    return true;
+                }
+                self.pose(&from, &turning)
+            }
+            Plan::Route(routes) => {
+                let (from, next) = (routes.0.at(t), routes.0.toward(t).unwrap_or(0));
+                self.route(&from, next)
+            }
+        };
+        self.keep(good, time)
+    }
+
+    fn keep(&mut self, good: bool, time: f64) -> bool {
+        if good {
+            self.since = Some(time);
+            self.planned.copy_from_slice(&self.now);
+        }
+        good
+    }
+
+    fn vector(&mut self, from: &State) -> bool {
+        let planned = Path::plan(from, vector(&self.now[..self.goals]), &self.limits(0));
+        planned.map(|path| self.plan = Plan::Vector(path)).is_some()
+    }
+
+    fn turn(&mut self, from: &Turning) -> bool {
+        let goal = orientation(&self.now[..self.goals]);
+        let planned = goal.and_then(|goal| Turn::plan(from, goal, &self.limits(0)));
+        planned.map(|turn| self.plan = Plan::Orientation(turn)).is_some()
+    }
+
+    /// Both parts of a pose, so that they arrive together.
+    fn pose(&mut self, from: &State, turning: &Turning) -> bool {
+        let (limits, angular) = (self.limits(0), self.angular());
+        let both = || {
+            let (place, facing) = (vector(&self.now[..3]), orientation(&self.now[3..7])?);
+            let (path, turn) = (Path::plan(from, place, &limits)?, Turn::plan(turning, facing, &angular)?);
+            Some(if path.duration() < turn.duration() {
+                (Path::within(from, place, &limits, turn.duration())?, turn)
+            } else {
+                (path, Turn::within(turning, facing, &angular, path.duration())?)
+            })
+        };
+        both().map(|(path, turn)| self.plan = Plan::Pose(path, turn)).is_some()
+    }
+
+    /// Over the points from number `first` on.
+    fn route(&mut self, from: &State, first: usize) -> bool {
+        let limits = self.limits(0);
+        let number = |i: usize| self.now.get(self.goals + i).copied().unwrap_or(f64::NAN);
+        let (corner, halt) = (number(2), number(3));
+        self.points.clear();
+        self.points.extend(self.now[..self.goals].chunks_exact(3).map(vector));
+        let Plan::Route(routes) = &mut self.plan else { return false };
+        let points = self.points.get(first..).unwrap_or_default();
+        let good = routes.1.plan(from, points, first, (&limits, corner, halt));
+        if good {
+            let (now, next) = &mut **routes;
+            std::mem::swap(now, next);
+        }
+        good
+    }
+
+    /// Writes the value and its rate `t` seconds after it was planned.
+    fn write(&self, t: f64, out: &mut [f64]) {
+        let Some((value, rate)) = out.split_at_mut_checked(self.shape.width()) else { return };
+        let place = |now: &State, value: &mut [f64], rate: &mut [f64]| {
+            value.iter_mut().zip(&now.position).for_each(|(x, p)| *x = *p);
+            rate.iter_mut().zip(&now.velocity).for_each(|(x, v)| *x = *v);
+        };
+        let facing = |turn: &Turn, value: &mut [f64], rate: &mut [f64]| {
+            let (q, omega) = turn.at(t);
+            let d = quaternion_rate(&q, &omega);
+            value.iter_mut().zip([q.w, q.i, q.j, q.k]).for_each(|(x, c)| *x = c);
+            rate.iter_mut().zip([d.w, d.i, d.j, d.k]).for_each(|(x, c)| *x = c);
+        };
+        match &self.plan {
+            Plan::Vector(path) => place(&path.at(t), value, rate),
+            Plan::Orientation(turn) => facing(turn, value, rate),
+            Plan::Pose(path, turn) => {
+                let ((p, q), (dp, dq)) = (value.split_at_mut(3), rate.split_at_mut(3));
+                place(&path.at(t), p, dp);
+                facing(turn, q, dq);
+            }
+            Plan::Route(routes) => place(&routes.0.at(t), value, rate),
+        }
+    }
+}

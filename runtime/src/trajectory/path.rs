@@ -1,0 +1,292 @@
+//! Motion of a vector of up to three numbers to rest at a goal, whose norms of velocity, acceleration and jerk are bounded.
+//!
+//! From rest: the straight line, with the profile of one number along it. Moving along the line to the goal already: the
+//! same. Otherwise the motion is the sum of two, along the direction `e` to the goal and along the part `f` of the velocity
+//! across it, each the motion of one number. They share the acceleration (and jerk) as `A cos c` and `A sin c`, so that
+//! the norm is bounded by `A`; and as the part across never gets faster than it was, `|w|`, the part along may go
+//! `sqrt(V² - w²)` fast. For trapezoids the angle `c` is first that at which both parts take the same time, which is the
+//! shortest for this sum, then wider until the part along takes a tenth longer, for a tighter turn. For S-curves
+//! `sin² c` is half the share of `|w|` in the speed, in closed form.
+//!
+//! Before that may come stages of braking along the velocity, where it is beyond `V`, or where more than `V / sqrt 2` of it
+//! leads across; and for S-curves one of `|a| / J` seconds that takes the acceleration away along its own direction. So that
+//! the speed stays bounded in it, parts along leave `A²/(8 J)` of the speed unused. Source: ours.
+
+use nalgebra::Vector3;
+
+use super::limits::Limits;
+use super::profile::{Motion, Profile};
+use super::s_curve::s_curve;
+use super::trapezoid::trapezoid;
+
+/// A part of a velocity across the way that is so much smaller is rounding.
+const STRAIGHT: f64 = 1e-9;
+
+/// Halvings of the angle by which acceleration is shared.
+const HALVINGS: usize = 24;
+
+/// How much longer a part along the way may take for a tighter turn.
+const LONGER: f64 = 1.1;
+
+/// Where a vector is, and how it moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct State {
+    /// The vector.
+    pub position: Vector3<f64>,
+    /// Its velocity, per s.
+    pub velocity: Vector3<f64>,
+    /// Its acceleration, per s^2.
+    pub acceleration: Vector3<f64>,
+}
+
+impl State {
+    /// Standing still.
+    pub fn rest(position: Vector3<f64>) -> State {
+        State { position, ..State::default() }
+    }
+}
+
+/// Motions of two numbers, each along a vector.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Stage {
+    start: f64,
+    origin: Vector3<f64>,
+    axes: [Vector3<f64>; 2],
+    along: [Profile; 2],
+}
+
+impl Stage {
+    fn duration(&self) -> f64 {
+        self.along[0].duration().max(self.along[1].duration())
+    }
+
+    fn at(&self, t: f64) -> State {
+        let (a, b) = (self.along[0].at(t), self.along[1].at(t));
+        let [e, f] = self.axes;
+        State {
+            position: self.origin + e * a.position + f * b.position,
+            velocity: e * a.velocity + f * b.velocity,
+            acceleration: e * a.acceleration + f * b.acceleration,
+        }
+    }
+}
+
+/// The motion of a vector to rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Path {
+    stages: [Stage; 3],
+    count: usize,
+    duration: f64,
+    goal: Vector3<f64>,
+}
+
+/// The profile of one number to rest.
+fn profile(from: Motion, goal: f64, limits: &Limits) -> Profile {
+    match limits.jerk {
+        Some(jerk) => s_curve(from, goal, limits.speed, limits.acceleration, jerk),
+        None => trapezoid(from, goal, limits.speed, limits.acceleration),
+    }
+}
+
+/// The direction of a vector; none for one so short that it has none.
+fn direction(v: &Vector3<f64>) -> Option<Vector3<f64>> {
+    let size = v.amax();
+    (size > 1e-150).then(|| (v / size).normalize())
+}
+
+/// Whether a vector has no part across a direction.
+fn is_along(v: &Vector3<f64>, e: &Vector3<f64>) -> bool {
+    (v - e * v.dot(e)).norm() <= STRAIGHT * v.norm()
+}
+
+impl Path {
+    /// Standing still for good.
+    pub fn rest(position: Vector3<f64>) -> Path {
+        Path { goal: position, ..Path::default() }
+    }
+
+    /// From a state to rest at `goal`. `None` for limits that are not positive, and for numbers so large that their squares
+    /// are none.
+    pub fn plan(from: &State, goal: Vector3<f64>, limits: &Limits) -> Option<Path> {
+        let mut path = Path::rest(goal);
+        if !limits.are_sound() || !goal.iter().chain(from.position.iter()).all(|x| x.is_finite()) {
+            return None;
+        }
+        let (mut now, mut start) = (*from, 0.0);
+        if limits.jerk.is_none() {
+            now.acceleration = Vector3::zeros();
+        }
+        if let Some(e) = line(&now, &goal) {
+            path.push(straight(&now, &goal, e, limits), &mut start);
+        } else {
+            if let (Some(jerk), Some(e)) = (limits.jerk, direction(&now.acceleration)) {
+                now = path.push(release(&now, e, jerk), &mut start);
+            }
+            if let Some(stage) = brake(&now, &goal, limits) {
+                now = path.push(stage, &mut start);
+            }
+            let last = match line(&now, &goal) {
+                Some(e) => straight(&now, &goal, e, limits),
+                None => turn(&now, &goal, limits),
+            };
+            path.push(last, &mut start);
+        }
+        path.duration = start;
+        let all = path.stages[..path.count].iter().all(|s| {
+            s.along.iter().all(Profile::is_finite)
+                && s.origin.iter().chain(s.axes.iter().flatten()).all(|x| x.is_finite())
+        });
+        all.then_some(path)
+    }
+
+    /// The same, in a time as close to `duration` as it can be made without going faster.
+    pub fn within(from: &State, goal: Vector3<f64>, limits: &Limits, duration: f64) -> Option<Path> {
+        let shortest = Path::plan(from, goal, limits)?;
+        if !(duration > shortest.duration && shortest.duration > 0.0) {
+            return Some(shortest);
+        }
+        if from.velocity == Vector3::zeros() && from.acceleration == Vector3::zeros() {
+            // The same way, slower: exact.
+            return Path::plan(from, goal, &limits.slower(duration / shortest.duration));
+        }
+        let (mut slow, mut fast, mut best) = (0.0, 1.0, shortest);
+        for _ in 0..HALVINGS {
+            let share = 0.5 * (slow + fast);
+            let path = Path::plan(from, goal, &Limits { speed: limits.speed * share, ..*limits })?;
+            if path.duration > duration {
+                slow = share;
+            } else {
+                (fast, best) = (share, path);
+            }
+        }
+        Some(best)
+    }
+
+    /// Whether a plan from a state would first have to take the acceleration away.
+    pub fn must_release(from: &State, goal: &Vector3<f64>, limits: &Limits) -> bool {
+        limits.jerk.is_some() && from.acceleration != Vector3::zeros() && line(from, goal).is_none()
+    }
+
+    fn push(&mut self, stage: Stage, start: &mut f64) -> State {
+        let duration = stage.duration();
+        if let Some(place) = self.stages.get_mut(self.count) {
+            *place = Stage { start: *start, ..stage };
+            self.count += 1;
+            *start += duration;
+        }
+        stage.at(duration)
+    }
+
+    /// How long it takes, in s.
+    pub fn duration(&self) -> f64 {
+        self.duration
+    }
+
+    /// Where it ends.
+    pub fn goal(&self) -> Vector3<f64> {
+        self.goal
+    }
+
+    /// The state at a time since the beginning, in s.
+    pub fn at(&self, t: f64) -> State {
+        if t >= self.duration {
+            return State::rest(self.goal);
+        }
+        let stages = &self.stages[..self.count];
+        let stage = stages.iter().rev().find(|s| t >= s.start).or(stages.first());
+        stage.map_or(State::rest(self.goal), |s| s.at(t - s.start))
+    }
+}
+
+/// The line that a motion is on, and the goal too.
+fn line(now: &State, goal: &Vector3<f64>) -> Option<Vector3<f64>> {
+    let e = direction(&(goal - now.position)).or(direction(&now.velocity)).or(direction(&now.acceleration));
+    let e = e.unwrap_or_else(Vector3::x);
+    (is_along(&now.velocity, &e) && is_along(&now.acceleration, &e)).then_some(e)
+}
+
+/// Along a line.
+fn straight(now: &State, goal: &Vector3<f64>, e: Vector3<f64>, limits: &Limits) -> Stage {
+    let from = Motion { position: 0.0, velocity: now.velocity.dot(&e), acceleration: now.acceleration.dot(&e) };
+    let along = profile(from, (goal - now.position).norm(), limits);
+    Stage { start: 0.0, origin: now.position, axes: [e, Vector3::zeros()], along: [along, Profile::rest(0.0)] }
+}
+
+/// The acceleration taken away along its own direction `e`.
+fn release(now: &State, e: Vector3<f64>, jerk: f64) -> Stage {
+    let size = now.acceleration.dot(&e);
+    let mut slower = Profile::from(Motion { position: 0.0, velocity: 0.0, acceleration: size });
+    slower.jerk(size / jerk, -jerk);
+    let end = slower.end();
+    let slower = slower.ending(Motion { acceleration: 0.0, ..end });
+    let mut on = Profile::from(Motion { position: 0.0, velocity: 1.0, acceleration: 0.0 });
+    on.then(slower.duration(), 0.0, 0.0);
+    Stage { start: 0.0, origin: now.position, axes: [e, now.velocity], along: [slower, on] }
+}
+
+/// Braking along the velocity where it is too large, or too much of it leads across. The acceleration is zero.
+fn brake(now: &State, goal: &Vector3<f64>, limits: &Limits) -> Option<Stage> {
+    let e = direction(&now.velocity)?;
+    let speed = now.velocity.dot(&e);
+    let across = direction(&(goal - now.position)).map_or(0.0, |d| (now.velocity - d * now.velocity.dot(&d)).norm());
+    let slow = limits.speed * std::f64::consts::FRAC_1_SQRT_2;
+    let to = if across > slow * (1.0 + STRAIGHT) { slow } else { limits.speed };
+    if speed <= to * (1.0 + STRAIGHT) {
+        return None;
+    }
+    let mut braking = Profile::from(Motion { position: 0.0, velocity: speed, acceleration: 0.0 });
+    match limits.jerk {
+        None => braking.then((speed - to) / limits.acceleration, -limits.acceleration, 0.0),
+        Some(jerk) => {
+            let peak = (jerk * (speed - to)).sqrt().min(limits.acceleration);
+            braking.jerk(peak / jerk, -jerk);
+            braking.jerk(((speed - to) / peak - peak / jerk).max(0.0), 0.0);
+            braking.jerk(peak / jerk, jerk);
+        }
+    }
+    let end = braking.end();
+    let along = [braking.ending(Motion { velocity: to, acceleration: 0.0, ..end }), Profile::rest(0.0)];
+    Some(Stage { start: 0.0, origin: now.position, axes: [e, Vector3::zeros()], along })
+}
+
+/// Two motions, along the way and across it. The acceleration is zero.
+fn turn(now: &State, goal: &Vector3<f64>, limits: &Limits) -> Stage {
+    let way = goal - now.position;
+    let e = direction(&way).or(direction(&now.velocity)).unwrap_or_else(Vector3::x);
+    let ahead = now.velocity.dot(&e);
+    let across = now.velocity - e * ahead;
+    let w = across.norm();
+    let f = direction(&across).unwrap_or_else(Vector3::zeros);
+    let motion = |velocity: f64| Motion { position: 0.0, velocity, acceleration: 0.0 };
+    let free = (limits.speed * limits.speed - w * w).max(0.0).sqrt().max(ahead.abs());
+    let both = |speed: f64, angle: f64| {
+        let (sin, cos) = angle.sin_cos();
+        // The part across gets no faster than it is.
+        let along = profile(motion(ahead), way.norm(), &limits.share(speed, cos));
+        [along, profile(motion(w), 0.0, &limits.share(limits.speed, sin))]
+    };
+    let along = match limits.jerk {
+        Some(jerk) => {
+            let peak = limits.acceleration.min((limits.speed * jerk).sqrt());
+            let sin = (0.5 * w / now.velocity.norm()).sqrt().min(std::f64::consts::FRAC_1_SQRT_2);
+            both(free - peak * peak / (8.0 * jerk), sin.asin())
+        }
+        None => {
+            let times = |angle: f64| both(free, angle).map(|p| p.duration());
+            let (mut low, mut high) = (0.0, std::f64::consts::FRAC_PI_2);
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (low + high);
+                let [along, across] = times(middle);
+                if along < across { low = middle } else { high = middle }
+            }
+            let longest = LONGER * times(high)[0];
+            let (mut least, mut most) = (high, std::f64::consts::FRAC_PI_2);
+            for _ in 0..HALVINGS / 2 {
+                let middle = 0.5 * (least + most);
+                if times(middle)[0] <= longest { least = middle } else { most = middle }
+            }
+            both(free, least)
+        }
+    };
+    Stage { start: 0.0, origin: now.position, axes: [e, f], along }
+}
