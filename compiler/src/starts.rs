@@ -20,10 +20,8 @@ const POSES: usize = 400;
 pub(crate) fn check(program: &Program, places: &[Span], diagnostics: &mut Vec<Diagnostic>) {
     for (scenario, at) in program.scenarios.iter().zip(places) {
         let Some(start) = Start::new(program, scenario) else { continue };
-        diagnostics.extend(start.fields(program, scenario, *at));
-        if let Some(d) = outside(program, scenario, start, *at) {
-            diagnostics.push(d);
-        }
+        let field = start.fields(program, scenario, *at);
+        diagnostics.extend(field.or_else(|| outside(program, scenario, start, *at)));
     }
 }
 
@@ -76,7 +74,8 @@ impl Start {
     fn fields(&self, program: &Program, scenario: &ScenarioProgram, at: Span) -> Option<Diagnostic> {
         let found = self.evaluator.members().iter().find_map(|m| {
             let task = program.tasks.get(m.program_index)?;
-            let (Some(Bound::Expression(value)), Some(Bound::Value(min))) = (task.params.get("value"), task.params.get("min"))
+            let (Some(Bound::Expression(value)), Some(Bound::Value(min))) =
+                (task.params.get("value"), task.params.get("min"))
             else {
                 return None;
             };
@@ -90,7 +89,12 @@ impl Start {
         });
         let (task, row, field, min, value, dimension) = found?;
         let short = |x: f64| shown(format!("{x:.3}").parse().unwrap_or(x), dimension);
-        let text = format!("scenario `{}` starts with `{field}` at {}, below the {} of `{task}`", scenario.name, short(value), short(min));
+        let text = format!(
+            "scenario `{}` starts with `{field}` at {}, below the {} of `{task}`",
+            scenario.name,
+            short(value),
+            short(min)
+        );
         let d = Diagnostic::warning("HQ0807", at, text);
         let model = &program.robot.model;
         if model.base != Base::Fixed {

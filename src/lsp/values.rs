@@ -132,7 +132,9 @@ impl Walker<'_> {
             ValueKind::Call(name, args) if self.task(name) => args.iter().for_each(|v| self.anything(v)),
             ValueKind::Name(n)
                 if n != MARKER
-                    && ![Class::Param, Class::Let, Class::Signal, Class::Human, Class::Field].iter().any(|c| self.has(*c, n)) =>
+                    && ![Class::Param, Class::Let, Class::Signal, Class::Human, Class::Field]
+                        .iter()
+                        .any(|c| self.has(*c, n)) =>
             {
                 if !self.scoped(n, value.span) && self.has(Class::Arm, n) {
                     self.note(n, value.span, What::Declared(Class::Arm, n.clone()));
