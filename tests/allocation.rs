@@ -98,7 +98,8 @@ safety_field nearness { of walker  distance 1 m * (1 - exp(-d/(1 m)))  points so
 task apart = keep(field(nearness)) { min 0.4 m }
 task slow = speed_separation(tip) { from walker.hand  human measured  reaction 0.1 s  stopping 0.3 s  intrusion 0.1 m }
 task stay = hold(tool)
-stack near { level people { apart  slow }  level motion { stay } }
+task limits = joint_velocity_limits
+stack near { level limits hard { limits }  level people { apart  slow }  level motion { stay } }
 machine m { initial a  on fault(any) -> c  state a { stack near  when field(nearness) < 0.45 m -> b }
   state b { stack near  when field(nearness) > 0.5 m -> a }  final state c }",
     );

@@ -74,7 +74,7 @@ fn the_field_is_kept_while_a_person_comes_and_goes() {
     ] {
         let margins = run(&coming(field, min)).margins;
         let least = least(&margins);
-        assert!((-3e-3..0.02).contains(&least), "`{field}`: {least}");
+        assert!((-6e-3..0.02).contains(&least), "`{field}`: {least}");
     }
 }
 
@@ -128,7 +128,7 @@ fn links_arms_and_parts_name_links() {
         "hierarq 1
 robot canopies { urdf \"robots/canopies.urdf\"  base unicycle  rate 100 Hz
   arms { left { shoulder arm_left_1_link  tip left_tool }  right { shoulder arm_right_1_link  tip right_tool } }
-  points { nose { link head_link  at [0.1, 0, 0] m } }
+  points { nose { link head_link  offset [0.1, 0, 0] m } }
 }
 safety_field all { of [3, 0, 1] m }
 safety_field arms_alone { of [3, 0, 1] m  links [arms.left, right] }

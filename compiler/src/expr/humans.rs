@@ -45,12 +45,6 @@ impl Lowering<'_> {
                     .and_then(|point| self.known(&symbol(point, &field.value, false), span)),
             );
         }
-        // A human that is wrong was reported, and who uses a point of it stays silent.
-        if let ValueKind::Name(name) = &inner.kind
-            && matches!(self.scope.name(name), Meaning::Failed)
-        {
-            return Some(Err(Failed));
-        }
         let ValueKind::Field(outer, point) = &inner.kind else { return None };
         if field.value != VELOCITY {
             return None;
