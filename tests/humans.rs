@@ -191,10 +191,13 @@ fn what_is_said_of_a_human_stands_in_the_program() {
     assert_eq!(serde_json::from_str::<Program>(&json).expect("the same"), program);
 }
 
+/// What is done to a program.
+type Damage = fn(&mut Program);
+
 #[test]
 fn a_program_that_was_damaged_is_refused() {
     let good = common::program("bystander.hq");
-    let damages: [(&str, fn(&mut Program)); 9] = [
+    let damages: [(&str, Damage); 9] = [
         ("a point that is none", |p| p.interface.humans[0].points[1] = 7),
         ("a link beyond", |p| p.interface.humans[0].links[0] = (0, 9)),
         ("no cutoff", |p| {
