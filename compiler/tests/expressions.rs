@@ -69,7 +69,11 @@ fn expression(text: &str) -> Expression {
     let (ops, index) = graph.extract(&roots);
     let outputs =
         pairs.iter().enumerate().map(|(at, p)| Output { at, value: index[&p.0], rate: index[&p.1] }).collect();
-    Expression { tape: Tape { ops, outputs, inputs: 7, ..Tape::default() }, unit: typed.dimension.to_string(), constant }
+    Expression {
+        tape: Tape { ops, outputs, inputs: 7, ..Tape::default() },
+        unit: typed.dimension.to_string(),
+        constant,
+    }
 }
 
 /// `initial(position)`, then `initial(orientation)`: a turn of 0.7 rad about (1, 2, 2)/3.
