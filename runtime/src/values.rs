@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::fault::Fault;
-use crate::program::{Interface, Op, Lost, SignalProgram, Tape, Times, ValueRange, Values};
+use crate::program::{Interface, Lost, Op, SignalProgram, Tape, Times, ValueRange, Values};
 use crate::trajectory::Follower;
 
 /// The part of the table of values that some tasks or conditions read.
