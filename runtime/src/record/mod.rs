@@ -5,6 +5,7 @@ pub mod expectations;
 pub mod held_back;
 pub mod roster;
 pub mod series;
+pub mod signals;
 pub mod summary;
 pub mod verify;
 
