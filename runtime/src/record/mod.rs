@@ -6,6 +6,7 @@ pub mod held_back;
 pub mod roster;
 pub mod series;
 pub mod signals;
+mod summarise;
 pub mod summary;
 pub mod verify;
 
