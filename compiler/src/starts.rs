@@ -150,7 +150,10 @@ fn outside(program: &Program, scenario: &ScenarioProgram, start: Start, at: Span
         return Some(
             Diagnostic::warning("HQ0806", at, text)
                 .note("a barrier function keeps a limit only from inside it; from outside, the robot first has to come back")
-                .help(if moved { "move the start, or who stands there at the beginning" } else { "let it begin elsewhere" }),
+                .help(match moved {
+                    true => "move the start, or who stands there at the beginning",
+                    false => "let people begin further away, or give the robot another `start`",
+                }),
         );
     }
     None

@@ -10,13 +10,16 @@
 //! | `margin.TASK` | smallest `h` over the rows of a limit | that of the rows |
 //! | `error.TASK` | norm of a target's whole error | that of the rows; rad and m mixed for a pose |
 //! | `error.TASK.PART` | norm of a part of it, such as `left.position` | m or rad |
+//! | `signal.NAME.PART` | what the controller takes a signal or a variable for, such as `signal.stem.x` | SI |
+//! | `fault` | what was found at this tick, or keeps the robot still | |
 //!
 //! Numbers are written so that reading them gives the same double; an undefined one is an empty cell, as are those of tasks
-//! that do not run.
+//! that do not run and of signals that are absent.
 
 use std::io::Write;
 
 use super::roster::Roster;
+use super::signals::numbers;
 use crate::controller::Controller;
 use crate::evaluator::{Evaluator, Member};
 use crate::program::{Program, Subject};
@@ -28,6 +31,8 @@ pub struct CsvRecorder<W: Write> {
     out: W,
     roster: Roster,
     machine: bool,
+    /// Places of the numbers of signals in their table.
+    signals: Vec<usize>,
 }
 
 impl<W: Write> CsvRecorder<W> {
@@ -38,7 +43,8 @@ impl<W: Write> CsvRecorder<W> {
     pub fn new(mut out: W, program: &Program, controller: &Controller) -> std::io::Result<Self> {
         let roster = Roster::new(controller);
         writeln!(out, "{}", header(program, &roster.members).join(","))?;
-        Ok(CsvRecorder { out, roster, machine: program.run.subject == Subject::Machine })
+        let signals = numbers(&program.interface).iter().map(|n| n.at).collect();
+        Ok(CsvRecorder { out, roster, machine: program.run.subject == Subject::Machine, signals })
     }
 
     /// Writes what is buffered.
@@ -71,6 +77,10 @@ pub fn header(program: &Program, members: &[Member]) -> Vec<String> {
             }
         }
     }
+    let signal =
+        |n: super::signals::SignalNumber| format!("signal.{}{}", program.interface.signals[n.signal].name, n.part);
+    names.extend(numbers(&program.interface).into_iter().map(signal));
+    names.push("fault".to_string());
     names
 }
 
@@ -108,6 +118,10 @@ impl<W: Write> Recorder for CsvRecorder<W> {
                 }
             }
         }
-        writeln!(out)
+        let table = tick.controller.signal_table();
+        for &at in &self.signals {
+            cell(table[at])?;
+        }
+        writeln!(out, ",{}", tick.fault.map_or("", |f| f.kind().word()))
     }
 }
