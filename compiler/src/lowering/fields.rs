@@ -246,7 +246,7 @@ impl Lowerer<'_> {
             _ => {
                 let names = list(WORDS, 3);
                 let d = Diagnostic::error("HQ0304", value.span, format!("`points` is one of {names}"));
-                self.push(match suggest(said, WORDS.into_iter()) {
+                self.push(match suggest(said, WORDS) {
                     Some("soft_minimum") => d.help("write it with its sharpness: `soft_minimum(8 /m)`"),
                     Some(near) => d.help(format!("did you mean `{near}`?")),
                     None => d.help("write for instance `points mean`, or `points soft_minimum(8 /m)`"),
