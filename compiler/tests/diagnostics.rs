@@ -26,6 +26,8 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("scenarios_yaml", include_str!("cases/scenarios_yaml.txt"), Spelling::Yaml),
     ("humans", include_str!("cases/humans.txt"), Spelling::Hq),
     ("humans_yaml", include_str!("cases/humans_yaml.txt"), Spelling::Yaml),
+    ("fields", include_str!("cases/fields.txt"), Spelling::Hq),
+    ("fields_yaml", include_str!("cases/fields_yaml.txt"), Spelling::Yaml),
     ("machines", include_str!("cases/machines.txt"), Spelling::Hq),
     ("yardstick", include_str!("cases/yardstick.txt"), Spelling::Hq),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Spelling::Yaml),
@@ -91,6 +93,16 @@ fn names() {
 #[test]
 fn humans() {
     check("humans");
+}
+
+#[test]
+fn fields() {
+    check("fields");
+}
+
+#[test]
+fn fields_yaml() {
+    check("fields_yaml");
 }
 
 #[test]

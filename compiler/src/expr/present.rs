@@ -1,4 +1,4 @@
-//! What the robot does now, as an expression names it: frames, points of frames, joints, distances, the centre of mass.
+//! What the robot does now, as an expression names it: frames, points of frames, joints, distances, the centre of mass, safety fields.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
@@ -9,7 +9,7 @@ use super::{Axes, Frame, Kind, Lowering, Typed, frames};
 use crate::constants::fits;
 
 /// The functions that give what the robot does now.
-pub(crate) const PRESENT: &[&str] = &["frame", "point", "joint", "distance", "plane", "com"];
+pub(crate) const PRESENT: &[&str] = &["frame", "point", "joint", "distance", "plane", "com", "field"];
 
 /// Something that the robot does now, with the values that name it.
 #[derive(Clone, Debug)]
@@ -26,6 +26,8 @@ pub enum Now<'v> {
     Above(&'v Value, Plane),
     /// `com`.
     Com,
+    /// `field(F)`.
+    Field(&'v Value),
 }
 
 /// A plane: a point of it in m, its unit normal, and the axes that both count along.
@@ -100,7 +102,7 @@ impl Lowering<'_> {
         }
         self.fail(
             Diagnostic::error("HQ0201", span, "the value of a task stands only inside `initial(..)`")
-                .note("of what the robot does now there is `frame(F).position`, `.orientation`, `.pose`, `point(F, ..)`, `joint(J)`, `distance(a, b)`, `com`")
+                .note("of what the robot does now there is `frame(F).position`, `.orientation`, `.pose`, `point(F, ..)`, `joint(J)`, `distance(a, b)`, `com`, `field(F)`")
                 .help("write `initial(..)` around it for its value at the moment the stack becomes active"),
         )
     }
@@ -114,6 +116,7 @@ impl Lowering<'_> {
                         .help("write `frame(F).position`, `frame(F).orientation` or `frame(F).pose`"),
                 );
             }
+            ("field", [field]) => return self.now(&Now::Field(field), span),
             ("joint", [joint]) => return self.now(&Now::Joint(joint), span),
             ("plane", _) => {
                 return self.fail(
@@ -154,6 +157,7 @@ impl Lowering<'_> {
                 let offset = self.fixed(&typed, Some(LENGTH), &what)?;
                 return self.now(&Now::Point(frame, offset), span);
             }
+            ("field", _) => "field(NAME)",
             ("joint", _) => "joint(NAME)",
             ("distance", _) => "distance(PART, PART)` or `distance(PART, plane(POINT, NORMAL))",
             _ => "point(FRAME, [x, y, z] m)",
