@@ -15,6 +15,7 @@ pub mod joint_position_limits;
 pub mod joint_velocity;
 pub mod joint_velocity_limits;
 pub mod keep;
+pub mod safety_planner;
 pub mod self_collision;
 pub mod swivel_angle;
 pub mod track;
@@ -43,6 +44,7 @@ pub static KINDS: &[&TaskKind] = &[
     &joint_velocity::KIND,
     &swivel_angle::KIND,
     &track::KIND,
+    &safety_planner::KIND,
 ];
 
 /// The type of this name.
