@@ -67,7 +67,7 @@ fn a_tick_allocates_nothing() {
         || Chi::Distance,
         || Chi::Clamped { reach: 1.0 },
         || Chi::Saturating { reach: 1.0 },
-        || Chi::Given(Box::new(Power)),
+        || Chi::Given(std::sync::Arc::new(Power)),
     ];
     for (chi, over) in chis.iter().zip([Over::Mean, Over::Least, Over::SoftLeast { sharpness: 10.0 }, Over::Mean]) {
         for strategy in [Strategy::Program, Strategy::Evasive { band: 0.2 }, Strategy::Stop] {

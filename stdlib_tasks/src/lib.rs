@@ -10,6 +10,7 @@ pub mod clearance;
 pub mod compliance;
 pub mod dimension;
 pub mod expression;
+pub mod field;
 pub mod kinds;
 pub mod params;
 mod reserve;

@@ -48,6 +48,10 @@ impl Program {
         self.check_robot()?;
         self.check_interface()?;
         self.check_values()?;
+        for (i, field) in self.fields.iter().enumerate() {
+            let good = field.check(&self.robot.model, self.values.initial.len());
+            good.map_err(|message| error(format!("fields[{i}]"), message))?;
+        }
         for (i, task) in self.tasks.iter().enumerate() {
             let place = format!("tasks[{i}]");
             ensure(stdlib_tasks::find(&task.kind).is_some(), &place, "no such task type")?;

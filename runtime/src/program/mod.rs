@@ -18,6 +18,7 @@ use robot::Model;
 use serde::{Deserialize, Serialize};
 use stdlib_tasks::bound::{Arm, BoundParams, Geometry};
 use stdlib_tasks::expression::Expression;
+use stdlib_tasks::field::FieldProgram;
 
 pub use check::ProgramError;
 pub(crate) use check::error;
@@ -48,6 +49,9 @@ pub struct Program {
     pub interface: Interface,
     /// Values of parameters, constant and moving.
     pub values: Values,
+    /// Safety fields, in the order declared; their points are places in the table of values.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fields: Vec<FieldProgram>,
     /// Tasks that some stack uses, in the order declared.
     pub tasks: Vec<TaskProgram>,
     /// Stacks, in the order declared.

@@ -23,7 +23,7 @@
 
 use nalgebra::Vector3;
 
-use crate::safety::error::{SafetyError, finite, setting};
+use stdlib_tasks::field::{SafetyError, finite, setting};
 
 /// When and how much `J J^T` is damped.
 #[derive(Clone, Copy, Debug, PartialEq)]

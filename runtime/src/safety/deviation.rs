@@ -23,7 +23,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use stdlib_tasks::so3;
 
-use crate::safety::error::{SafetyError, gain, setting};
+use stdlib_tasks::field::{SafetyError, gain, setting};
 
 /// What deviates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -18,7 +18,7 @@
 //! are at most two breaks for each; they are sorted, and the root lies between two of them. O(k log k), no iteration, no
 //! failure: the row is soft, and the box is not empty by construction.
 
-use crate::safety::error::{SafetyError, setting};
+use stdlib_tasks::field::{SafetyError, setting};
 
 /// The program with its storage. The vectors have k numbers and must keep them; write them, then [`OneRowProgram::solve`].
 #[derive(Clone, Debug)]

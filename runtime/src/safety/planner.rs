@@ -14,8 +14,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::safety::decomposition::{Damping, Decomposition, Push, TaskRows, axpy};
 use crate::safety::deviation::{Course, Deviation, Frame};
-use crate::safety::error::{SafetyError, finite, gain, setting};
-use crate::safety::field::Field;
+use stdlib_tasks::field::{SafetyError, finite, gain, setting};
+use stdlib_tasks::field::Field;
 use crate::safety::one_row::{OneRowProgram, Outcome};
 use crate::safety::strategy::{Strategy, task_share};
 

@@ -40,5 +40,10 @@ fn words(p: &Program, leaf: &Leaf) -> String {
             format!("the height of {} above the plane [{normal}]·x = {offset} m in {axes}", above.part.name)
         }
         Leaf::Com => "the centre of mass".to_string(),
+        Leaf::Field(field) => {
+            let points: Vec<String> =
+                field.points.iter().map(|p| format!("[{}]", p.map(|i| format!("${i}")).join(", "))).collect();
+            format!("the safety field {} of {}", field.name, points.join(", "))
+        }
     }
 }

@@ -11,14 +11,17 @@
 //! q' = (0, ω) q / 2        a·q' = ω · (-a_w v + w a_v + v × a_v) / 2,    q = (w, v)
 //! ```
 //!
-//! for a distance its row along the line between the closest points, for the centre of mass the rows of the links' centres. Source: Griewank, Walther, Evaluating Derivatives
-//! (2008), ch. 3; the leaves are ours.
+//! for a distance its row along the line between the closest points, for the centre of mass the rows of the links' centres.
+//! A safety field reads points of people, which are operations that come before it: the sweep back hands its derivatives in
+//! them on, so that their rates count as those of any input. Source: Griewank, Walther, Evaluating Derivatives (2008),
+//! ch. 3; the leaves are ours.
 
 use nalgebra::{Point3, Vector3};
 use robot::Model;
 
 use super::above::{Above, Lowest};
 use super::center_of_mass::CenterOfMass;
+use super::people::People;
 use super::{Expression, Leaf, Op};
 use crate::apart::{Apart, NoWay, Pair};
 use crate::task::State;
@@ -33,6 +36,7 @@ enum Found {
     Distance { pair: Box<Pair>, apart: Option<Apart> },
     Above { above: Box<Above>, lowest: Option<Lowest> },
     Com(CenterOfMass),
+    Field(Box<People>),
 }
 
 /// An expression made ready. Nothing here allocates after [`Evaluation::new`].
@@ -43,6 +47,8 @@ pub struct Evaluation {
     outputs: Vec<usize>,
     /// Each leaf with its first number.
     leaves: Vec<(usize, Found)>,
+    /// Of the safety fields among them, the number, and which leaf it is.
+    fields: Vec<(usize, usize)>,
     /// The numbers of the leaves, and the adjoint of each.
     state: Vec<f64>,
     state_adjoints: Vec<f64>,
@@ -70,11 +76,14 @@ impl Evaluation {
                 }
                 Leaf::Above(above) => Found::Above { above: above.clone(), lowest: None },
                 Leaf::Com => Found::Com(CenterOfMass::new(model)),
+                Leaf::Field(field) => Found::Field(Box::new(People::new(field, model))),
             };
             leaves.push((at, found));
             at += leaf.width();
         }
+        let fields = leaves.iter().enumerate().filter(|(_, (_, found))| matches!(found, Found::Field(_)));
         Evaluation {
+            fields: fields.map(|(i, (at, _))| (*at, i)).collect(),
             ops: expression.ops.clone(),
             inputs: expression.inputs.clone(),
             outputs: expression.outputs.clone(),
@@ -129,10 +138,18 @@ impl Evaluation {
                     *lowest = Some(now);
                 }
                 Found::Com(com) => write_vector(&com.position(state.data), numbers),
+                // Its points are operations.
+                Found::Field(_) => {}
             }
         }
         for (i, op) in self.ops.iter().enumerate() {
             let (before, rest) = self.registers.split_at_mut(i);
+            if let Op::State(k) = *op
+                && let Some((_, leaf)) = self.fields.iter().find(|f| f.0 == k)
+                && let Found::Field(people) = &mut self.leaves[*leaf].1
+            {
+                self.state[k] = people.find(state, before)?;
+            }
             let leaf = |op: Op| match op {
                 Op::Input(k) => state.values[self.inputs[k]],
                 Op::State(k) => self.state[k],
@@ -168,7 +185,14 @@ impl Evaluation {
             }
             match *op {
                 Op::Input(k) => still += g * state.rates[self.inputs[k]],
-                Op::State(k) => self.state_adjoints[k] += g,
+                Op::State(k) => {
+                    self.state_adjoints[k] += g;
+                    if let Some((_, leaf)) = self.fields.iter().find(|f| f.0 == k)
+                        && let Found::Field(people) = &self.leaves[*leaf].1
+                    {
+                        people.pull(g, &mut self.adjoints[..i]);
+                    }
+                }
                 _ => op.pull(g, self.registers[i], &self.registers[..i], &mut self.adjoints[..i]),
             }
         }
@@ -208,6 +232,7 @@ impl Evaluation {
                     self.size += n.norm() * (1.0 + p.norm());
                     com.add_row(state, &n, row);
                 }
+                Found::Field(people) => self.size += people.add_row(a[0], row),
             }
         }
         still

@@ -9,6 +9,7 @@ mod above;
 mod center_of_mass;
 mod evaluation;
 mod op;
+mod people;
 mod term;
 
 use nalgebra::Vector3;
@@ -17,6 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bound::{Geometry, Slot};
 use crate::dimension::Dimension;
+use crate::field::FieldProgram;
 
 pub use above::{Above, Plane};
 pub use center_of_mass::center_of_mass;
@@ -45,6 +47,8 @@ pub enum Leaf {
     Above(Box<Above>),
     /// The position in the world of the robot's centre of mass, in m: three numbers.
     Com,
+    /// A safety field, whose points are operations of the expression: one number.
+    Field(Box<FieldProgram>),
 }
 
 impl Leaf {
@@ -53,11 +57,12 @@ impl Leaf {
         match self {
             Leaf::Point { .. } | Leaf::Com => 3,
             Leaf::Orientation(_) => 4,
-            Leaf::Joint(_) | Leaf::Distance(_) | Leaf::Above(_) => 1,
+            Leaf::Joint(_) | Leaf::Distance(_) | Leaf::Above(_) | Leaf::Field(_) => 1,
         }
     }
 
-    fn check(&self, model: &Model) -> Result<(), &'static str> {
+    /// `ops` is how many operations the expression has.
+    fn check(&self, model: &Model, ops: usize) -> Result<(), &'static str> {
         let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };
         let link = |l: &LinkId| ensure(l.index() < model.links.len(), "a frame does not exist");
         match self {
@@ -72,6 +77,7 @@ impl Leaf {
             Leaf::Distance(pair) => [&pair.0, &pair.1].into_iter().try_for_each(|g| g.check(model)),
             Leaf::Above(above) => above.check(model),
             Leaf::Com => ensure(center_of_mass::exists(model), "no link has a mass, and there is no centre of mass"),
+            Leaf::Field(field) => field.check(model, ops),
         }
     }
 }
@@ -100,13 +106,17 @@ impl Expression {
     /// What is wrong.
     pub fn check(&self, model: &Model, slots: usize) -> Result<(), &'static str> {
         let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };
-        self.leaves.iter().try_for_each(|l| l.check(model))?;
+        self.leaves.iter().try_for_each(|l| l.check(model, self.ops.len()))?;
         let width: usize = self.leaves.iter().map(Leaf::width).sum();
         for (i, op) in self.ops.iter().enumerate() {
             ensure(op.operands().iter().flatten().all(|&o| o < i), "an operation reads one that comes later")?;
             match *op {
                 Op::Input(k) => ensure(k < self.inputs.len(), "an operation reads a value that does not exist")?,
-                Op::State(k) => ensure(k < width, "an operation reads a state that does not exist")?,
+                Op::State(k) => {
+                    ensure(k < width, "an operation reads a state that does not exist")?;
+                    let points = self.field_of(k).map_or(&[][..], |f| &f.points);
+                    ensure(points.iter().flatten().all(|&o| o < i), "a safety field reads a point that comes later")?;
+                }
                 Op::T | Op::Time | Op::Signal(_) | Op::Trajectory(_) => {
                     return Err("an expression of the state reads the time or a signal by itself");
                 }
@@ -116,6 +126,18 @@ impl Expression {
         ensure(self.inputs.iter().all(|&at| at < slots), "a value has no place in the table of values")?;
         ensure(matches!(self.outputs.len(), 1 | 3 | 4 | 7), "an expression is no number, vector, orientation or pose")?;
         ensure(self.outputs.iter().all(|&o| o < self.ops.len()), "a result points nowhere")
+    }
+
+    /// The safety field that number `k` of the leaves is.
+    fn field_of(&self, k: usize) -> Option<&FieldProgram> {
+        let mut at = 0;
+        for leaf in &self.leaves {
+            match leaf {
+                Leaf::Field(field) if at == k => return Some(field),
+                _ => at += leaf.width(),
+            }
+        }
+        None
     }
 
     /// The places of the table of values that it reads.

@@ -1,18 +1,19 @@
 //! The function `chi` of the distance of which the safety field is the mean: thesis (4.1).
 
 use std::fmt;
+use std::sync::Arc;
 
-use crate::safety::error::{SafetyError, setting};
+use crate::field::error::{SafetyError, setting};
 
 /// A function of a distance in m >= 0 with its derivative: continuously differentiable, not decreasing and with a bounded
 /// slope, as thesis (4.1) asks. It never allocates and never panics.
-pub trait DistanceFunction: Send {
+pub trait DistanceFunction: Send + Sync {
     /// Value and derivative at `d` >= 0. What is not finite makes the tick fail.
     fn evaluate(&self, d: f64) -> (f64, f64);
 }
 
 /// The function of the distance.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub enum Chi {
     /// The distance itself, as in the experiments of the thesis. Exact.
     #[default]
@@ -24,13 +25,13 @@ pub enum Chi {
         reach: f64,
     },
     /// `reach (1 - exp(-d / reach))`: near, it grows like the distance, and it never exceeds `reach`. Has no closed form:
-    /// by quadrature, see [`crate::safety::line_mean`].
+    /// by quadrature, see [`crate::field::line_mean`].
     Saturating {
         /// \[m\], positive.
         reach: f64,
     },
     /// One's own, by quadrature.
-    Given(Box<dyn DistanceFunction>),
+    Given(Arc<dyn DistanceFunction>),
 }
 
 impl fmt::Debug for Chi {

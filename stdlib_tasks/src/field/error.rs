@@ -69,18 +69,18 @@ impl fmt::Display for SafetyError {
 impl std::error::Error for SafetyError {}
 
 /// Checks a setting.
-pub(super) fn setting(name: &'static str, value: f64, holds: bool, must: &'static str) -> Result<(), SafetyError> {
+pub fn setting(name: &'static str, value: f64, holds: bool, must: &'static str) -> Result<(), SafetyError> {
     if holds { Ok(()) } else { Err(SafetyError::Setting { name, value, must }) }
 }
 
 /// Checks that a gain is positive and does not overshoot within a period.
-pub(super) fn gain(name: &'static str, value: f64, period: f64) -> Result<(), SafetyError> {
+pub fn gain(name: &'static str, value: f64, period: f64) -> Result<(), SafetyError> {
     setting(name, value, value > 0.0 && value.is_finite(), "positive and finite")?;
     let product = value * period;
     if product <= 1.0 { Ok(()) } else { Err(SafetyError::Overshoot { name, product }) }
 }
 
 /// Checks that all numbers are finite.
-pub(super) fn finite(name: &'static str, values: &[f64]) -> Result<(), SafetyError> {
+pub fn finite(name: &'static str, values: &[f64]) -> Result<(), SafetyError> {
     if values.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(SafetyError::NotFinite { name }) }
 }

@@ -80,7 +80,8 @@ fn rod(z: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::safety::testing::{adaptive, vector};
+    use crate::field::adaptive::adaptive;
+    use crate::field::testing::vector;
     use proptest::prelude::*;
 
     /// By quadrature, in lengths of the problem's own size.

@@ -12,9 +12,9 @@
 
 use nalgebra::Vector3;
 
-use crate::safety::chi::Chi;
-use crate::safety::quadrature::GaussLegendre;
-use crate::safety::segment::{Mean, mean_distance};
+use crate::field::chi::Chi;
+use crate::field::quadrature::GaussLegendre;
+use crate::field::segment::{Mean, mean_distance};
 
 /// The mean of `chi` of the distance along the segment from `a` to `b`, both relative to the point \[m\].
 pub fn line_mean(chi: &Chi, rule: &GaussLegendre, a: &Vector3<f64>, b: &Vector3<f64>) -> Mean {
@@ -86,8 +86,9 @@ fn integrated(chi: &Chi, rule: &GaussLegendre, a: &Vector3<f64>, b: &Vector3<f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::safety::chi::DistanceFunction;
-    use crate::safety::testing::{adaptive, vector};
+    use crate::field::chi::DistanceFunction;
+    use crate::field::adaptive::adaptive;
+    use crate::field::testing::vector;
     use proptest::prelude::*;
 
     /// Smooth, with a slope that first grows and then falls, and a value at zero.
@@ -166,7 +167,7 @@ mod tests {
         #[test]
         fn a_given_function(a in vector(1.0), b in vector(1.0)) {
             let b = a + (b - a) * 0.3;
-            check(&Chi::Given(Box::new(Sigmoid)), &a, &b, [1e-5, 1e-4])?;
+            check(&Chi::Given(std::sync::Arc::new(Sigmoid)), &a, &b, [1e-5, 1e-4])?;
         }
     }
 

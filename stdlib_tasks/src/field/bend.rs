@@ -13,22 +13,22 @@
 //! speed of any point of the robot and any of a person towards each other.
 
 use robot::Model;
-use stdlib_tasks::clearance::acceleration_bound;
+use crate::clearance::acceleration_bound;
 
-use crate::safety::chi::Chi;
-use crate::safety::field::{Field, Over};
+use crate::field::chi::Chi;
+use crate::field::value::{Field, Over};
 
 impl Field {
     /// B: how fast dF/dt can fall \[unit of F per s²\] while each degree of freedom moves at a steady speed of at most
     /// `speed` (nv numbers), joints that slide stand inside their limits, people do not accelerate, and no two points of
     /// robot and person move towards each other faster than `closing` \[m/s\] (read only for [`Chi::Saturating`] and
-    /// [`Over::SoftLeast`]). `stdlib_tasks::clearance::loss(B, period, gain)` is how far below its threshold the field may
+    /// [`Over::SoftLeast`]). `crate::clearance::loss(B, period, gain)` is how far below its threshold the field may
     /// settle, and what to add to the threshold so that it does not.
     ///
     /// Infinite where nothing bounds it: a joint without a speed, [`Chi::Clamped`] and [`Chi::Given`], and
     /// [`Over::Least`] of several points, where another one may take over within a tick.
     pub fn bend(&self, model: &Model, speed: &[f64], closing: f64) -> f64 {
-        let far = |end: &crate::safety::Attached| acceleration_bound(model, None, end.link, end.at.norm(), speed);
+        let far = |end: &crate::field::Attached| acceleration_bound(model, None, end.link, end.at.norm(), speed);
         let ends: f64 = self.body().segments().iter().map(|s| 0.5 * s.weight * (far(&s.start) + far(&s.end))).sum();
         let square = closing * closing;
         let concave = match self.chi() {
@@ -48,8 +48,8 @@ impl Field {
 
 #[cfg(test)]
 mod tests {
-    use crate::safety::testing::{rng, robots, vector};
-    use crate::safety::{Body, Chi, Field, HumanPoint, Over, mean_distance};
+    use crate::field::testing::{rng, robots, vector};
+    use crate::field::{Body, Chi, Field, HumanPoint, Over, mean_distance};
     use nalgebra::Vector3;
     use proptest::prelude::*;
     use robot::{Data, LinkId};

@@ -10,13 +10,14 @@
 
 use nalgebra::Vector3;
 use robot::{Data, Model};
+use serde::{Deserialize, Serialize};
 
-use crate::safety::body::Body;
-use crate::safety::chi::Chi;
-use crate::safety::error::{SafetyError, setting};
-use crate::safety::line::line_mean;
-use crate::safety::quadrature::GaussLegendre;
-use crate::safety::segment::Mean;
+use crate::field::body::Body;
+use crate::field::chi::Chi;
+use crate::field::error::{SafetyError, setting};
+use crate::field::line::line_mean;
+use crate::field::quadrature::GaussLegendre;
+use crate::field::segment::Mean;
 
 /// A point of a person, in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +36,8 @@ impl HumanPoint {
 }
 
 /// How the points of people make one number.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Over {
     /// Their mean, as in the thesis. A point far away lifts the field and so pays for a near one.
     #[default]
@@ -52,7 +54,7 @@ pub enum Over {
 }
 
 /// The field with all its storage. Made for one robot; [`Field::update`] once a tick, then the results are read.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Field {
     body: Body,
     chi: Chi,
@@ -219,7 +221,7 @@ impl Field {
     }
 
     /// dF/dt for the velocity `v` (nv numbers), people included: with the velocity that the hierarchy gave, what the field
-    /// really does where the planner counted on [`crate::safety::Plan::field_rate`].
+    /// really does where a safety planner counted on another velocity.
     pub fn rate(&self, v: &[f64]) -> f64 {
         self.gradient.iter().zip(v).map(|(g, v)| g * v).sum::<f64>() + self.human_rate
     }
@@ -264,7 +266,7 @@ impl Field {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::safety::testing::{rng, robots};
+    use crate::field::testing::{rng, robots};
     use proptest::prelude::*;
     use robot::LinkId;
 

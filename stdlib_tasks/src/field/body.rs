@@ -10,7 +10,7 @@
 use nalgebra::Vector3;
 use robot::{Data, JointKind, LinkId, Model};
 
-use crate::safety::error::{SafetyError, setting};
+use crate::field::error::{SafetyError, setting};
 
 /// A point of a link.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,7 +145,7 @@ impl Body {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::safety::testing::robots;
+    use crate::field::testing::robots;
 
     #[test]
     fn segments_follow_the_tree() {

@@ -22,7 +22,7 @@
 //!
 //! [`allowed_speed`]: SpeedAndSeparation::allowed_speed
 
-use crate::safety::error::{SafetyError, setting};
+use crate::field::error::{SafetyError, setting};
 
 /// How the robot stops.
 #[derive(Clone, Copy, Debug, PartialEq)]

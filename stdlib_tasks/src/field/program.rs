@@ -1,0 +1,196 @@
+//! A safety field as data: its links, its function of the distance, and where the points of people stand.
+
+use std::sync::Arc;
+
+use robot::{LinkId, Model};
+use serde::{Deserialize, Serialize};
+
+use crate::dimension::Dimension;
+use crate::expression::Op;
+use crate::field::body::Body;
+use crate::field::chi::{Chi, DistanceFunction};
+use crate::field::error::SafetyError;
+use crate::field::value::{Field, Over};
+
+/// Most operations of a written function of the distance.
+pub const MAX_OPERATIONS: usize = 128;
+
+/// A safety field.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FieldProgram {
+    /// Its name in the spec.
+    pub name: String,
+    /// The links that stand for the robot, each with the same share.
+    pub links: Vec<LinkId>,
+    /// The function of the distance.
+    pub distance: DistanceProgram,
+    /// How the points make one number.
+    pub over: Over,
+    /// The numbers x, y, z of each point in the world, in m. In a program: places in the table of values, whose rates are
+    /// the velocities of the points. In a leaf of an expression: operations of the expression that come before its own.
+    pub points: Vec<[usize; 3]>,
+    /// The dimension of its value.
+    pub dimension: Dimension,
+}
+
+/// The function of the distance as data.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DistanceProgram {
+    /// The distance itself.
+    Identity,
+    /// `min(d, reach)`, the reach in m.
+    Clamped(f64),
+    /// `reach (1 - exp(-d / reach))`, the reach in m.
+    Saturating(f64),
+    /// One's own.
+    Written(WrittenDistance),
+}
+
+/// A function of the distance as operations, of which [`Op::Input`] 0 is the distance in m.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WrittenDistance {
+    /// Operations, operands before users; at most [`MAX_OPERATIONS`].
+    pub ops: Vec<Op>,
+    /// The one that is the value.
+    pub value: usize,
+    /// The one that is the derivative.
+    pub slope: usize,
+}
+
+impl DistanceFunction for WrittenDistance {
+    fn evaluate(&self, d: f64) -> (f64, f64) {
+        let mut registers = [f64::NAN; MAX_OPERATIONS];
+        for (i, op) in self.ops.iter().enumerate().take(MAX_OPERATIONS) {
+            registers[i] = op.value(
+                |a| registers.get(a).copied().unwrap_or(f64::NAN),
+                |leaf| if leaf == Op::Input(0) { d } else { f64::NAN },
+            );
+        }
+        let at = |i: usize| registers.get(i).copied().unwrap_or(f64::NAN);
+        (at(self.value), at(self.slope))
+    }
+}
+
+impl WrittenDistance {
+    fn check(&self) -> Result<(), &'static str> {
+        let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };
+        ensure(self.ops.len() <= MAX_OPERATIONS, "the function of the distance has too many operations")?;
+        for (i, op) in self.ops.iter().enumerate() {
+            ensure(op.operands().iter().flatten().all(|&o| o < i), "an operation reads one that comes later")?;
+            let leaf = matches!(op, Op::T | Op::Time | Op::State(_) | Op::Signal(_) | Op::Trajectory(_) | Op::Input(_));
+            ensure(!leaf || *op == Op::Input(0), "a function of the distance reads something else")?;
+        }
+        let exists = self.value < self.ops.len() && self.slope < self.ops.len();
+        ensure(exists, "a result of the function of the distance points nowhere")
+    }
+}
+
+impl DistanceProgram {
+    /// The function made ready.
+    pub fn chi(&self) -> Chi {
+        match self {
+            DistanceProgram::Identity => Chi::Distance,
+            DistanceProgram::Clamped(reach) => Chi::Clamped { reach: *reach },
+            DistanceProgram::Saturating(reach) => Chi::Saturating { reach: *reach },
+            DistanceProgram::Written(written) => Chi::Given(Arc::new(written.clone())),
+        }
+    }
+}
+
+impl FieldProgram {
+    /// Makes sure that the field can be made for this robot, and that its points are below `end`.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check(&self, model: &Model, end: usize) -> Result<(), &'static str> {
+        if let DistanceProgram::Written(written) = &self.distance {
+            written.check()?;
+        }
+        if self.points.is_empty() {
+            return Err("a safety field has no point of a person");
+        }
+        if self.points.iter().flatten().any(|&at| at >= end) {
+            return Err("a point of a safety field is nowhere");
+        }
+        self.field(model).map(drop).map_err(|e| match e {
+            SafetyError::Body => "the links of a safety field are none, or repeated, or not the robot's",
+            _ => "a setting of a safety field is not positive and finite",
+        })
+    }
+
+    /// The field with its storage.
+    ///
+    /// # Errors
+    /// Links are none, repeated or not the robot's; a reach or sharpness is not positive.
+    pub fn field(&self, model: &Model) -> Result<Field, SafetyError> {
+        Field::new(model, Body::of_links(model, &self.links)?, self.distance.chi(), self.over, self.points.len())
+    }
+
+    /// The same with the points renumbered.
+    pub fn renumber(&self, f: impl Fn(usize) -> usize) -> FieldProgram {
+        FieldProgram { points: self.points.iter().map(|p| p.map(&f)).collect(), ..self.clone() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dimension::LENGTH;
+    use crate::field::testing::robots;
+    use crate::field::HumanPoint;
+    use nalgebra::Vector3;
+    use robot::Data;
+
+    /// `1 - exp(-d)` and its derivative.
+    fn written() -> WrittenDistance {
+        let ops = vec![Op::Input(0), Op::Neg(0), Op::Exp(1), Op::Const(1.0), Op::Sub(3, 2)];
+        WrittenDistance { ops, value: 4, slope: 2 }
+    }
+
+    fn program(distance: DistanceProgram) -> FieldProgram {
+        let links = (0..3).map(LinkId).collect();
+        let points = vec![[0, 1, 2]];
+        FieldProgram { name: "f".into(), links, distance, over: Over::Mean, points, dimension: LENGTH }
+    }
+
+    #[test]
+    fn a_written_function_is_what_it_says() {
+        let saturating = Chi::Saturating { reach: 1.0 };
+        for d in [0.0, 0.3, 1.7, 40.0] {
+            let (value, slope) = written().evaluate(d);
+            let (expected, expected_slope) = saturating.evaluate(d);
+            assert!((value - expected).abs() < 1e-15 && (slope - expected_slope).abs() < 1e-15);
+        }
+        let model = &robots()[0];
+        let data = Data::new(model);
+        let human = [HumanPoint::at_rest(Vector3::new(0.7, 0.2, 0.4))];
+        let value = |distance| {
+            let Ok(mut field) = program(distance).field(model) else { panic!("a good field") };
+            assert_eq!(field.update(model, &data, &human), Ok(()));
+            field.value()
+        };
+        let both = [DistanceProgram::Written(written()), DistanceProgram::Saturating(1.0)].map(value);
+        assert!((both[0] - both[1]).abs() < 1e-14);
+    }
+
+    #[test]
+    fn what_was_edited_is_refused() {
+        let model = &robots()[0];
+        let good = program(DistanceProgram::Written(written()));
+        assert_eq!(good.check(model, 3), Ok(()));
+        assert!(good.check(model, 2).is_err(), "a point beyond the end");
+        assert!(FieldProgram { points: vec![], ..good.clone() }.check(model, 3).is_err());
+        assert!(FieldProgram { links: vec![LinkId(1), LinkId(1)], ..good.clone() }.check(model, 3).is_err());
+        assert!(program(DistanceProgram::Clamped(-1.0)).check(model, 3).is_err());
+        for bad in [
+            WrittenDistance { ops: vec![Op::Neg(0)], value: 0, slope: 0 },
+            WrittenDistance { ops: vec![Op::Time], value: 0, slope: 0 },
+            WrittenDistance { ops: vec![Op::Input(1)], value: 0, slope: 0 },
+            WrittenDistance { ops: vec![Op::Input(0)], value: 0, slope: 1 },
+            WrittenDistance { ops: vec![Op::Input(0); MAX_OPERATIONS + 1], value: 0, slope: 0 },
+        ] {
+            assert!(program(DistanceProgram::Written(bad)).check(model, 3).is_err());
+        }
+    }
+}
