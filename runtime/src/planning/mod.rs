@@ -18,9 +18,10 @@ use stdlib_tasks::task::{Rows, State, Task, TaskFault};
 
 use crate::fault::Fault;
 use crate::program::{Program, Times};
-use crate::safety::{Field, Frame, HumanPoint, SafetyPlanner, Strategy, TaskRows, Tick};
+use crate::safety::{Field, Frame, HumanPoint, SafetyPlanner, TaskRows, Tick};
 use crate::values::ValueTable;
-pub(crate) use settings::{deviates, planner_of, planners, protected_by};
+pub use settings::deviates;
+pub(crate) use settings::{planner_of, planners, protected_by};
 
 /// What a planner tells, behind its name and a point, in this order: u_c, the largest deviation, the slack, and the field.
 pub const OUTPUTS: [&str; 4] = ["scaling", "deviation", "slack", "field"];
@@ -162,11 +163,6 @@ impl Planning {
         self.planner.restart(0.0);
         self.internal.fill(0.0);
         self.values.restart();
-        self.values.inputs.copy_from_slice(inputs);
-    }
-
-    /// Takes what was captured.
-    pub fn capture(&mut self, inputs: &[f64]) {
         self.values.inputs.copy_from_slice(inputs);
     }
 
