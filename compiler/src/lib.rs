@@ -22,6 +22,7 @@ pub mod names;
 mod one_place;
 mod overridden;
 mod paths;
+mod planners;
 mod pointless;
 mod ranges;
 mod reach;
@@ -36,5 +37,6 @@ mod window;
 
 pub use expand::{Texts, files, parameter_types};
 pub use idle::leave_out;
+pub use runtime::PLANNER_OUTPUTS;
 pub use lowering::{Compiled, Input, ParamValue, VERBS, Verb, compile, compile_among, params, signal_types};
 pub use report::{Report, Style};
