@@ -26,6 +26,7 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("scenarios_yaml", include_str!("cases/scenarios_yaml.txt"), Spelling::Yaml),
     ("humans", include_str!("cases/humans.txt"), Spelling::Hq),
     ("humans_yaml", include_str!("cases/humans_yaml.txt"), Spelling::Yaml),
+    ("planners", include_str!("cases/planners.txt"), Spelling::Hq),
     ("machines", include_str!("cases/machines.txt"), Spelling::Hq),
     ("yardstick", include_str!("cases/yardstick.txt"), Spelling::Hq),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Spelling::Yaml),
