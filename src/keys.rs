@@ -16,6 +16,10 @@ pub fn describe(holds: &Holds) -> String {
         Holds::OfJoint { speed: false } => "position in rad or m".to_string(),
         Holds::OfJoint { speed: true } => "speed in rad/s or m/s".to_string(),
         Holds::Bound => "number in the unit of the value".to_string(),
+        Holds::WordOr(words) => {
+            format!("{}, or an expression", words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "))
+        }
+        Holds::People => "humans, points of them, positions in m".to_string(),
         Holds::Value => "number, vector or orientation".to_string(),
         Holds::Sent => "number, vector, orientation or `{ force  moment }`".to_string(),
         Holds::Values => "list, or whole numbers from one to another".to_string(),
@@ -31,6 +35,7 @@ pub fn describe(holds: &Holds) -> String {
         Holds::Name(Named::State) => "state".to_string(),
         Holds::Link => "link".to_string(),
         Holds::Geometries => "points, segments, links, groups".to_string(),
+        Holds::Links => "links, arms, points, segments, groups".to_string(),
         Holds::Joints => "joints, groups of joints, patterns".to_string(),
         Holds::Locks => "joints, groups of joints, patterns, or `{ JOINT position .. }`".to_string(),
         Holds::Positions => "`{ JOINT position .. }` in rad or m".to_string(),

@@ -31,6 +31,7 @@ pub fn is_word(name: &str) -> bool {
         "not",
         "present",
         "uncertainty",
+        "field",
     ];
     words.contains(&name) || FUNCTIONS.iter().any(|f| f.name == name) || TRAJECTORIES.iter().any(|t| t.name == name)
 }
@@ -61,6 +62,8 @@ pub struct Params {
     pub wrenches: BTreeSet<String>,
     /// Humans. A point stands among the symbols under a name that cannot be written.
     pub humans: BTreeMap<String, Human>,
+    /// Safety fields. The value of one stands among the symbols under a name that cannot be written.
+    pub fields: BTreeSet<String>,
     /// Events that the host raises, and where they were declared.
     pub events: BTreeMap<String, Span>,
 }
@@ -85,6 +88,10 @@ impl Params {
                 self.used.insert(name.to_string());
                 Meaning::Human(self.humans[name].clone())
             }
+            None if self.fields.contains(name) => {
+                self.used.insert(name.to_string());
+                Meaning::Field
+            }
             None if self.events.contains_key(name) => Meaning::Event,
             None => Meaning::Unknown,
         }
@@ -103,6 +110,7 @@ impl Params {
         let name = target(name);
         self.wrenches.contains(name)
             || self.humans.contains_key(name)
+            || self.fields.contains(name)
             || self.symbols.contains_key(name)
             || self.failed.contains(name)
             || self.later.contains(name)
@@ -113,6 +121,7 @@ impl Params {
         self.symbols
             .keys()
             .chain(self.humans.keys())
+            .chain(&self.fields)
             .chain(&self.failed)
             .filter(|n| !n.contains('.'))
             .cloned()

@@ -12,6 +12,7 @@ use robot::{Base, Data, LinkId, Model};
 use runtime::program::Op;
 use stdlib_tasks::bound::Geometry;
 use stdlib_tasks::expression::Leaf;
+use stdlib_tasks::field::{DistanceProgram, FieldProgram, Over};
 use stdlib_tasks::slope;
 
 use crate::binding::Table;
@@ -197,6 +198,20 @@ impl<'a> Ranges<'a> {
     }
 }
 
+/// Between which numbers a safety field lies, wherever people are: its function of the distance does not fall.
+fn of_field(field: &FieldProgram) -> Interval {
+    let chi = field.distance.chi();
+    let below = match field.over {
+        Over::SoftLeast { sharpness } => (field.points.len() as f64).ln() / sharpness,
+        Over::Mean | Over::Least => 0.0,
+    };
+    let far = if field.distance == DistanceProgram::Identity { f64::INFINITY } else { chi.evaluate(FARTHEST).0 };
+    Interval::new(chi.evaluate(0.0).0 - below, far)
+}
+
+/// Farther than anybody is from a robot, in m.
+const FARTHEST: f64 = 1e6;
+
 impl<'a> Ground<'a> {
     /// From the parts of a program in the making.
     pub fn new(graph: &'a Graph, table: &'a Table, model: &'a Model) -> Self {
@@ -269,6 +284,7 @@ impl<'a> Ground<'a> {
             }
             Leaf::Distance(_) => self.leaves.get(&at).map_or(Interval::ALL, |l| l.1),
             Leaf::Above(_) => Interval::ALL,
+            Leaf::Field(field) => of_field(field),
         }
     }
 

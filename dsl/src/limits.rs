@@ -127,6 +127,7 @@ fn item_head(text: &str) -> bool {
         || nameless("run", '{')
         || head("signal", ':')
         || head("human", '{')
+        || head("safety_field", '{')
         || head("variable", ':')
         || ["machine", "scenario"].iter().any(|word| head(word, '{') || quoted_head(text, word))
 }

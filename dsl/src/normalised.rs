@@ -4,7 +4,7 @@ use crate::tree::{Item, ItemKind, Spec};
 
 impl Spec {
     /// The same spec with its declarations sorted by kind as YAML groups them: imports, params, lets, robots, tasks,
-    /// stacks, signals, humans, machines, scenarios, repetitions, run. Within a kind the order stays.
+    /// stacks, signals, variables, humans, safety fields, machines, scenarios, repetitions, run. Within a kind the order stays.
     pub fn normalised(mut self) -> Spec {
         sort(&mut self.items);
         self
@@ -22,10 +22,11 @@ fn sort(items: &mut [Item]) {
         ItemKind::Signal(_) => 6,
         ItemKind::Variable(_) => 7,
         ItemKind::Human(_) => 8,
-        ItemKind::Machine(_) => 9,
-        ItemKind::Scenario(_) => 10,
-        ItemKind::For(_) => 11,
-        ItemKind::Run(_) => 12,
+        ItemKind::SafetyField(_) => 9,
+        ItemKind::Machine(_) => 10,
+        ItemKind::Scenario(_) => 11,
+        ItemKind::For(_) => 12,
+        ItemKind::Run(_) => 13,
     });
     for item in items {
         if let ItemKind::For(repeat) = &mut item.kind {

@@ -12,7 +12,7 @@ mod scenarios;
 use crate::span::{Span, Spanned};
 
 pub use comments::Comments;
-pub use machines::{Action, Human, Machine, Moment, Signal, State, StateBody, Transition, Trigger, Variable};
+pub use machines::{Action, Human, Machine, Moment, SafetyField, Signal, State, StateBody, Transition, Trigger, Variable};
 pub use reuse::{
     Beside, Call, Change, Import, ImportName, Let, Parameter, Removal, Repeat, RepeatItems, RepeatMembers, Values,
 };
@@ -69,6 +69,8 @@ pub enum ItemKind {
     Signal(Signal),
     /// `human operator { points [chest]  timeout 0.2 s }`
     Human(Human),
+    /// `safety_field nearness { of operator }`
+    SafetyField(SafetyField),
     /// What the machine keeps.
     Variable(Variable),
     /// `machine harvest { state look { .. } }`

@@ -1,5 +1,6 @@
 //! A program as text: stable, for people to review and for snapshots to hold.
 
+mod fields;
 mod leaves;
 mod machine;
 mod operations;
@@ -36,6 +37,7 @@ fn write(p: &Program, out: &mut String) -> std::fmt::Result {
         stack_text(p, i, stack, out)?;
     }
     values(p, out)?;
+    fields::fields(p, out)?;
     machine::signals(p, out)?;
     machine::machine(p, out)?;
     let ticks = (p.run.duration / p.robot.period).round();

@@ -210,6 +210,7 @@ impl List<'_> {
                 self.names(mentions, Class::Signal, 0);
                 self.names(mentions, Class::Human, 0);
             }
+            Slot::Field => self.names(mentions, Class::Field, 0),
             Slot::Human => self.names(mentions, Class::Human, 0),
             Slot::Task => self.names(mentions, Class::Task, 0),
             Slot::Machine => self.names(mentions, Class::Machine, 0),
@@ -231,6 +232,10 @@ impl List<'_> {
                 self.links(1);
             }
             Slot::Arm => self.names(mentions, Class::Arm, 0),
+            Slot::Links => {
+                self.names(mentions, Class::Arm, 0);
+                self.slot(mentions, &Slot::Geometry);
+            }
             Slot::Geometry => {
                 for class in [Class::Point, Class::Segment, Class::Group] {
                     self.names(mentions, class, 0);

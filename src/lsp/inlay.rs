@@ -46,6 +46,7 @@ fn item(item: &Item, out: &mut Vec<(usize, String)>) {
         ItemKind::Import(_) => {}
         ItemKind::Signal(s) => block(&s.settings, out),
         ItemKind::Human(h) => block(&h.body, out),
+        ItemKind::SafetyField(f) => block(&f.body, out),
         ItemKind::Variable(v) => v.value.iter().for_each(|held| value(held, out)),
         ItemKind::Machine(m) => states(&m.body, out),
         ItemKind::Scenario(s) => {

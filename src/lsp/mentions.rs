@@ -42,6 +42,8 @@ pub(super) enum Class {
     Human,
     /// A point of a person; its name is looked up together with that of the person.
     Tracked,
+    /// A safety field.
+    Field,
     /// A signal that is an event.
     Event,
     /// An event that no signal declares: a state raises it, or it is how an action came out.
@@ -70,6 +72,7 @@ impl Class {
             Class::Signal => "signal",
             Class::Human => "human",
             Class::Tracked => "point of a human",
+            Class::Field => "safety field",
             Class::Event | Class::Raised => "event",
             Class::Machine => "machine",
             Class::State => "state",
@@ -180,6 +183,8 @@ pub(super) enum Slot {
     Arm,
     /// Points, segments, groups, links.
     Geometry,
+    /// Arms, points, segments, groups, links.
+    Links,
     /// Joints and their groups.
     Joint,
     /// Joints and their groups, as keys, without those that are there.
@@ -188,6 +193,8 @@ pub(super) enum Slot {
     Signal,
     /// A person.
     Human,
+    /// A safety field.
+    Field,
     /// An event.
     Events {
         /// Faults and completion of tasks may stand in its place.

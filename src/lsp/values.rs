@@ -160,7 +160,7 @@ impl Walker<'_> {
             ValueKind::Call(name, args) if self.task(name) => args.iter().for_each(|v| self.anything(v)),
             ValueKind::Name(n)
                 if n != MARKER
-                    && ![Class::Param, Class::Let, Class::Signal, Class::Human].iter().any(|c| self.has(*c, n)) =>
+                    && ![Class::Param, Class::Let, Class::Signal, Class::Human, Class::Field].iter().any(|c| self.has(*c, n)) =>
             {
                 if !self.scoped(n, value.span) && self.has(Class::Arm, n) {
                     self.note(n, value.span, What::Declared(Class::Arm, n.clone()));
@@ -200,6 +200,19 @@ impl Walker<'_> {
             self.note(name, value.span, What::Declared(Class::Arm, name.to_string()));
         } else {
             self.note(name, value.span, What::Link(name.to_string()));
+        }
+    }
+
+    /// Links, arms, and parts for the links that carry them.
+    pub(super) fn links(&mut self, value: &Value) {
+        for item in items(value) {
+            match word(item) {
+                Some(name) if name != MARKER && self.has(Class::Arm, name) => self.arm_name(name, item.span),
+                Some(MARKER) => {
+                    self.marked(MARKER, || Slot::Links);
+                }
+                _ => self.geometries(item),
+            }
         }
     }
 

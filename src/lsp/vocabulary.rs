@@ -54,6 +54,11 @@ pub(super) static BUILT_IN: &[Word] = &[
          `track`, and in `initial(..)`.",
     ),
     word(
+        "field",
+        "`field(NAME)`: the value of a safety field, which says how far the robot is from people: in `keep`, conditions and \
+         expectations.",
+    ),
+    word(
         "present",
         "`present(SIGNAL)`, `present(HUMAN)`, `present(HUMAN.POINT)`: whether it has come, and not longer ago than its `timeout`.",
     ),
@@ -94,10 +99,10 @@ pub(super) static FAULTS: &[Word] = &[
 ];
 
 /// Those that give what the robot does now.
-pub(super) static PRESENT: &[&str] = &["frame", "joint", "point", "distance", "plane", "com"];
+pub(super) static PRESENT: &[&str] = &["frame", "joint", "point", "distance", "plane", "com", "field"];
 
 /// Those of them that are called: without brackets, such a name is that of something else.
-pub(super) static CALLED: &[&str] = &["frame", "joint", "point", "distance", "plane", "present", "uncertainty"];
+pub(super) static CALLED: &[&str] = &["frame", "joint", "point", "distance", "plane", "present", "uncertainty", "field"];
 
 /// What expectations measure while a scenario runs.
 pub(super) static MEASURED: &[Word] = &[

@@ -1,7 +1,8 @@
 //! The declarations of a spec, word by word: what each key and each name in them means.
 
 use compiler::sections::{
-    Holds, Key, LEVEL, MEMBER, Named, OUTCOME, PARAM, ROBOT, RUN, SCENARIO, SPEC, STACK, Section, WAYPOINT,
+    Holds, Key, LEVEL, MEMBER, Named, OUTCOME, PARAM, ROBOT, RUN, SAFETY_FIELD, SCENARIO, SPEC, STACK, Section,
+    WAYPOINT,
 };
 use dsl::Span;
 use dsl::tree::{Block, Entry, Item, ItemKind, Level, Member, MemberTask, Spec, Stack, Value, ValueKind};
@@ -92,6 +93,10 @@ impl Walker<'_> {
             }
             ItemKind::Signal(s) => self.declared_signal(s, item),
             ItemKind::Human(h) => self.declared_human(h, item),
+            ItemKind::SafetyField(f) => {
+                let before = &item.comments.before;
+                self.declare((Class::Field, f.name.value.clone()), &f.name, item.span, before);
+            }
             ItemKind::Variable(v) => self.declared_variable(v, item),
             ItemKind::Machine(m) => self.declared_machine(m, item),
             ItemKind::Run(_) | ItemKind::Scenario(_) => {}
@@ -153,6 +158,10 @@ impl Walker<'_> {
             ItemKind::Human(h) => {
                 self.keyword("human", start, item.span);
                 self.human(h);
+            }
+            ItemKind::SafetyField(f) => {
+                self.keyword("safety_field", start, item.span);
+                self.section(&f.body, &SAFETY_FIELD);
             }
             ItemKind::Variable(v) => {
                 self.keyword("variable", start, item.span);
@@ -216,7 +225,7 @@ impl Walker<'_> {
     /// What stands behind a key.
     fn held(&mut self, holds: &'static Holds, value: &Value) {
         match holds {
-            Holds::Number(_) | Holds::Vector(_) | Holds::OfJoint { .. } | Holds::Bound | Holds::Value => {
+            Holds::Number(_) | Holds::Vector(_) | Holds::OfJoint { .. } | Holds::Bound | Holds::Value | Holds::People => {
                 self.expression(value);
             }
             Holds::Sent => self.anything(value),
@@ -247,6 +256,11 @@ impl Walker<'_> {
             Holds::Name(Named::Machine) => self.machine_name(value),
             Holds::Link => self.link(value),
             Holds::Geometries => self.geometries(value),
+            Holds::Links => self.links(value),
+            Holds::WordOr(words) => match &value.kind {
+                ValueKind::Name(name) if self.marked(name, || Slot::Words(words)) || words.contains(&name.as_str()) => {}
+                _ => self.expression(value),
+            },
             Holds::Joints => self.joints(value),
             Holds::Positions => self.joint_block(value, |w, v| w.expression(v)),
             Holds::Locks => match &value.kind {

@@ -26,6 +26,8 @@ impl Walker<'_> {
                     self.note(name, value.span, What::Declared(Class::Signal, name.clone()));
                 } else if self.has(Class::Human, name) {
                     self.note(name, value.span, What::Declared(Class::Human, name.clone()));
+                } else if self.has(Class::Field, name) {
+                    self.note(name, value.span, What::Declared(Class::Field, name.clone()));
                 } else if find(name).is_some() && !CALLED.contains(&name.as_str()) {
                     self.note(name, value.span, What::BuiltIn(name.clone()));
                 } else {
@@ -55,6 +57,13 @@ impl Walker<'_> {
                     ("initial", [one]) => self.captured(one, actuals),
                     ("present", [one]) => self.signal_name(one),
                     ("uncertainty", [one]) => self.uncertain(one),
+                    ("field", [one]) => {
+                        if let Some(name) = word(one)
+                            && !self.marked(name, || Slot::Field)
+                        {
+                            self.note(name, one.span, What::Declared(Class::Field, name.to_string()));
+                        }
+                    }
                     ("frame", [one]) => self.frame(one),
                     ("joint", [one]) => self.joints(one),
                     (name, [one]) if MEASURES.contains(&name) => self.measured(name, one),

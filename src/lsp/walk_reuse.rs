@@ -9,7 +9,7 @@ use super::origin::Elsewhere;
 use super::walk::word;
 
 /// What a spec can see of a file, class by class.
-pub(super) const VISIBLE: [Class; 9] = [
+pub(super) const VISIBLE: [Class; 10] = [
     Class::Param,
     Class::Let,
     Class::Robot,
@@ -17,6 +17,7 @@ pub(super) const VISIBLE: [Class; 9] = [
     Class::Stack,
     Class::Signal,
     Class::Human,
+    Class::Field,
     Class::Event,
     Class::Machine,
 ];

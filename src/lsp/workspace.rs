@@ -224,7 +224,7 @@ fn symbol(class: Class) -> Option<SymbolKind> {
     Some(match class {
         Class::Param | Class::Let => SymbolKind::CONSTANT,
         Class::Robot => SymbolKind::CLASS,
-        Class::Task => SymbolKind::FUNCTION,
+        Class::Task | Class::Field => SymbolKind::FUNCTION,
         Class::Stack => SymbolKind::MODULE,
         Class::Level => SymbolKind::NAMESPACE,
         Class::Arm => SymbolKind::OBJECT,

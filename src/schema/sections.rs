@@ -51,7 +51,9 @@ fn held(holds: &Holds) -> Value {
         Holds::Number(q) => values::scalar(q),
         Holds::Vector(d) => values::vector(*d),
         Holds::OfJoint { .. } | Holds::Bound => json!({ "type": ["number", "string"] }),
+        Holds::WordOr(_) => values::name(),
         Holds::Value => json!({ "type": ["number", "string", "array"] }),
+        Holds::People => json!({ "type": ["string", "array"] }),
         Holds::Numbers(q) => {
             let one = values::scalar(q);
             json!({ "anyOf": [one, { "type": "array", "minItems": 1, "items": one }] })
@@ -62,7 +64,7 @@ fn held(holds: &Holds) -> Value {
         Holds::Choice(words) => json!({ "enum": words }),
         Holds::NewName => json!({ "type": "string", "pattern": values::NAME }),
         Holds::Text | Holds::Urdf | Holds::Name(_) | Holds::Link => values::name(),
-        Holds::Geometries | Holds::Joints => values::names(),
+        Holds::Geometries | Holds::Links | Holds::Joints => values::names(),
         Holds::Locks => {
             let mut locks = values::per_joint();
             locks["type"] = json!(["string", "array", "object"]);

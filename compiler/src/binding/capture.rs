@@ -7,6 +7,7 @@ use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
 use runtime::program::{CaptureSource, Op};
 use stdlib_tasks::dimension::NONE;
+use stdlib_tasks::expression::Leaf;
 use stdlib_tasks::task::ActualType;
 
 use super::cut::cut;
@@ -139,6 +140,11 @@ impl TaskScope<'_> {
             return if asked { Ok(Typed { span, ..typed }) } else { Err(Some(Box::new(d.help(USE)))) };
         }
         let e = cut(graph, self.table, &typed);
+        if e.leaves.iter().any(|l| matches!(l, Leaf::Field(_))) {
+            let d = Diagnostic::error("HQ0311", argument.span, "a safety field cannot be captured")
+                .note("`initial(..)` reads the robot alone, and people go on moving");
+            return Err(Some(Box::new(d.help("write `field(..)` without `initial`, or a number"))));
+        }
         if !e.inputs.is_empty() {
             let d = Diagnostic::error("HQ0311", argument.span, "the time cannot be captured")
                 .note("`initial(..)` is the value when the stack becomes active, and `t` is zero then");
@@ -192,7 +198,7 @@ impl TaskScope<'_> {
         }
         match &value.kind {
             // These take names of frames and joints.
-            ValueKind::Call(function, _) if ["frame", "joint", "distance"].contains(&function.value.as_str()) => None,
+            ValueKind::Call(function, _) if ["frame", "joint", "distance", "field"].contains(&function.value.as_str()) => None,
             ValueKind::Call(_, args) | ValueKind::List(args) => args.iter().find_map(|a| self.own_inside(a)),
             ValueKind::Field(inner, _)
             | ValueKind::Unit(inner, _)

@@ -18,7 +18,7 @@ pub(super) fn cut(graph: &Graph, table: &Table, typed: &Typed) -> Expression {
     while let Some(i) = open.pop_last() {
         needed.insert(i);
         if graph.is_state(i) {
-            open.extend(graph.ops()[i].operands().into_iter().flatten());
+            open.extend(graph.reads(i));
         }
     }
     let dimension = if typed.kind == Kind::Rotation { NONE } else { typed.dimension };
@@ -28,7 +28,7 @@ pub(super) fn cut(graph: &Graph, table: &Table, typed: &Typed) -> Expression {
     for i in needed {
         let op = match graph.ops()[i] {
             Op::Const(x) => Op::Const(x),
-            Op::State(k) => Op::State(state_number(table, k, &mut states, &mut e.leaves)),
+            Op::State(k) => Op::State(state_number(table, k, &mut states, &mut e.leaves, &index)),
             op if graph.is_state(i) => op.renumber(|a| index[&a]),
             _ => {
                 e.inputs.push(i);
@@ -55,7 +55,7 @@ pub(crate) fn whole(
     let mut states: BTreeMap<usize, usize> = BTreeMap::new();
     for op in ops {
         let op = match op {
-            Op::State(k) => Op::State(state_number(table, k, &mut states, &mut e.leaves)),
+            Op::State(k) => Op::State(state_number(table, k, &mut states, &mut e.leaves, &index)),
             Op::T | Op::Time | Op::Input(_) | Op::Signal(_) | Op::Trajectory(_) => {
                 e.inputs.push(input(op)?);
                 Op::Input(e.inputs.len() - 1)
@@ -67,14 +67,24 @@ pub(crate) fn whole(
     Some(e)
 }
 
-/// The number that number `k` of the robot's state has within one expression.
-fn state_number(table: &Table, k: usize, states: &mut BTreeMap<usize, usize>, leaves: &mut Vec<Leaf>) -> usize {
+/// The number that number `k` of the robot's state has within one expression; `index` gives the operations there of what a
+/// leaf reads.
+fn state_number(
+    table: &Table,
+    k: usize,
+    states: &mut BTreeMap<usize, usize>,
+    leaves: &mut Vec<Leaf>,
+    index: &BTreeMap<usize, usize>,
+) -> usize {
     if !states.contains_key(&k)
         && let Some((at, leaf)) = table.leaf_of(k)
     {
         let first = leaves.iter().map(Leaf::width).sum::<usize>();
         states.extend((0..leaf.width()).map(|i| (at + i, first + i)));
-        leaves.push(leaf.clone());
+        leaves.push(match leaf {
+            Leaf::Field(field) => Leaf::Field(Box::new(field.renumber(|n| index.get(&n).copied().unwrap_or(0)))),
+            leaf => leaf.clone(),
+        });
     }
     states.get(&k).copied().unwrap_or(0)
 }

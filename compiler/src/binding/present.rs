@@ -13,8 +13,9 @@ use stdlib_tasks::task::TaskKind;
 use super::parts;
 use super::scope::TaskScope;
 use crate::constants::joint_dimension;
-use crate::expr::{self, Axes, Frame, Graph, Kind, Meaning, Now, Typed};
-use crate::forms::text_of;
+use crate::expr::{self, Axes, Frame, Graph, Kind, Meaning, Now, Typed, field_symbol};
+use crate::forms::{target, text_of, written};
+use crate::names::{list, suggest};
 use crate::robot_binding::{unknown_joint, unknown_link};
 
 /// Most pairs of parts whose smallest distance `distance(a, b)` gives.
@@ -83,6 +84,7 @@ impl TaskScope<'_> {
                 let parts = parts::geometries(self.robot, part, diagnostics)?;
                 self.above(graph, &parts, plane, span).map_err(Some).map(Some)
             }
+            Now::Field(field) => self.safety_field(field, span).map(Some),
             Now::Com => self.center_of_mass(graph, span).map_err(Some).map(Some),
         };
         self.asked = true;
@@ -260,6 +262,35 @@ impl TaskScope<'_> {
         let smallest = nodes.into_iter().reduce(|x, y| graph.push(Op::Min(x, y)));
         let nodes = smallest.into_iter().collect();
         Ok(Typed { kind: Kind::Scalar, dimension: LENGTH, nodes, bare: false, axes: Axes::default(), span })
+    }
+
+    /// The value of a safety field. One that failed to be bound was reported there.
+    fn safety_field(&mut self, field: &Value, span: Span) -> Result<Typed, Option<Box<Diagnostic>>> {
+        let ValueKind::Name(name) = &field.kind else {
+            let d = Diagnostic::error("HQ0304", field.span, "the name of a safety field is needed here");
+            return Err(Some(Box::new(d.help("write `field(NAME)`, and declare `safety_field NAME { of HUMAN }`"))));
+        };
+        let said = written(name);
+        match self.params.meaning(name) {
+            Meaning::Failed => Err(None),
+            Meaning::Field => match self.params.meaning(&field_symbol(target(name))) {
+                Meaning::Value(symbol) => Ok(Typed { span, ..symbol.value }),
+                _ => Err(None),
+            },
+            Meaning::Human(_) => {
+                let d = Diagnostic::error("HQ0304", field.span, format!("`{said}` is a person, and no safety field"));
+                Err(Some(Box::new(d.help(format!("declare one: `safety_field NAME {{ of {said} }}`, and name that")))))
+            }
+            _ => {
+                let d = Diagnostic::error("HQ0201", field.span, format!("there is no safety field `{said}`"));
+                let known = || self.params.fields.iter().map(String::as_str).filter(|n| !n.contains('.'));
+                Err(Some(Box::new(match suggest(said, known()) {
+                    Some(near) => d.help(format!("did you mean `{near}`?")),
+                    None if known().next().is_some() => d.help(format!("declared are {}", list(known(), 8))),
+                    None => d.help(format!("declare it: `safety_field {said} {{ of HUMAN }}`")),
+                })))
+            }
+        }
     }
 
     /// The centre of mass, which is constant where no link with a mass moves.

@@ -26,7 +26,7 @@ pub struct Table {
 }
 
 impl Table {
-    pub(super) fn place(&mut self, nodes: &[usize]) -> Slot {
+    pub(crate) fn place(&mut self, nodes: &[usize]) -> Slot {
         let at = self.nodes.len();
         self.nodes.extend_from_slice(nodes);
         Slot { at, len: nodes.len() }
@@ -61,7 +61,7 @@ impl Table {
     }
 
     /// Gives a leaf its numbers once, however often it is named; gives the first.
-    pub(super) fn leaf(&mut self, leaf: Leaf) -> usize {
+    pub(crate) fn leaf(&mut self, leaf: Leaf) -> usize {
         let key = format!("{leaf:?}");
         if let Some(&at) = self.known.get(&key) {
             return at;

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use dsl::tree::{Entry, Human, ItemKind, Let, Param, Robot, Signal, Spec, Stack, Task, Value, ValueKind, Variable};
+use dsl::tree::{
+    Entry, Human, ItemKind, Let, Param, Robot, SafetyField, Signal, Spec, Stack, Task, Value, ValueKind, Variable,
+};
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 
 use super::fill::{Frame, parts};
@@ -96,6 +98,7 @@ impl Expander<'_> {
             | ItemKind::Let(_)
             | ItemKind::Signal(_)
             | ItemKind::Human(_)
+            | ItemKind::SafetyField(_)
             | ItemKind::Variable(_) => {
                 self.emit_value((m, i), span);
             }
@@ -171,6 +174,10 @@ impl Expander<'_> {
                 let settings = h.body.entries.iter().filter(|e| !IN_A_HUMAN.contains(&e.key.value.as_str()));
                 settings.map(|e| &e.value).collect()
             }
+            // Links are no values.
+            ItemKind::SafetyField(f) => {
+                f.body.entries.iter().filter(|e| e.key.value != "links").map(|e| &e.value).collect()
+            }
             ItemKind::Variable(v) => v.value.iter().collect(),
             _ => Vec::new(),
         };
@@ -205,6 +212,7 @@ impl Expander<'_> {
             ItemKind::Let(l) => Named::Let(Let { name, value: value(self, &l.value) }),
             ItemKind::Signal(s) => Named::Signal(Signal { name, ..self.copied_signal(s, &mut frame) }),
             ItemKind::Human(h) => Named::Human(Human { name, ..self.copied_human(h, &mut frame) }),
+            ItemKind::SafetyField(f) => Named::Field(SafetyField { name, ..self.copied_field(f, &mut frame) }),
             ItemKind::Variable(v) => {
                 let ty = self.name(&v.ty, &mut frame);
                 let optional = v.optional.map(|at| self.at(at, &mut frame));

@@ -1,7 +1,7 @@
-//! Signals, humans and machines: copies of them, and the stacks that states name.
+//! Signals, humans, safety fields and machines: copies of them, and the stacks that states name.
 
 use dsl::tree::{
-    Action, Call, Human, ItemKind, Machine, Signal, Stack, State, StateBody, Transition, Trigger, Value, ValueKind,
+    Action, Call, Human, ItemKind, Machine, SafetyField, Signal, Stack, State, StateBody, Transition, Trigger, Value, ValueKind,
     Variable,
 };
 use dsl::{Span, Spanned};
@@ -24,6 +24,11 @@ impl Expander<'_> {
     /// A human with holes filled.
     pub(super) fn copied_human(&mut self, h: &Human, frame: &mut Frame) -> Human {
         Human { name: self.name(&h.name, frame), body: self.block(&h.body, frame) }
+    }
+
+    /// A safety field with holes filled.
+    pub(super) fn copied_field(&mut self, f: &SafetyField, frame: &mut Frame) -> SafetyField {
+        SafetyField { name: self.name(&f.name, frame), body: self.block(&f.body, frame) }
     }
 
     /// A variable with holes filled.

@@ -24,7 +24,9 @@ mod tasks;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use dsl::tree::{Human, Let, Level, Machine, Param, Robot, Run, Scenario, Signal, Spec, Stack, Task, Value, Variable};
+use dsl::tree::{
+    Human, Let, Level, Machine, Param, Robot, Run, SafetyField, Scenario, Signal, Spec, Stack, Task, Value, Variable,
+};
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Spelling};
 
 use crate::lowering::Input;
@@ -54,6 +56,8 @@ pub(crate) enum Named {
     Signal(Signal),
     /// A human.
     Human(Human),
+    /// A safety field.
+    Field(SafetyField),
     /// A variable of the machine.
     Variable(Variable),
 }
@@ -72,7 +76,7 @@ pub(crate) struct Given {
 /// The plain declarations of a spec.
 #[derive(Debug, Default)]
 pub(crate) struct Expanded {
-    /// Params, lets, signals and humans, each behind those that it uses.
+    /// Params, lets, signals, humans and safety fields, each behind those that it uses.
     pub values: Vec<Named>,
     /// Robots, without those that others are made from.
     pub robots: Vec<Robot>,
@@ -104,10 +108,10 @@ pub(crate) struct Expanded {
     pub spellings: BTreeMap<SourceId, Spelling>,
 }
 
-/// The kinds of name; params, lets, signals and humans share one.
+/// The kinds of name; params, lets, signals, humans and safety fields share one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Class {
-    /// Params, lets, signals and humans.
+    /// Params, lets, signals, humans and safety fields.
     Value,
     /// Robots.
     Robot,

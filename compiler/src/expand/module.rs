@@ -78,6 +78,7 @@ pub(super) fn declared(kind: &ItemKind) -> Option<(Class, &Spanned<String>)> {
         ItemKind::Import(_) | ItemKind::For(_) | ItemKind::Run(_) | ItemKind::Scenario(_) => None,
         ItemKind::Signal(s) => Some((Class::Value, &s.name)),
         ItemKind::Human(h) => Some((Class::Value, &h.name)),
+        ItemKind::SafetyField(f) => Some((Class::Value, &f.name)),
         ItemKind::Variable(v) => Some((Class::Value, &v.name)),
         ItemKind::Machine(m) => Some((Class::Machine, &m.name)),
     }

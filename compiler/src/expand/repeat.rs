@@ -47,6 +47,7 @@ impl Expander<'_> {
                     }
                     ItemKind::Signal(s) => ItemKind::Signal(self.copied_signal(s, &mut inner)),
                     ItemKind::Human(h) => ItemKind::Human(self.copied_human(h, &mut inner)),
+                    ItemKind::SafetyField(f) => ItemKind::SafetyField(self.copied_field(f, &mut inner)),
                     ItemKind::Variable(v) => ItemKind::Variable(self.copied_variable(v, &mut inner)),
                     ItemKind::Machine(m) => ItemKind::Machine(self.copied_machine(m, &mut inner)),
                     ItemKind::Scenario(s) => ItemKind::Scenario(self.copied_scenario(s, &mut inner)),

@@ -20,6 +20,8 @@ pub struct Graph {
     facts: BTreeMap<usize, Vec<Known>>,
     /// Trajectories; what they read are nodes.
     trajectories: Vec<TrajectoryProgram>,
+    /// Numbers of the robot's state that read nodes: those of safety fields.
+    reading: BTreeMap<usize, Vec<usize>>,
 }
 
 /// Most facts that are kept of one node.
@@ -75,6 +77,12 @@ impl Graph {
     pub fn moving_signal(&mut self, number: usize, rate: usize) -> usize {
         self.moving.insert(number, rate);
         self.push(Op::Signal(number))
+    }
+
+    /// A number of the robot's state that reads some nodes.
+    pub fn reading_state(&mut self, number: usize, nodes: Vec<usize>) -> usize {
+        self.reading.insert(number, nodes);
+        self.push(Op::State(number))
     }
 
     /// True where the robot's present state stands in a node.
@@ -330,7 +338,12 @@ impl Graph {
             Op::Trajectory(k) => self.trajectory_of(k),
             _ => None,
         };
-        op.operands().into_iter().flatten().chain(moved.into_iter().flat_map(TrajectoryProgram::inputs)).collect()
+        let read = match op {
+            Op::State(k) => self.reading.get(&k).map_or(&[][..], Vec::as_slice),
+            _ => &[],
+        };
+        let moved = moved.into_iter().flat_map(TrajectoryProgram::inputs);
+        op.operands().into_iter().flatten().chain(moved).chain(read.iter().copied()).collect()
     }
 
     /// True where a trajectory stands in a node.

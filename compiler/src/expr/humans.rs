@@ -18,6 +18,11 @@ pub(crate) fn symbol(human: &str, point: &str, velocity: bool) -> String {
     format!("{human}.#{point}{}", if velocity { ".#velocity" } else { "" })
 }
 
+/// The name under which the value of a safety field stands among the values. Nobody can write it.
+pub(crate) fn field_symbol(field: &str) -> String {
+    format!("{field}.#field")
+}
+
 impl Lowering<'_> {
     fn human(&mut self, value: &Value) -> Option<(String, Human)> {
         let ValueKind::Name(name) = &value.kind else { return None };

@@ -38,6 +38,8 @@ pub enum Meaning {
     Wrench,
     /// A person, whose points are tracked.
     Human(Human),
+    /// A safety field, whose value is asked for by `field(NAME)`.
+    Field,
     /// An event, which is no value.
     Event,
     /// Nothing.
@@ -252,6 +254,11 @@ impl Lowering<'_> {
                 let d = Diagnostic::error("HQ0304", span, format!("`{written}` is a person, who is no single value"));
                 let points: Vec<String> = human.points.iter().map(|p| format!("`{written}.{}`", p.0)).collect();
                 return self.fail(d.help(format!("name one of its points: {}", points.join(", "))));
+            }
+            Meaning::Field => {
+                let written = crate::forms::written(name);
+                let d = Diagnostic::error("HQ0304", span, format!("`{written}` is a safety field, and no number by itself"));
+                return self.fail(d.help(format!("write `field({written})` for its value at this moment")));
             }
             Meaning::Event => {
                 let written = crate::forms::written(name);

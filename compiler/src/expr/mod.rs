@@ -22,7 +22,7 @@ pub use frames::{Axes, Frame};
 pub use functions::{FUNCTIONS, Function};
 pub use graph::Graph;
 pub use helps::bracketed;
-pub(crate) use humans::symbol;
+pub(crate) use humans::{field_symbol, symbol};
 pub use interval::Interval;
 pub use lower::{Lowering, MEASURES, Meaning, Scope, Symbol};
 pub(crate) use planners::told;

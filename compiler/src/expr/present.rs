@@ -1,4 +1,4 @@
-//! What the robot does now, as an expression names it: frames, points of frames, joints, distances, the centre of mass.
+//! What the robot does now, as an expression names it: frames, points of frames, joints, distances, the centre of mass, safety fields.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
@@ -9,7 +9,7 @@ use super::{Axes, Frame, Kind, Lowering, Typed, frames};
 use crate::constants::fits;
 
 /// The functions that give what the robot does now.
-pub(crate) const PRESENT: &[&str] = &["frame", "point", "joint", "distance", "plane", "com"];
+pub(crate) const PRESENT: &[&str] = &["frame", "point", "joint", "distance", "plane", "com", "field"];
 
 /// Something that the robot does now, with the values that name it.
 #[derive(Clone, Debug)]
@@ -26,6 +26,8 @@ pub enum Now<'v> {
     Above(&'v Value, Plane),
     /// `com`.
     Com,
+    /// `field(F)`.
+    Field(&'v Value),
 }
 
 /// A plane: a point of it in m, its unit normal, and the axes that both count along.
@@ -117,6 +119,7 @@ impl Lowering<'_> {
                         .help("write `frame(F).position`, `frame(F).orientation` or `frame(F).pose`"),
                 );
             }
+            ("field", [field]) => return self.now(&Now::Field(field), span),
             ("joint", [joint]) => return self.now(&Now::Joint(joint), span),
             ("plane", _) => {
                 return self.fail(
@@ -157,6 +160,7 @@ impl Lowering<'_> {
                 let offset = self.fixed(&typed, Some(LENGTH), &what)?;
                 return self.now(&Now::Point(frame, offset), span);
             }
+            ("field", _) => "field(NAME)",
             ("joint", _) => "joint(NAME)",
             ("distance", _) => "distance(PART, PART)` or `distance(PART, plane(POINT, NORMAL))",
             _ => "point(FRAME, [x, y, z] m)",

@@ -28,7 +28,7 @@ impl Lowerer<'_> {
     pub(super) fn collect<'t>(&mut self, expanded: &'t Expanded) -> Declared<'t> {
         let params = expanded.values.iter().filter_map(|v| match v {
             Named::Param(p) => Some(p),
-            Named::Let(_) | Named::Signal(_) | Named::Human(_) | Named::Variable(_) => None,
+            Named::Let(_) | Named::Signal(_) | Named::Human(_) | Named::Field(_) | Named::Variable(_) => None,
         });
         for other in expanded.robots.iter().skip(1) {
             self.push(
@@ -114,9 +114,12 @@ impl Lowerer<'_> {
                 Named::Let(l) => ("let", &l.name),
                 Named::Signal(s) => ("signal", &s.name),
                 Named::Human(h) => ("human", &h.name),
+                Named::Field(f) => ("safety_field", &f.name),
                 Named::Variable(v) => ("variable", &v.name),
             };
-            let known = (self.params.symbols.contains_key(&name.value) || self.params.humans.contains_key(&name.value))
+            let known = (self.params.symbols.contains_key(&name.value)
+                || self.params.humans.contains_key(&name.value)
+                || self.params.fields.contains(&name.value))
                 && !self.params.used.contains(&name.value)
                 && !mentioned.contains(&name.value);
             if let Some((at, imported)) = place(Class::Value, name).filter(|_| complete && known) {

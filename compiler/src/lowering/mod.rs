@@ -3,6 +3,7 @@
 mod actions;
 mod declared;
 mod expectations;
+mod fields;
 mod given;
 mod humans;
 mod in_place;
@@ -30,6 +31,8 @@ use dsl::{Diagnostic, SourceId, Span, Spelling};
 use runtime::program::{
     FORMAT, Interface, MachineProgram, Program, RobotProgram, RunProgram, StackProgram, TaskProgram,
 };
+
+use stdlib_tasks::field::FieldProgram;
 
 use crate::binding::{Binder, BoundTask, Table};
 use crate::checks;
@@ -147,6 +150,8 @@ struct Lowerer<'a> {
     params: Params,
     /// Signals and events.
     interface: Interface,
+    /// Safety fields, their points in the table of values.
+    fields: Vec<FieldProgram>,
     /// Variables of the machine.
     variables: variables::Variables,
     /// What signals say of the robot, until it is known.
@@ -177,6 +182,7 @@ impl<'a> Lowerer<'a> {
             table: Table::default(),
             params: Params::default(),
             interface: Interface::default(),
+            fields: Vec::new(),
             variables: Default::default(),
             sensors: Vec::new(),
             meant: Vec::new(),
@@ -240,6 +246,7 @@ impl<'a> Lowerer<'a> {
                     .help("write `robot NAME { urdf \"..\"  rate 100 Hz }`, or import one"),
             );
         }
+        self.bind_fields(expanded, robot.as_ref());
         let refused = self.given(&expanded.given);
         let definitions = definitions(&declared);
         let bound = match &robot {
@@ -346,6 +353,7 @@ impl<'a> Lowerer<'a> {
             },
             interface: self.interface.clone(),
             values: self.values(),
+            fields: std::mem::take(&mut self.fields),
             tasks,
             stacks,
             machine,

@@ -1,4 +1,4 @@
-//! Values with a name: params, lets and signals in the order written; and what each param of a spec is worth.
+//! Values with a name: params, lets, signals, humans and safety fields in the order written; and what each param of a spec is worth.
 
 use dsl::Sources;
 use dsl::tree::Let;
@@ -41,6 +41,7 @@ impl Lowerer<'_> {
                 }
                 Named::Signal(s) => self.signal(s),
                 Named::Human(h) => self.human(h),
+                Named::Field(f) => self.declare_field(f),
                 Named::Variable(v) => self.variable(v),
             }
         }

@@ -4,6 +4,7 @@
 //!
 //! A new block is one more [`Section`], named in [`ALL`] and by the key that holds it.
 
+mod field;
 mod human;
 mod machine;
 mod robot;
@@ -15,6 +16,7 @@ use dsl::Spelling;
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::params::{Presence, Quantity};
 
+pub use field::SAFETY_FIELD;
 pub use human::{HUMAN, HUMAN_POINT, HUMAN_SCRIPT};
 pub use machine::{MACHINE, SIGNAL, STATE, TRANSITION, VARIABLE, WRENCH};
 pub use robot::{ARM, BASES, LIMIT, POINT, ROBOT, SEGMENT};
@@ -37,6 +39,7 @@ pub static ALL: &[&Section] = &[
     &MEMBER,
     &SIGNAL,
     &HUMAN,
+    &SAFETY_FIELD,
     &WRENCH,
     &VARIABLE,
     &MACHINE,
@@ -112,6 +115,8 @@ pub enum Holds {
     Bound,
     /// A number, a vector, an orientation.
     Value,
+    /// Humans, points of them, other positions.
+    People,
     /// A constant value of a signal: a number, a vector, an orientation, or the parts of a wrench.
     Sent,
     /// What a repetition runs over: a list, or whole numbers.
@@ -124,6 +129,8 @@ pub enum Holds {
     Flag,
     /// One of these words.
     Choice(&'static [&'static str]),
+    /// One of these words, one that is called, or an expression.
+    WordOr(&'static [&'static str]),
     /// A name that is given here.
     NewName,
     /// The name of something declared.
@@ -132,6 +139,8 @@ pub enum Holds {
     Link,
     /// Points, segments, links, groups of them.
     Geometries,
+    /// Links, arms for all of theirs, points, segments and groups for those that carry them.
+    Links,
     /// Joints, groups of them, patterns.
     Joints,
     /// The same, or a position for each.

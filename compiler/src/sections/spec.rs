@@ -3,6 +3,7 @@
 use stdlib_tasks::dimension::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, NONE, TIME};
 use stdlib_tasks::params::Quantity;
 
+use super::field::SAFETY_FIELD;
 use super::human::HUMAN;
 use super::machine::{MACHINE, SIGNAL, VARIABLE};
 use super::robot::ROBOT;
@@ -96,6 +97,18 @@ pub static SPEC: Section = Section {
         )
         .at(Place::Hq),
         Key::optional("humans", Holds::Each(&Holds::Block(&HUMAN)), "People whose points are tracked, by name.").at(Place::Yaml),
+        Key::optional(
+            "safety_field",
+            Holds::Block(&SAFETY_FIELD),
+            "How far the robot is from people, as one number: `safety_field NAME { of HUMAN }`, read as `field(NAME)`.",
+        )
+        .at(Place::Hq),
+        Key::optional(
+            "safety_fields",
+            Holds::Each(&Holds::Block(&SAFETY_FIELD)),
+            "How far the robot is from people, each as one number, by name; read as `field(NAME)`.",
+        )
+        .at(Place::Yaml),
         Key::optional(
             "machine",
             Holds::Block(&MACHINE),

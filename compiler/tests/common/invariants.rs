@@ -72,6 +72,7 @@ fn declares_twice(items: &[Item]) -> bool {
             ItemKind::Stack(s) => ("stack", s.name.value.clone()),
             ItemKind::Signal(s) => ("signal", s.name.value.clone()),
             ItemKind::Human(h) => ("human", h.name.value.clone()),
+            ItemKind::SafetyField(f) => ("safety_field", f.name.value.clone()),
             ItemKind::Variable(v) => ("variable", v.name.value.clone()),
             ItemKind::Machine(m) => ("machine", m.name.value.clone()),
             ItemKind::Scenario(s) => ("scenario", s.name.value.clone()),

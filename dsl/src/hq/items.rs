@@ -1,18 +1,19 @@
-//! Declarations: `hierarq`, `param`, `robot`, `human`, `task`, `stack`, `run`; the others stand in `reuse`.
+//! Declarations: `hierarq`, `param`, `robot`, `human`, `safety_field`, `task`, `stack`, `run`; the others stand in `reuse`.
 
 use super::Reader;
 use crate::explain::{self, After, clip};
 use crate::expr::{Place, missing};
 use crate::grammar::{Pair, Rule};
 use crate::tree::{
-    Block, Comments, Human, Item, ItemKind, Param, Robot, Run, Spec, Stack, Task, TaskDefinition, Value,
+    Block, Comments, Human, Item, ItemKind, Param, Robot, Run, SafetyField, Spec, Stack, Task, TaskDefinition,
+    Value,
 };
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned, checks};
 
 /// The words that begin a declaration.
 pub(crate) const KEYWORDS: &[&str] = &[
-    "import", "param", "let", "robot", "task", "stack", "signal", "human", "variable", "machine", "scenario", "for",
+    "import", "param", "let", "robot", "task", "stack", "signal", "human", "safety_field", "variable", "machine", "scenario", "for",
     "run",
 ];
 
@@ -102,6 +103,7 @@ impl Reader<'_> {
             Rule::import => word(6),
             Rule::param | Rule::robot | Rule::stack | Rule::human => word(5),
             Rule::task => word(4),
+            Rule::safety => word(12),
             Rule::signal => word(6),
             Rule::machine => word(7),
             Rule::scenario | Rule::variable => word(8),
@@ -157,7 +159,14 @@ impl Reader<'_> {
             && match &parts.body {
                 None => {
                     parts.from.is_none()
-                        && matches!(rule, Rule::robot_rest | Rule::human_rest | Rule::stack_rest | Rule::run_rest)
+                        && matches!(
+                            rule,
+                            Rule::robot_rest
+                                | Rule::human_rest
+                                | Rule::safety_rest
+                                | Rule::stack_rest
+                                | Rule::run_rest
+                        )
                 }
                 Some(body) => rule == Rule::task_rest && body.clone().into_inner().all(|p| p.as_rule() != Rule::block),
             };
@@ -194,6 +203,13 @@ impl Reader<'_> {
                 let mut body = self.body(parts, keyword, "human", comments);
                 checks::reserved(&mut body, &[], "human", &mut self.diags);
                 name.map(|name| ItemKind::Human(Human { name, body }))
+            }
+            Rule::safety_rest => {
+                self.no_mark(&parts, "safety_field");
+                let name = self.name(&parts, keyword);
+                let mut body = self.body(parts, keyword, "safety_field", comments);
+                checks::reserved(&mut body, &[], "safety_field", &mut self.diags);
+                name.map(|name| ItemKind::SafetyField(SafetyField { name, body }))
             }
             Rule::stack_rest => self.stack(parts, keyword, comments).map(ItemKind::Stack),
             _ => Some(ItemKind::Run(Run { body: self.body(parts, keyword, "run", comments) })),
@@ -366,7 +382,7 @@ impl Reader<'_> {
         TaskDefinition { kind, args, named, body, span }
     }
 
-    /// The block of a robot, a human or a run.
+    /// The block of a robot, a human, a safety field or a run.
     fn body(&mut self, parts: Parts<'_>, keyword: Span, what: &str, comments: &mut Comments) -> Block {
         match (parts.body, parts.junk) {
             (Some(body), _) => return self.block(body, &mut comments.behind),
@@ -433,7 +449,7 @@ impl Reader<'_> {
                 diagnostic.note("a level stands inside the braces of a stack").help("write `stack NAME { level .. }`")
             } else {
                 let words =
-                    "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `signal`, `human`, `variable`, `machine`, `scenario`, `for` or `run`";
+                    "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `signal`, `human`, `safety_field`, `variable`, `machine`, `scenario`, `for` or `run`";
                 diagnostic.note(words)
             });
             return;
@@ -449,6 +465,7 @@ impl Reader<'_> {
             "stack" => Rule::stack_rest,
             "signal" => Rule::signal_rest,
             "human" => Rule::human_rest,
+            "safety_field" => Rule::safety_rest,
             "variable" => Rule::variable_rest,
             "machine" => Rule::machine_rest,
             "scenario" => Rule::scenario_rest,

@@ -82,6 +82,10 @@ pub(super) fn items(items: &[Item], indent: usize, lines: &mut Lines) {
                 lines.out.push_str(&format!("human {} ", it.name.value));
                 block(&it.body, behind, indent, it.body.entries.len() > 2, lines);
             }
+            ItemKind::SafetyField(it) => {
+                lines.out.push_str(&format!("safety_field {} ", it.name.value));
+                block(&it.body, behind, indent, it.body.entries.len() > 2, lines);
+            }
             ItemKind::Variable(it) => {
                 let mark = if it.optional.is_some() { "?" } else { "" };
                 lines.out.push_str(&format!("variable {} : {}{mark}", it.name.value, it.ty.value));

@@ -35,7 +35,7 @@ type OfKind = fn(&ItemKind) -> bool;
 
 /// Declarations grouped by kind, each group below its title; an empty line between groups at the top.
 pub(super) fn sections(items: &[Item], indent: usize, lines: &mut Lines) {
-    let kinds: [(&str, OfKind); 12] = [
+    let kinds: [(&str, OfKind); 13] = [
         ("import", |kind| matches!(kind, ItemKind::Import(_))),
         ("params", |kind| matches!(kind, ItemKind::Param(_))),
         ("lets", |kind| matches!(kind, ItemKind::Let(_))),
@@ -45,6 +45,7 @@ pub(super) fn sections(items: &[Item], indent: usize, lines: &mut Lines) {
         ("signals", |kind| matches!(kind, ItemKind::Signal(_))),
         ("variables", |kind| matches!(kind, ItemKind::Variable(_))),
         ("humans", |kind| matches!(kind, ItemKind::Human(_))),
+        ("safety_fields", |kind| matches!(kind, ItemKind::SafetyField(_))),
         ("machines", |kind| matches!(kind, ItemKind::Machine(_))),
         ("scenarios", |kind| matches!(kind, ItemKind::Scenario(_))),
         ("for", |kind| matches!(kind, ItemKind::For(_))),
@@ -105,6 +106,10 @@ fn declaration(item: &Item, indent: usize, lines: &mut Lines) {
         ItemKind::Stack(it) => levels::stack(it, behind, indent, lines),
         ItemKind::Signal(it) => machines::signal(it, behind, indent, lines),
         ItemKind::Human(it) => {
+            lines.out.push_str(&format!("{}:", key(&it.name)));
+            block(&it.body, behind, indent, lines);
+        }
+        ItemKind::SafetyField(it) => {
             lines.out.push_str(&format!("{}:", key(&it.name)));
             block(&it.body, behind, indent, lines);
         }

@@ -34,6 +34,15 @@ pub struct Human {
     pub body: Block,
 }
 
+/// `safety_field nearness { of operator  points mean }`: how far the robot is from people, as one number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SafetyField {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// What is said of it.
+    pub body: Block,
+}
+
 /// `variable attempts : number = 0`: what the machine keeps and sets itself.
 #[derive(Clone, Debug)]
 pub struct Variable {

@@ -5,13 +5,13 @@ use super::events::{Kind, Node, NodeId};
 use crate::explain::clip;
 use crate::hq::{bad_version, no_header};
 use crate::tree::{
-    Block, Comments, Human, Item, ItemKind, Let, Parameter, Robot, Run, Spec, Task, TaskDefinition, ValueKind,
+    Block, Comments, Human, Item, ItemKind, Let, Parameter, Robot, Run, SafetyField, Spec, Task, TaskDefinition, ValueKind,
 };
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned};
 
 /// The sections that hold declarations by name.
-const LISTS: &[&str] = &["params", "lets", "robots", "tasks", "stacks", "signals", "humans", "variables", "machines"];
+const LISTS: &[&str] = &["params", "lets", "robots", "tasks", "stacks", "signals", "humans", "safety_fields", "variables", "machines"];
 
 const SECTIONS: &[&str] = &[
     "hierarq",
@@ -23,6 +23,7 @@ const SECTIONS: &[&str] = &[
     "stacks",
     "signals",
     "humans",
+    "safety_fields",
     "variables",
     "machines",
     "scenarios",
@@ -83,7 +84,7 @@ impl Reader<'_> {
                     let Some(meant) = meant else {
                         self.diags
                             .push(diagnostic.note(
-                                "a spec has the keys `hierarq`, `import`, `params`, `lets`, `robots`, `tasks`, `stacks`, `signals`, `humans`, `machines`, `scenarios`, `for` and `run`",
+                                "a spec has the keys `hierarq`, `import`, `params`, `lets`, `robots`, `tasks`, `stacks`, `signals`, `humans`, `safety_fields`, `machines`, `scenarios`, `for` and `run`",
                             ));
                         continue;
                     };
@@ -177,7 +178,7 @@ impl Reader<'_> {
         while let [head, rest @ ..] = left {
             left = rest;
             // `arm:` with nothing below it, and its parts beside it.
-            let blocks = matches!(section, "robots" | "stacks" | "humans" | "machines") && self.is_null(head.3);
+            let blocks = matches!(section, "robots" | "stacks" | "humans" | "safety_fields" | "machines") && self.is_null(head.3);
             let parts = rest.iter().take_while(|h| blocks && !self.is_null(h.3)).count();
             let flat = rest[..parts].iter().any(|h| !matches!(self.node(h.3).kind, Kind::Mapping(_)));
             if let Some(first) = rest.first().filter(|_| flat) {
@@ -234,6 +235,11 @@ impl Reader<'_> {
                 let mut body = self.mapping(value, &name, "human");
                 crate::checks::reserved(&mut body, &[], "human", &mut self.diags);
                 ItemKind::Human(Human { name, body })
+            }
+            "safety_fields" => {
+                let mut body = self.mapping(value, &name, "safety_field");
+                crate::checks::reserved(&mut body, &[], "safety_field", &mut self.diags);
+                ItemKind::SafetyField(SafetyField { name, body })
             }
             "variables" => ItemKind::Variable(self.variable(&name, value, &mut comments)),
             "machines" => ItemKind::Machine(self.machine(&name, value)),

@@ -12,7 +12,7 @@ use pest::Parser;
 
 /// The sections that a repetition may hold.
 const REPEATED: &[&str] =
-    &["params", "lets", "tasks", "stacks", "signals", "humans", "variables", "machines", "scenarios", "for"];
+    &["params", "lets", "tasks", "stacks", "signals", "humans", "safety_fields", "variables", "machines", "scenarios", "for"];
 
 /// Reads what stands behind a key of a repetition; says whether it knows the key.
 type PartReader<'f, R> = &'f mut dyn FnMut(&mut R, &Spanned<String>, NodeId, &mut Comments) -> bool;
@@ -136,6 +136,7 @@ impl Reader<'_> {
                             "signals",
                             "variables",
                             "humans",
+                            "safety_fields",
                             "machines",
                             "scenarios",
                         ],

@@ -526,6 +526,8 @@ fn repeated() -> BoxedStrategy<ItemKind> {
         signal().prop_map(ItemKind::Signal),
         (name(), settings(&[], any_value(), true))
             .prop_map(|(name, body)| ItemKind::Human(Human { name: spanned(name), body })),
+        (name(), settings(&[], any_value(), true))
+            .prop_map(|(name, body)| ItemKind::SafetyField(SafetyField { name: spanned(name), body })),
         variable().prop_map(ItemKind::Variable),
         machine().prop_map(ItemKind::Machine),
         scenario().prop_map(ItemKind::Scenario),
@@ -570,7 +572,8 @@ fn unique(items: Vec<(ItemKind, Comments)>) -> Vec<Item> {
         ItemKind::Variable(v) => (11, v.name.value.clone()),
         ItemKind::Machine(m) => (9, m.name.value.clone()),
         ItemKind::Scenario(s) => (10, s.name.value.clone()),
-        ItemKind::Human(h) => (11, h.name.value.clone()),
+        ItemKind::SafetyField(f) => (12, f.name.value.clone()),
+        ItemKind::Human(h) => (13, h.name.value.clone()),
         ItemKind::For(_) => (7, String::new()),
         ItemKind::Run(_) => (4, String::new()),
     };

@@ -1,0 +1,439 @@
+//! Safety fields: whose distance counts, which part of the robot, and how distances make one number.
+
+use std::collections::BTreeSet;
+
+use dsl::tree::{SafetyField, Value, ValueKind};
+use dsl::{Diagnostic, Span};
+use robot::{Drive, LinkId, Model};
+use runtime::program::Op;
+use stdlib_tasks::dimension::{Dimension, LENGTH};
+use stdlib_tasks::expression::Leaf;
+use stdlib_tasks::field::{DistanceFunction, DistanceProgram, FieldProgram, MAX_OPERATIONS, Over, WrittenDistance};
+
+use super::Lowerer;
+use crate::constants::{Constants, is_word};
+use crate::expand::{Expanded, Named};
+use crate::expr::{Axes, Frame, Kind, Meaning, Symbol, Typed, field_symbol, frames, symbol};
+use crate::forms::{check_keys, items_of, path_of, target, text_of};
+use crate::names::{list, suggest};
+use crate::robot_binding::{BoundRobot, unknown_geometry};
+use crate::sections::SAFETY_FIELD;
+use crate::units::shown;
+
+/// Most points of one field.
+const MAX_POINTS: usize = 256;
+
+/// The distance in a written function, as a number of the table of signals that no signal has; its rate is the next one.
+const DISTANCE: usize = usize::MAX - 1;
+
+/// A point of a field: its three nodes.
+type Point = [usize; 3];
+
+impl Lowerer<'_> {
+    /// Makes the name of a field known.
+    pub(super) fn declare_field(&mut self, f: &SafetyField) {
+        let name = &f.name;
+        if is_word(&name.value) {
+            let d = Diagnostic::error("HQ0202", name.span, format!("`{}` is a word of the language", name.value));
+            self.push(d.help("choose another name"));
+            self.params.failed.insert(name.value.clone());
+            return;
+        }
+        self.params.fields.insert(name.value.clone());
+    }
+
+    /// Binds all fields to the robot.
+    pub(super) fn bind_fields(&mut self, expanded: &Expanded, robot: Option<&BoundRobot>) {
+        for f in expanded.values.iter().filter_map(|v| match v {
+            Named::Field(f) => Some(f),
+            _ => None,
+        }) {
+            if !self.params.fields.contains(&f.name.value) {
+                continue;
+            }
+            let before = self.errors();
+            let bound = self.bind_field(f, robot);
+            if bound.is_none() || self.errors() > before {
+                self.params.failed.insert(f.name.value.clone());
+            }
+        }
+    }
+
+    fn bind_field(&mut self, f: &SafetyField, robot: Option<&BoundRobot>) -> Option<()> {
+        check_keys(&f.body, &SAFETY_FIELD, self.diagnostics);
+        let points = match f.body.get("of") {
+            Some(entry) => self.people(&entry.value),
+            None => {
+                let text = format!("`{}` does not say whose distance counts", f.name.value);
+                let d = Diagnostic::error("HQ0206", f.name.span, text);
+                self.push(d.help("name a person or points: `of operator`, `of [operator.chest, [1, 0, 1] m]`"));
+                None
+            }
+        };
+        let distance = match f.body.get("distance") {
+            Some(entry) => self.distance(&entry.value),
+            None => Some((DistanceProgram::Identity, LENGTH)),
+        };
+        let links = robot.and_then(|robot| match f.body.get("links") {
+            Some(entry) => self.links_of(&entry.value, robot),
+            None => Some(whole(&robot.model)),
+        });
+        let over = match (f.body.get("points"), &distance) {
+            (Some(entry), Some((_, dimension))) => self.over(&entry.value, *dimension),
+            (Some(_), None) => None,
+            (None, _) => Some(Over::Mean),
+        };
+        let ((distance, dimension), points, links, over) = (distance?, points?, links?, over?);
+        let field = FieldProgram { name: f.name.value.clone(), links, distance, over, points, dimension };
+        let places = field.points.iter().map(|p| {
+            let at = self.table.place(p).at;
+            [at, at + 1, at + 2]
+        });
+        self.fields.push(FieldProgram { points: places.collect(), ..field.clone() });
+        let read: Vec<usize> = field.points.iter().flatten().copied().collect();
+        let at = self.table.leaf(Leaf::Field(Box::new(field)));
+        let nodes = vec![self.graph.reading_state(at, read)];
+        let span = f.name.span;
+        let value = Typed { kind: Kind::Scalar, dimension, nodes, bare: false, axes: Axes::default(), span };
+        let name = field_symbol(&f.name.value);
+        self.params.symbols.insert(name, Symbol { value, declared: span });
+        Some(())
+    }
+
+    /// The points of people.
+    fn people(&mut self, value: &Value) -> Option<Vec<Point>> {
+        let alone = match &value.kind {
+            ValueKind::List(items) => items.first().is_some_and(|item| self.is_number(item)),
+            _ => true,
+        };
+        let items = if alone { std::slice::from_ref(value) } else { items_of(value) };
+        let found: Vec<Option<Vec<Point>>> = items.iter().map(|item| self.points_of(item)).collect();
+        let mut points = Vec::new();
+        for (item, more) in items.iter().zip(found.into_iter().collect::<Option<Vec<_>>>()?) {
+            if let Some(twice) = more.iter().find(|p| points.contains(*p)) {
+                debug_assert_eq!(twice.len(), 3);
+                let d = Diagnostic::error("HQ0207", item.span, "this point is there already");
+                self.push(d.note("in the mean it would count twice").help("name each point once"));
+                return None;
+            }
+            points.extend(more);
+        }
+        if points.is_empty() {
+            let d = Diagnostic::error("HQ0206", value.span, "a safety field is of at least one point");
+            self.push(d.help("name a person or points: `of operator`"));
+            return None;
+        }
+        if points.len() > MAX_POINTS {
+            let text = format!("this field is of {} points, and {MAX_POINTS} are the most", points.len());
+            self.push(Diagnostic::error("HQ0308", value.span, text).help("name the points that matter"));
+            return None;
+        }
+        Some(points)
+    }
+
+    /// True for what can only be one number of a vector.
+    fn is_number(&mut self, value: &Value) -> bool {
+        match &value.kind {
+            ValueKind::Number(_) => true,
+            ValueKind::Negate(inner) | ValueKind::Unit(inner, _) => self.is_number(inner),
+            ValueKind::Name(name) => {
+                matches!(self.params.meaning(name), Meaning::Value(s) if s.value.kind == Kind::Scalar)
+            }
+            _ => false,
+        }
+    }
+
+    /// The points that one item means: all of a person, or one.
+    fn points_of(&mut self, value: &Value) -> Option<Vec<Point>> {
+        if let ValueKind::Name(name) = &value.kind
+            && let Meaning::Human(human) = self.params.meaning(name)
+        {
+            let point = |s: &mut Self, point: &str| match s.params.meaning(&symbol(target(name), point, false)) {
+                Meaning::Value(symbol) => Point::try_from(symbol.value.nodes).ok(),
+                _ => None,
+            };
+            return human.points.iter().map(|p| point(self, &p.0)).collect();
+        }
+        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+        let typed = constants.typed(value, self.diagnostics)?;
+        if typed.kind != Kind::Vector {
+            let is = typed.kind.describe();
+            let d = Diagnostic::error("HQ0304", value.span, format!("a person or a position is needed here, not {is}"));
+            self.push(d.here(is).help("write for instance `of operator`, `of operator.chest` or `of [1, 0, 1] m`"));
+            return None;
+        }
+        let what = "a point of a safety field";
+        let wrong = constants.fits(&typed, LENGTH, what).or_else(|| frames::wanted(&typed, &Frame::World, what, true));
+        if let Some(d) = wrong {
+            self.push(d);
+            return None;
+        }
+        if self.graph.moves_along(&typed.nodes) {
+            let d = Diagnostic::error("HQ0312", value.span, "a trajectory has no meaning in a safety field");
+            let note = "it begins when a stack is entered, and a field belongs to no stack";
+            self.push(d.note(note).help("name where the person is"));
+            return None;
+        }
+        Some(vec![Point::try_from(typed.nodes).ok()?])
+    }
+
+    /// The links that names mean.
+    fn links_of(&mut self, value: &Value, robot: &BoundRobot) -> Option<Vec<LinkId>> {
+        let mut links: Vec<LinkId> = Vec::new();
+        let mut good = true;
+        for item in items_of(value) {
+            let Some(path) = path_of(item) else {
+                if !matches!(item.kind, ValueKind::Missing) {
+                    let d = Diagnostic::error("HQ0304", item.span, "the name of a link, arm, point or group is needed");
+                    self.push(d.help("write for instance `links [left, right]`"));
+                }
+                good = false;
+                continue;
+            };
+            match named_links(&path, robot) {
+                Some(found) => links.extend(found),
+                None => {
+                    good = false;
+                    if !robot.failed.contains(&path) {
+                        let d = unknown_geometry(&robot.model, &robot.geometries, &robot.groups, &path, item.span);
+                        let arms = robot.arms.iter().map(|a| a.name.as_str());
+                        self.push(match suggest(&path, arms) {
+                            Some(near) => Diagnostic { help: Some(format!("did you mean `{near}`?")), ..d },
+                            None => d,
+                        });
+                    }
+                }
+            }
+        }
+        let mut seen = BTreeSet::new();
+        links.retain(|l| seen.insert(*l));
+        if good && links.is_empty() {
+            let d = Diagnostic::error("HQ0206", value.span, "no link of the robot counts in this field");
+            self.push(d.help("name some, or leave `links` out for the whole robot"));
+            return None;
+        }
+        if good && !links.iter().any(|l| !robot.model.support(*l).is_empty()) {
+            let d = Diagnostic::error("HQ0313", value.span, "none of these links moves, and neither does the field by them");
+            self.push(d.help("name links that move"));
+            return None;
+        }
+        good.then_some(links)
+    }
+
+    /// How points make one number.
+    fn over(&mut self, value: &Value, dimension: Dimension) -> Option<Over> {
+        const WORDS: [&str; 3] = ["mean", "minimum", "soft_minimum"];
+        let said = match &value.kind {
+            ValueKind::Call(function, args) if function.value == "soft_minimum" => {
+                let [sharpness] = args.as_slice() else {
+                    let d = Diagnostic::error("HQ0310", value.span, "`soft_minimum` takes its sharpness");
+                    self.push(d.help("write for instance `soft_minimum(8 /m)`"));
+                    return None;
+                };
+                let wanted = dimension.power(-1)?;
+                return self.positive_number(sharpness, wanted).map(|sharpness| Over::SoftLeast { sharpness });
+            }
+            ValueKind::Call(function, _) => function.value.as_str(),
+            _ => text_of(value).unwrap_or_default(),
+        };
+        match said {
+            "mean" if text_of(value).is_some() => Some(Over::Mean),
+            "minimum" if text_of(value).is_some() => Some(Over::Least),
+            _ if matches!(value.kind, ValueKind::Missing) => None,
+            _ => {
+                let names = list(WORDS, 3);
+                let d = Diagnostic::error("HQ0304", value.span, format!("`points` is one of {names}"));
+                self.push(match suggest(said, WORDS.into_iter()) {
+                    Some("soft_minimum") => d.help("write it with its sharpness: `soft_minimum(8 /m)`"),
+                    Some(near) => d.help(format!("did you mean `{near}`?")),
+                    None => d.help("write for instance `points mean`, or `points soft_minimum(8 /m)`"),
+                });
+                None
+            }
+        }
+    }
+
+    fn positive_number(&mut self, value: &Value, dimension: Dimension) -> Option<f64> {
+        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+        let x = constants.scalar(value, dimension, self.diagnostics)?;
+        if x > 0.0 {
+            return Some(x);
+        }
+        let text = format!("this is above zero, and it is {}", shown(x, dimension));
+        self.push(Diagnostic::error("HQ0308", value.span, text).help("write a positive number"));
+        None
+    }
+
+    /// The function of the distance, and the dimension of what it gives.
+    fn distance(&mut self, value: &Value) -> Option<(DistanceProgram, Dimension)> {
+        match &value.kind {
+            ValueKind::Name(_) if text_of(value) == Some("identity") => {
+                return Some((DistanceProgram::Identity, LENGTH));
+            }
+            ValueKind::Call(function, args) if function.value == "saturating" => {
+                let [reach] = args.as_slice() else {
+                    let d = Diagnostic::error("HQ0310", value.span, "`saturating` takes the distance that it never exceeds");
+                    self.push(d.help("write for instance `saturating(1.5 m)`"));
+                    return None;
+                };
+                return self.positive_number(reach, LENGTH).map(|reach| (DistanceProgram::Saturating(reach), LENGTH));
+            }
+            _ => {}
+        }
+        let typed = self.function_of_distance(value)?;
+        let node = typed.nodes[0];
+        let (d, constant) = (self.graph.moving_signal(DISTANCE, DISTANCE + 1), |s: &Self, n| s.graph.constant(n));
+        let reach = match self.graph.ops()[node] {
+            _ if node == d => return Some((DistanceProgram::Identity, LENGTH)),
+            Op::Min(a, b) if a == d => constant(self, b),
+            Op::Min(a, b) if b == d => constant(self, a),
+            _ => None,
+        };
+        if let Some(reach) = reach.filter(|r| *r > 0.0 && r.is_finite()) {
+            return Some((DistanceProgram::Clamped(reach), LENGTH));
+        }
+        let written = self.written(&typed, value.span)?;
+        self.never_falls(&written, typed.dimension, value.span)?;
+        Some((DistanceProgram::Written(written), typed.dimension))
+    }
+
+    /// A number in which `d` is the distance.
+    fn function_of_distance(&mut self, value: &Value) -> Option<Typed> {
+        let nodes = vec![self.graph.moving_signal(DISTANCE, DISTANCE + 1)];
+        let axes = Axes::default();
+        let d = Typed { kind: Kind::Scalar, dimension: LENGTH, nodes, bare: false, axes, span: value.span };
+        let own = self.params.symbols.insert("d".to_string(), Symbol { value: d, declared: value.span });
+        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+        let typed = constants.typed(value, self.diagnostics);
+        match own {
+            Some(own) => self.params.symbols.insert("d".to_string(), own),
+            None => self.params.symbols.remove("d"),
+        };
+        let typed = typed?;
+        if typed.kind != Kind::Scalar {
+            let is = typed.kind.describe();
+            let d = Diagnostic::error("HQ0304", value.span, format!("a function of the distance is a number, not {is}"));
+            self.push(d.here(is).help("write for instance `distance min(d, 2 m)`, with `d` for the distance"));
+            return None;
+        }
+        Some(typed)
+    }
+
+    /// The operations of a function of the distance and of its derivative.
+    fn written(&mut self, typed: &Typed, at: Span) -> Option<WrittenDistance> {
+        let value = typed.nodes[0];
+        let slope = self.graph.rate(value);
+        let (mut ops, index) = self.graph.extract(&[value, slope]);
+        let mut foreign = false;
+        for op in &mut ops {
+            *op = match *op {
+                Op::Signal(DISTANCE) => Op::Input(0),
+                Op::Signal(k) if k == DISTANCE + 1 => Op::Const(1.0),
+                Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) | Op::Trajectory(_) => {
+                    foreign = true;
+                    *op
+                }
+                other => other,
+            };
+        }
+        if foreign {
+            let d = Diagnostic::error("HQ0307", at, "this function depends on something else than the distance `d`");
+            self.push(d.help("leave `t`, `time`, signals and people out of it"));
+            return None;
+        }
+        if ops.len() > MAX_OPERATIONS {
+            let text = format!("this function has {} operations with its derivative, and {MAX_OPERATIONS} are the most", ops.len());
+            self.push(Diagnostic::error("HQ0308", at, text).help("write a shorter one"));
+            return None;
+        }
+        Some(WrittenDistance { ops, value: index[&value], slope: index[&slope] })
+    }
+
+    /// Makes sure that a function is defined and does not fall, at distances from none to a kilometre.
+    fn never_falls(&mut self, function: &WrittenDistance, dimension: Dimension, at: Span) -> Option<()> {
+        let near = (0..=4000).map(|i| f64::from(i) * 0.005);
+        let far = (1..=400).map(|i| 20.0 * (f64::from(i) * 0.01).exp());
+        let mut before: Option<(f64, f64)> = None;
+        let (mut rises, mut size) = (false, 0.0_f64);
+        for d in near.chain(far) {
+            let (value, slope) = function.evaluate(d);
+            let here = shown((d * 1e3).round() / 1e3, LENGTH);
+            if !value.is_finite() || !slope.is_finite() {
+                let text = format!("this function of the distance has no value, or no derivative, at d = {here}");
+                let d = Diagnostic::error("HQ0309", at, text);
+                self.push(d.help("look for a root of zero, a division by zero, or a logarithm of what is not positive"));
+                return None;
+            }
+            size = size.max(value.abs());
+            let last = before.map_or(value, |b| b.1);
+            if slope < -1e-9 * (1.0 + size) || value < last - 1e-9 * (1.0 + size) {
+                let text = format!("this function of the distance falls at d = {here}");
+                let d = Diagnostic::error("HQ0523", at, text)
+                    .here(format!("{} there, with the slope {}", shown(round(value), dimension), round(slope)))
+                    .note("the robot would come nearer to people to raise such a field");
+                self.push(d.help("write one that rises with `d`, or stays the same where `d` is large: `min(d, 2 m)`"));
+                return None;
+            }
+            rises |= value > last + 1e-12 * (1.0 + size);
+            before = Some((d, value));
+        }
+        if !rises {
+            let d = Diagnostic::error("HQ0523", at, "this function of the distance never rises");
+            self.push(d.note("the field would be the same wherever people are").help("write one in which `d` stands: `min(d, 2 m)`"));
+            return None;
+        }
+        Some(())
+    }
+}
+
+/// Four digits, for people.
+fn round(x: f64) -> f64 {
+    format!("{x:.3e}").parse().unwrap_or(x)
+}
+
+/// True for a link that a joint moves.
+fn is_moved(model: &Model, link: LinkId) -> bool {
+    let joint = model.link_ref(link).parent_joint;
+    joint.is_some_and(|j| matches!(model.joint_ref(j).drive, Drive::Dof(_) | Drive::Mimic { .. }))
+}
+
+/// The links that stand for the whole robot: those that joints move, and the one that the base moves.
+fn whole(model: &Model) -> Vec<LinkId> {
+    let base = (model.base.nv() > 0).then(|| model.root());
+    let all = (0..model.links.len() as u32).map(LinkId);
+    base.into_iter().chain(all.filter(|l| is_moved(model, *l))).collect()
+}
+
+/// The links that a name means: a link, those that joints move along an arm, or those that carry points and segments.
+fn named_links(path: &str, robot: &BoundRobot) -> Option<Vec<LinkId>> {
+    let model = &robot.model;
+    if let Some(link) = model.link(path) {
+        return Some(vec![link]);
+    }
+    let name = path.strip_prefix("arms.").unwrap_or(path);
+    if path == "arms" && !robot.arms.is_empty() {
+        return Some(robot.arms.iter().flat_map(|a| along(model, a.shoulder, a.tip)).collect());
+    }
+    if let Some(arm) = robot.arms.iter().find(|a| a.name == name) {
+        return Some(along(model, arm.shoulder, arm.tip));
+    }
+    let names = robot.groups.get(path).cloned().unwrap_or_else(|| vec![path.to_string()]);
+    let one = |name: &String| {
+        let geometry = robot.geometries.iter().find(|g| g.name == *name).map(|g| g.link);
+        geometry.or_else(|| model.link(name))
+    };
+    names.iter().map(one).collect()
+}
+
+/// The links that joints move from a shoulder, or else from the root, to a tip.
+fn along(model: &Model, shoulder: Option<LinkId>, tip: LinkId) -> Vec<LinkId> {
+    let mut chain = Vec::new();
+    let mut link = Some(tip);
+    while let Some(l) = link {
+        chain.push(l);
+        link = if Some(l) == shoulder { None } else { model.parent(l) };
+    }
+    chain.reverse();
+    let moved: Vec<LinkId> = chain.iter().copied().filter(|l| is_moved(model, *l)).collect();
+    if moved.is_empty() { vec![tip] } else { moved }
+}
