@@ -90,6 +90,11 @@ fn names() {
 }
 
 #[test]
+fn planners() {
+    check("planners");
+}
+
+#[test]
 fn humans() {
     check("humans");
 }

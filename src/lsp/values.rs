@@ -112,20 +112,23 @@ impl Walker<'_> {
                 self.typed(value, kind.actuals);
                 self.state = before;
             }
-            ParamType::Task => {
-                if let Some(name) = word(value)
-                    && !self.marked(name, || Slot::Task)
-                    && !self.scoped(name, value.span)
-                {
-                    self.note(name, value.span, What::Declared(Class::Task, name.to_string()));
-                }
-            }
-            ParamType::Field => self.field_name(value),
+            ParamType::Task => self.named(value, Class::Task, Slot::Task),
+            ParamType::Field => self.named(value, Class::Field, Slot::Field),
             ParamType::Deviations => self.deviations(kind, value),
             ParamType::Group(infos) => match &value.kind {
                 ValueKind::Block(b) => self.parameters(kind, infos, b, &[]),
                 _ => self.anything(value),
             },
+        }
+    }
+
+    /// The name of something that is declared.
+    fn named(&mut self, value: &Value, class: Class, slot: Slot) {
+        if let Some(name) = word(value)
+            && !self.marked(name, || slot)
+            && !self.scoped(name, value.span)
+        {
+            self.note(name, value.span, What::Declared(class, name.to_string()));
         }
     }
 

@@ -201,7 +201,7 @@ impl<'a> Lowerer<'a> {
         Binder {
             robot,
             tasks: &[],
-            fields: Vec::new(),
+            fields: self.fields.iter().map(|f| f.name.clone()).collect(),
             params: &mut self.params,
             graph: &mut self.graph,
             table: &mut self.table,
