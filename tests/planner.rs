@@ -21,9 +21,11 @@ task guard = safety_planner(reach) {{ field nearness  {guard} }}
 }
 
 const STACK: &str = "stack work { level motion { reach }  level internal { guard } }";
+const LIMITED: &str = "task velocity_limits = joint_velocity_limits
+stack work { level limits hard { velocity_limits }  level motion { reach }  level internal { guard } }";
 
 /// A person at rest far away, walking in and out again; measured.
-const WALK: &str = "humans { walker { path [{ at 0 s  value [2.4, 0.4, 0] m }, { at 2 s  value [1.0, 0.4, 0] m }, { at 4 s  value [1.0, 0.4, 0] m }, { at 6 s  value [2.4, 0.4, 0] m }]
+const WALK: &str = "humans { walker { path [{ at 0 s  value [2.4, 0.4, 0] m }, { at 2 s  value [0.9, 0.4, 0] m }, { at 4 s  value [0.9, 0.4, 0] m }, { at 6 s  value [2.4, 0.4, 0] m }]
   shape { chest [0, 0, 1.0] m  hand [-0.2, 0, 0.8] m } } }";
 
 fn told(table: &[f64], program: &Program, name: &str) -> f64 {
@@ -104,7 +106,8 @@ fn prediction(home: &[f64], person: &[f64], method: &str, rate: u32) -> (f64, f6
         for point in 0..2 {
             let p = &person[point * 6..point * 6 + 6];
             let value: Vec<f64> = (0..3).map(|i| p[i] + p[3 + i] * time).chain(p[3..].iter().copied()).collect();
-            assert!(controller.signals().set(point, &value, time));
+            let signal = program.interface.signal(["walker.chest", "walker.hand"][point]).expect("it is tracked");
+            assert!(controller.signals().set(signal, &value, time));
         }
         let command = controller.step(&Observation { time, q: robot.q() });
         assert_eq!(command.fault, None);
@@ -125,10 +128,11 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
     #[test]
     fn the_field_does_what_the_planner_says(
-        home in prop::collection::vec(-1.0..1.0f64, 7),
+        home in prop::collection::vec(-0.4..0.4f64, 7),
         person in prop::collection::vec(-1.0..1.0f64, 12),
         method in prop::sample::select(vec!["planner", "evasive", "stop"]),
     ) {
+        let home: Vec<f64> = home.iter().zip([0.0, 0.4, 0.0, 1.6, 0.0, 1.14, 0.0]).map(|(d, q)| q + d).collect();
         let mut person = person;
         person[0] += 1.5;
         person[6] += 1.5;
@@ -143,10 +147,10 @@ proptest! {
 fn the_field_stays_above_its_threshold() {
     let scenario = format!("scenario s {{ duration 8 s  {WALK} }}");
     let free = run(&spec(200, "min 0.1 m  internal { gain 0 }", &format!("{STACK}\n{scenario}")));
-    assert!(least(&free) < 0.8, "the person comes near enough: {}", least(&free));
+    assert!(least(&free) < 0.83, "the person comes near enough: {}", least(&free));
     assert!(free.iter().all(|t| (t.scaling - 1.0).abs() < 1e-6 && t.deviation == 0.0), "nothing gives way far above");
-    let kept = run(&spec(200, &format!("min 0.9 m  {DEVIATE}"), &format!("{STACK}\n{scenario}")));
-    assert!(least(&kept) > 0.9 - 2e-3, "{}", least(&kept));
+    let kept = run(&spec(200, &format!("min 0.85 m  {DEVIATE}"), &format!("{STACK}\n{scenario}")));
+    assert!(least(&kept) > 0.85 - 2e-3, "{}", least(&kept));
     assert!(kept.iter().any(|t| t.deviation > 0.02), "the path deviates");
     assert!(kept.iter().all(|t| t.fault.is_none()));
     let last = kept.last().expect("a tick");
@@ -160,7 +164,7 @@ fn the_clock_waits_alone() {
     let stop = run(&spec(200, "min 0.9 m  method stop", &format!("{STACK}\n{scenario}")));
     for (a, b) in stop.iter().zip(&stop[1..]) {
         assert_eq!(a.scaling, if a.field > 0.9 { 1.0 } else { 0.0 });
-        assert!((b.clock - a.clock - 0.005 * a.scaling).abs() < 1e-9);
+        assert!((b.clock - a.clock - 0.005 * b.scaling).abs() < 1e-9);
     }
     assert!(stop.iter().any(|t| t.scaling == 0.0), "somebody is near");
     assert!(stop.iter().all(|t| t.deviation == 0.0));
@@ -193,14 +197,14 @@ fn the_same_run_gives_the_same_bits() {
 fn stacks_change_while_the_planner_gives_way() {
     let text = spec(
         200,
-        "min 0.9 m  internal { gain 0.1 }  scaling { weight 0.01 }",
+        "min 0.85 m  method stop",
         &format!(
             "{STACK}
 stack wait {{ level still {{ hold(tool) }} }}
 machine m {{
   initial working
-  state working {{ stack work  when guard.scaling < 0.05 for 0.1 s -> waiting {{ blend 0.3 s }} }}
-  state waiting {{ stack wait  when norm(walker.chest - frame(base_link).position) > 1.8 m -> working {{ blend 0.3 s }} }}
+  state working {{ stack work  when guard.scaling < 0.05 for 0.1 s -> waiting blend 0.3 s }}
+  state waiting {{ stack wait  when norm(walker.chest - frame(base_link).position) > 1.8 m -> working blend 0.3 s }}
 }}
 scenario s {{ duration 8 s  {WALK} }}"
         ),
@@ -222,7 +226,7 @@ scenario s {{ duration 8 s  {WALK} }}"
 /// NaN, a person who stands still for ever, jumps across the room, stands inside the robot, or is never seen.
 #[test]
 fn whatever_a_tracker_says_the_command_is_finite() {
-    let program = common::program_of(&spec(200, &format!("min 0.9 m  {DEVIATE}"), STACK));
+    let program = common::program_of(&spec(200, &format!("min 0.9 m  {DEVIATE}"), LIMITED));
     let mut says: Vec<Box<dyn FnMut(usize) -> Option<[f64; 6]>>> = vec![
         Box::new(|_| Some([0.9, 0.1, 0.7, 0.0, 0.0, 0.0])),
         Box::new(|k| Some([if k % 2 == 0 { 0.5 } else { -3.0 }, 0.0, 0.5, 0.0, 0.0, 0.0])),
@@ -239,8 +243,10 @@ fn whatever_a_tracker_says_the_command_is_finite() {
         for k in 0..200 {
             let time = k as f64 * 0.005;
             if let Some(value) = say(k) {
-                controller.signals().set(0, &value, time);
-                controller.signals().set(1, &value, time);
+                for point in ["walker.chest", "walker.hand"] {
+                    let signal = program.interface.signal(point).expect("it is tracked");
+                    controller.signals().set(signal, &value, time);
+                }
             }
             let command = controller.step(&Observation { time, q: robot.q() });
             assert!(command.velocity.iter().all(|v| v.is_finite()), "case {case}, tick {k}");
