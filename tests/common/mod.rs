@@ -24,6 +24,8 @@ pub const EXAMPLES: &[&str] = &[
     "hand_guiding",
     "harvesting",
     "trajectories",
+    "safety_planner",
+    "give_way",
 ];
 
 /// A file of the `examples` folder.

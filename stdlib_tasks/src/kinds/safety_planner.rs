@@ -7,14 +7,17 @@
 //!
 //! What is decided, and what it does to the protected task, is worked out by the runtime, which knows both tasks.
 
-use crate::bound::{BoundParams, check};
+use crate::bound::{Bound, BoundParams, check};
 use crate::dimension::{ANGLE, ANGULAR_VELOCITY, LENGTH, NONE, RATE, VELOCITY};
 use crate::kinds::joint_position::common_dimension;
 use crate::params::{Form, Input, ParamInfo, ParamType, Presence, Quantity};
 use crate::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 
-/// What a settings block of the planner leaves to others is 1: a positive, constant weight.
+/// A weight in the planner's cost.
 const WEIGHT: Quantity = Quantity::above(NONE, 0.0).constant();
+
+/// What decides.
+const METHODS: &[&str] = &["planner", "evasive", "stop"];
 
 crate::params! {
     /// How the clock of the protected task is scaled.
@@ -89,7 +92,7 @@ crate::params! {
         /// k_f: how fast the margin F - F_min may be used up.
         gain: Input<1> = ParamType::Scalar(Quantity::above(RATE, 0.0).constant()), Presence::Default("10 /s");
         /// The planner, or one of the two it is compared with: `evasive` motion (4.50), or a `stop` (4.52).
-        method: String = ParamType::Choice(&["planner", "evasive", "stop"]), Presence::Default("planner");
+        method: String = ParamType::Choice(METHODS), Presence::Default("planner");
         /// Of `evasive`: half the width of the band about `min` in which the task fades, as a share of `min`.
         epsilon: Input<1> = ParamType::Scalar(Quantity { min_included: false, ..Quantity::between(NONE, 0.0, 0.99) }.constant()), Presence::Default("0.1");
         /// The clock of the task.
@@ -172,6 +175,19 @@ deviate { absolute { position { along operator.chest - frame(chest).position  sp
     build,
 };
 
+/// Most groups within each other in which a parameter may stand.
+const GROUPS: usize = 8;
+
+/// Whether there are deviations, and nothing else, in groups at most so deep.
+fn is_sound(deviate: &BoundParams, deep: usize) -> bool {
+    let one = |b: &Bound| match b {
+        Bound::Group(group) if DeviationParams::is_one(group) => DeviationParams::from_bound(group).is_some(),
+        Bound::Group(group) => deep > 0 && is_sound(group, deep - 1),
+        _ => false,
+    };
+    !deviate.is_empty() && deviate.values().all(one)
+}
+
 struct SafetyPlanner {
     wanted: Vec<f64>,
     info: Vec<RowInfo>,
@@ -180,8 +196,15 @@ struct SafetyPlanner {
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
     check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
-    Scaling::from_bound(&params.scaling)?;
-    Internal::from_bound(&params.internal)?;
+    let within = |name: &str| BuildError::new(name, format!("a setting of `{name}` is missing, or has another form"));
+    Scaling::from_bound(&params.scaling).map_err(|_| within("scaling"))?;
+    Internal::from_bound(&params.internal).map_err(|_| within("internal"))?;
+    if !params.deviate.iter().all(|d| is_sound(d, GROUPS)) {
+        return Err(within("deviate").help("name a position or an orientation of the protected task, or leave it out"));
+    }
+    if !METHODS.contains(&params.method.as_str()) {
+        return Err(BuildError::new("method", format!("there is no method `{}`", params.method)));
+    }
     let info: Vec<RowInfo> = (ctx.model.dofs.iter())
         .map(|d| RowInfo {
             name: d.name.clone(),
