@@ -322,7 +322,7 @@ impl Evaluator {
         let planned = planning::planners(program, stack_program);
         let mut wanted = places(members.iter().map(|m| &program.tasks[m.program_index]));
         let mut led = Led::default();
-        for m in members.iter().filter(|m| planned.iter().any(|p| p.1 == m.program_index)) {
+        for m in members.iter().filter(|m| planning::planner_of(program, m.program_index).is_some()) {
             led.values.extend(m.slots.iter().map(|&at| (at, 0.0, 0.0)));
         }
         let mut planners = Vec::new();
