@@ -2,17 +2,28 @@
 //! truly are.
 
 use dsl::{Diagnostic, Span};
-use runtime::program::{Program, ScenarioProgram, Subject, Times};
+use robot::Base;
+use runtime::program::{Op, Program, ScenarioProgram, Subject, Times};
 use runtime::record::summary::MARGIN_TOLERANCE;
 use runtime::world::World;
 use runtime::{Evaluator, Moment};
+use solver::Problem;
+use stdlib_tasks::bound::Bound;
+use stdlib_tasks::expression::Leaf;
 
 use crate::units::shown;
+
+/// Poses that are looked at for the best value of a safety field.
+const POSES: usize = 400;
 
 /// Warns of scenarios that start outside. `places` has the place of each: of its start, or of its name.
 pub(crate) fn check(program: &Program, places: &[Span], diagnostics: &mut Vec<Diagnostic>) {
     for (scenario, at) in program.scenarios.iter().zip(places) {
-        diagnostics.extend(outside(program, scenario, *at));
+        let Some(start) = Start::new(program, scenario) else { continue };
+        diagnostics.extend(start.fields(program, scenario, *at));
+        if let Some(d) = outside(program, scenario, start, *at) {
+            diagnostics.push(d);
+        }
     }
 }
 
@@ -24,24 +35,104 @@ fn first_stack(program: &Program, scenario: &ScenarioProgram) -> Option<usize> {
     }
 }
 
-fn outside(program: &Program, scenario: &ScenarioProgram, at: Span) -> Option<Diagnostic> {
-    let stack = first_stack(program, scenario)?;
-    let (mut evaluator, mut problem) = Evaluator::new(program, stack).ok()?;
-    let moved = scenario.start != program.robot.home;
-    // Home was looked at already, as far as nobody has to be asked.
-    if !moved && evaluator.needs().is_empty() {
-        return None;
+/// The first stack of a scenario at its start, people where they truly are.
+struct Start {
+    stack: usize,
+    evaluator: Evaluator,
+    problem: Problem,
+    signals: Vec<f64>,
+    velocity: Vec<f64>,
+    moved: bool,
+}
+
+impl Start {
+    fn new(program: &Program, scenario: &ScenarioProgram) -> Option<Start> {
+        let stack = first_stack(program, scenario)?;
+        let (evaluator, problem) = Evaluator::new(program, stack).ok()?;
+        let moved = scenario.start != program.robot.home;
+        // Home was looked at already, as far as nobody has to be asked.
+        if !moved && evaluator.needs().is_empty() {
+            return None;
+        }
+        let mut signals = program.interface.absent();
+        World::new(program, scenario).truth(0.0, &mut signals);
+        let known = |s: &usize| program.interface.signals.get(*s).is_some_and(|s| signals[s.known_at()] > 0.0);
+        if !evaluator.needs().iter().all(known) {
+            return None;
+        }
+        let velocity = vec![0.0; program.robot.model.nv()];
+        let mut start = Start { stack, evaluator, problem, signals, velocity, moved };
+        start.evaluator.enter(&scenario.start, moment(&start.signals, &start.velocity));
+        start.at(&scenario.start)?;
+        Some(start)
     }
-    let mut signals = program.interface.absent();
-    World::new(program, scenario).truth(0.0, &mut signals);
-    let known = |s: &usize| program.interface.signals.get(*s).is_some_and(|s| signals[s.known_at()] > 0.0);
-    if !evaluator.needs().iter().all(known) {
-        return None;
+
+    /// Takes a pose; none where some task has no value there.
+    fn at(&mut self, q: &[f64]) -> Option<()> {
+        self.evaluator.update(q, moment(&self.signals, &self.velocity), &mut self.problem).ok().map(drop)
     }
-    let velocity = vec![0.0; program.robot.model.nv()];
-    let moment = Moment { times: Times::default(), signals: &signals, velocity: &velocity };
-    evaluator.enter(&scenario.start, moment);
-    evaluator.update(&scenario.start, moment, &mut problem).ok()?;
+
+    /// Warns of a safety field that is below its minimum, with the best that some poses give.
+    fn fields(&self, program: &Program, scenario: &ScenarioProgram, at: Span) -> Option<Diagnostic> {
+        let found = self.evaluator.members().iter().find_map(|m| {
+            let task = program.tasks.get(m.program_index)?;
+            let (Some(Bound::Expression(value)), Some(Bound::Value(min))) = (task.params.get("value"), task.params.get("min"))
+            else {
+                return None;
+            };
+            let [Leaf::Field(field)] = value.leaves.as_slice() else { return None };
+            let alone = task.kind == "keep" && matches!(value.ops.get(*value.outputs.first()?), Some(Op::State(_)));
+            let constant = program.values.tape.outputs.iter().all(|o| o.at != min.at);
+            let margin = *self.evaluator.margins().get(m.margins.start)?;
+            let min = *program.values.initial.get(min.at)?;
+            let below = alone && constant && margin < -MARGIN_TOLERANCE;
+            below.then(|| (m.name.clone(), m.margins.start, field.name.clone(), min, min + margin, field.dimension))
+        });
+        let (task, row, field, min, value, dimension) = found?;
+        let short = |x: f64| shown(format!("{x:.3}").parse().unwrap_or(x), dimension);
+        let text = format!("scenario `{}` starts with `{field}` at {}, below the {} of `{task}`", scenario.name, short(value), short(min));
+        let d = Diagnostic::warning("HQ0807", at, text);
+        let model = &program.robot.model;
+        if model.base != Base::Fixed {
+            return Some(d.help("let the people stand farther away at the start, or ask for less"));
+        }
+        let mut search = Start::new(program, scenario)?;
+        let mut rng = splitmix();
+        let mut best = value;
+        for _ in 0..POSES {
+            let q = model.random_configuration(&mut rng);
+            if search.at(&q).is_some()
+                && let Some(margin) = search.evaluator.margins().get(row).filter(|m| m.is_finite())
+            {
+                best = best.max(min + margin);
+            }
+        }
+        let d = d.note(format!("of {POSES} poses within the joints' limits the best one has {}", short(best)));
+        Some(d.help(match best < min {
+            true => "no pose that was found gives so much while the people stand there: ask for less, or let them stand farther away",
+            false => "start in a pose that is farther away, or let the people stand farther away",
+        }))
+    }
+}
+
+fn moment<'a>(signals: &'a [f64], velocity: &'a [f64]) -> Moment<'a> {
+    Moment { times: Times::default(), signals, velocity }
+}
+
+/// A repeatable generator of numbers in 0..1.
+fn splitmix() -> impl FnMut() -> f64 {
+    let mut state = 0_u64;
+    move || {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+fn outside(program: &Program, scenario: &ScenarioProgram, start: Start, at: Span) -> Option<Diagnostic> {
+    let Start { stack, evaluator, moved, .. } = start;
     let hard = program.stacks[stack].levels.iter().flat_map(|l| l.members.iter().map(|_| l.hard));
     for (m, _) in evaluator.members().iter().zip(hard).filter(|(_, hard)| *hard) {
         let rows = m.row_info.iter().zip(&evaluator.margins()[m.margins.clone()]);

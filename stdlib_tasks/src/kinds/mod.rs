@@ -17,6 +17,7 @@ pub mod joint_velocity_limits;
 pub mod keep;
 pub mod safety_planner;
 pub mod self_collision;
+pub mod speed_separation;
 pub mod swivel_angle;
 pub mod track;
 pub mod uncooperative_motion;
@@ -31,6 +32,7 @@ pub static KINDS: &[&TaskKind] = &[
     &joint_acceleration_limits::KIND,
     &virtual_wall::KIND,
     &self_collision::KIND,
+    &speed_separation::KIND,
     &keep::KIND,
     &frame_pose::KIND,
     &frame_position::KIND,

@@ -122,6 +122,16 @@ pub fn valid(name: &'static str, model: &Model) -> Case {
         "track" => {
             case.with("value", Bound::Expression(apart(&left, &right))).number("target", &[0.5]).number("gain", &[2.0])
         }
+        "speed_separation" => case
+            .with("parts", Bound::Geometries(vec![a, b]))
+            .number("from", &[2.0, 0.5, 1.0])
+            .with("human", Bound::Choice("measured".to_string()))
+            .number("human_speed", &[1.6])
+            .number("reaction", &[0.1])
+            .number("deceleration", &[3.0])
+            .number("intrusion", &[0.1])
+            .number("human_uncertainty", &[0.05])
+            .number("robot_uncertainty", &[0.01]),
         other => panic!("`{other}` is new: say here what good parameters of it are"),
     }
 }

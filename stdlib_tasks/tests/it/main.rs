@@ -15,4 +15,5 @@ mod degenerate;
 mod limits;
 mod loops;
 mod slope;
+mod speed_separation;
 mod targets;

@@ -1,0 +1,216 @@
+//! Slows parts of the robot that move towards a person, so that they stand before they are too near.
+//!
+//! ```text
+//! S_p(v_r) = v_h (T_r + T_s) + v_r T_r + S_s(v_r) + C + Z_d + Z_r     [m]    ISO/TS 15066:2016, 5.5.4.2.3
+//! n·J_p v >= -v_max(d)     S_p(v_max(d)) = d                          [m/s]  n from the person to the part
+//! ```
+//!
+//! `S_p` rises with `v_r`, so `d >= S_p` is a bound on the speed towards the person, in closed form: the barrier for
+//! `d - S_p`, whose row is met as soon as it is written and needs no gain.
+
+use nalgebra::{Isometry3, Vector3};
+use robot::{Shape, geometry};
+
+use crate::bound::{BoundParams, Geometry, check};
+use crate::dimension::{ACCELERATION, LENGTH, TIME, VELOCITY};
+use crate::field::{SpeedAndSeparation, Stopping};
+use crate::params::{Input, ParamType, Presence, Quantity};
+use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+
+crate::params! {
+    /// Parameters of `speed_separation`.
+    pub struct Params {
+        /// The parts of the robot: points, segments, links with their collision shapes, groups of them.
+        parts: Vec<Geometry> = ParamType::Geometries, Presence::Required;
+        /// Where the person is, in the world; its rate is how fast they move.
+        from: Input<3> = ParamType::Vector(LENGTH), Presence::Required;
+        /// Whether `human_speed` is taken for how fast they come, or the rate of `from`. Where that has none, because
+        /// the human has `velocity none`, `measured` takes them to stand.
+        human: String = ParamType::Choice(&["assumed", "measured"]), Presence::Default("assumed");
+        /// v_h: how fast they come where that is assumed; 1.6 m/s is the walking speed of ISO 13855.
+        human_speed: Input<1> = ParamType::Scalar(Quantity::at_least(VELOCITY, 0.0)), Presence::Default("1.6 m/s");
+        /// T_r: from the moment of the reading until the robot begins to stop. The control period is added.
+        reaction: Input<1> = ParamType::Scalar(Quantity::at_least(TIME, 0.0).constant()), Presence::Required;
+        /// T_s: how long it takes to stand, at any speed.
+        stopping: Option<Input<1>> = ParamType::Scalar(Quantity::at_least(TIME, 0.0).constant()), Presence::Optional;
+        /// a: instead of `stopping`, how fast its parts lose speed at least.
+        deceleration: Option<Input<1>> = ParamType::Scalar(Quantity::above(ACCELERATION, 0.0).constant()), Presence::Optional;
+        /// C: how far a part of the body reaches before it is seen, ISO 13855.
+        intrusion: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0).constant()), Presence::Required;
+        /// Z_d: how wrong the position of the person may be; it may move, as `uncertainty(operator)` does.
+        human_uncertainty: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0)), Presence::Default("0 m");
+        /// Z_r: how wrong that of the robot may be.
+        robot_uncertainty: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0).constant()), Presence::Default("0 m");
+    }
+}
+
+/// The catalogue entry.
+pub static KIND: TaskKind = TaskKind {
+    name: "speed_separation",
+    summary: "slows parts of the robot towards a person, so that they stand before they are too near",
+    docs: "Speed and separation monitoring: the distance `d` between a part and the person must not be less than the \
+protective separation distance\n\n\
+```text\n\
+S_p = S_h + S_r + S_s + C + Z_d + Z_r\n\
+S_h = v_h (T_r + T_s)      the person, until the robot stands\n\
+S_r = v_r T_r              the robot, until it begins to stop\n\
+S_s = v_r T_s              the robot, until it stands; with `deceleration a`: v_r^2 / (2 a), and T_s = v_r / a\n\
+```\n\n\
+with the speeds `v_h`, `v_r` of person and robot towards each other. `S_p` rises with `v_r`, so this is a bound on that speed, \
+`v_r <= v_max(d)` with `S_p(v_max) = d`: one inequality row for each part,\n\n\
+```text\n\
+n·J_p v  >=  -v_max(d)       n from the person to the nearest point of the part\n\
+```\n\n\
+It needs no gain, and zero velocity meets it always: on a hard level it can never be the one that is infeasible. Where not \
+even a robot at rest is far enough, `v_max` is zero: the part may go away from the person, and no nearer. The margin is `d - S_p` \
+at the velocity that the hierarchy gave; below zero it is a protective stop in the sense of the standard, which a \
+machine answers with `on fault(limit(TASK)) -> ..`.\n\n\
+It keeps a person from being hit by a robot that moves. It does not make the robot go out of the way: for that, `keep` a distance or \
+the value of a safety field. The person is a point; for several, write the task in a `for`. Parts that are not named are not \
+watched.\n\n\
+What comes out is as good as the distances and times that go in, and the standard asks for a rated controller and rated \
+sensors: this is a rule of motion, and no safety function.\n\n\
+Source: ISO/TS 15066:2016, 5.5.4.2.3, formulas (1) to (4); ISO 13855 for `human_speed` and `intrusion`. The row in closed form \
+is ours.",
+    example: "task slow = speed_separation(left_elbow) { from [2, 0, 1] m  reaction 0.1 s  deceleration 3 m/s^2  intrusion 0.1 m }",
+    nature: Nature::Limit,
+    params: Params::INFO,
+    positional: &["parts"],
+    actuals: &[],
+    build,
+};
+
+/// A part, and what is known of the way from the person to it.
+struct Part {
+    geometry: Geometry,
+    /// From the person to the part, in the world; none where none was found yet.
+    normal: Option<Vector3<f64>>,
+    /// d of this tick, in m.
+    distance: f64,
+    /// v_h of this tick, in m/s.
+    human: f64,
+}
+
+struct SpeedSeparation {
+    parts: Vec<Part>,
+    from: Input<3>,
+    measured: bool,
+    human_speed: Input<1>,
+    human_uncertainty: Input<1>,
+    rule: SpeedAndSeparation,
+    /// The rows of this tick, `nv` numbers each.
+    jacobian: Vec<f64>,
+    nv: usize,
+}
+
+fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    check(bound, ctx)?;
+    let params = Params::from_bound(bound)?;
+    if params.parts.is_empty() {
+        return Err(BuildError::new("parts", "no part of the robot is named that could be slowed")
+            .help("name points, segments, links or groups of them, or remove the task"));
+    }
+    let one = |input: Input<1>| input.of(ctx.values)[0];
+    let stopping = match (params.stopping, params.deceleration) {
+        (Some(time), None) => Stopping::Time(one(time)),
+        (None, Some(a)) => Stopping::Deceleration(one(a)),
+        (Some(_), Some(_)) => {
+            return Err(BuildError::new("stopping", "how the robot stops is said twice")
+                .help("keep one of `stopping`, a time, and `deceleration`"));
+        }
+        (None, None) => {
+            return Err(BuildError::new("", "`speed_separation` does not say how the robot stops")
+                .help("write `stopping 0.3 s`, a time for any speed, or `deceleration 3 m/s^2`"));
+        }
+    };
+    let measured = match params.human.as_str() {
+        "measured" => true,
+        "assumed" => false,
+        _ => return Err(BuildError::new("human", "`human` is `assumed` or `measured`")),
+    };
+    let reaction = one(params.reaction) + ctx.period;
+    // Z_d may move, and is taken off the distance at each tick.
+    let rule = SpeedAndSeparation::new(reaction, stopping, one(params.intrusion), 0.0, one(params.robot_uncertainty))
+        .map_err(|e| BuildError::new("", e.to_string()))?;
+    let nv = ctx.model.nv();
+    let part = |geometry| Part { geometry, normal: None, distance: f64::INFINITY, human: 0.0 };
+    let parts: Vec<Part> = params.parts.into_iter().map(part).collect();
+    Ok(Box::new(SpeedSeparation {
+        jacobian: vec![0.0; nv * parts.len()],
+        parts,
+        from: params.from,
+        measured,
+        human_speed: params.human_speed,
+        human_uncertainty: params.human_uncertainty,
+        rule,
+        nv,
+    }))
+}
+
+impl SpeedSeparation {
+    /// d - S_p of a part for its speed away from the person, in m.
+    fn margin(&self, part: &Part, away: f64, uncertainty: f64) -> f64 {
+        part.distance - uncertainty - self.rule.distance(-away, part.human).0
+    }
+}
+
+impl Task for SpeedSeparation {
+    fn rows(&self) -> Vec<RowInfo> {
+        self.parts.iter().map(|p| RowInfo { name: p.geometry.name.clone(), dimension: LENGTH }).collect()
+    }
+
+    fn gains(&self, _values: &[f64]) -> Vec<f64> {
+        Vec::new()
+    }
+
+    fn enter(&mut self, _state: &State) {
+        self.parts.iter_mut().for_each(|p| p.normal = None);
+    }
+
+    fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
+        let (at, speed) = (Vector3::from(self.from.of(state.values)), Vector3::from(self.from.of(state.rates)));
+        let ([assumed], [uncertainty]) =
+            (self.human_speed.of(state.values), self.human_uncertainty.of(state.values));
+        let person = Isometry3::translation(at.x, at.y, at.z);
+        for i in 0..self.parts.len() {
+            let part = &mut self.parts[i];
+            let link = part.geometry.link;
+            let pose = state.data.pose(link) * part.geometry.origin;
+            let known = pose.translation.vector.iter().chain(&at).chain(&speed).all(|x| x.is_finite());
+            if !known || !(assumed + uncertainty).is_finite() {
+                return Err(TaskFault::NotFinite { row: i });
+            }
+            let here = Shape::Sphere { radius: 0.0 };
+            let (point, normal) = match geometry::closest(&part.geometry.shape, &pose, &here, &person) {
+                Ok(way) => {
+                    part.distance = way.distance;
+                    (way.on_a, way.normal)
+                }
+                // The person is inside: no way leads out, and the last one that did still counts.
+                Err(_) => {
+                    part.distance = 0.0;
+                    (at, part.normal.ok_or(TaskFault::Overlap { row: i })?)
+                }
+            };
+            part.normal = Some(normal);
+            part.human = if self.measured { normal.dot(&speed) } else { assumed };
+            let row = &mut self.jacobian[i * self.nv..(i + 1) * self.nv];
+            row.fill(0.0);
+            state.data.add_point(state.model, link, &point, &normal, row);
+            let away: f64 = row.iter().zip(state.velocity).map(|(j, v)| j * v).sum();
+            rows.row(i)[..self.nv].copy_from_slice(row);
+            let part = &self.parts[i];
+            rows.lower[i] = -self.rule.allowed_speed(part.distance - uncertainty, part.human).unwrap_or(0.0);
+            rows.margins[i] = self.margin(part, away, uncertainty);
+        }
+        Ok(())
+    }
+
+    fn observe(&self, state: &State, v: &[f64], margins: &mut [f64], _measures: &mut [f64]) {
+        let [uncertainty] = self.human_uncertainty.of(state.values);
+        for ((margin, part), row) in margins.iter_mut().zip(&self.parts).zip(self.jacobian.chunks_exact(self.nv.max(1))) {
+            let away: f64 = row.iter().zip(v).map(|(j, v)| j * v).sum();
+            *margin = self.margin(part, away, uncertainty);
+        }
+    }
+}
