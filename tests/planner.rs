@@ -197,13 +197,13 @@ fn the_same_run_gives_the_same_bits() {
 fn stacks_change_while_the_planner_gives_way() {
     let text = spec(
         200,
-        "min 0.85 m  method stop",
+        "min 0.85 m  internal { gain 0.1 }  scaling { weight 0.001 }",
         &format!(
             "{STACK}
 stack wait {{ level still {{ hold(tool) }} }}
 machine m {{
   initial working
-  state working {{ stack work  when guard.scaling < 0.05 for 0.1 s -> waiting blend 0.3 s }}
+  state working {{ stack work  when guard.scaling < 0.5 for 0.05 s -> waiting blend 0.3 s }}
   state waiting {{ stack wait  when norm(walker.chest - frame(base_link).position) > 1.8 m -> working blend 0.3 s }}
 }}
 scenario s {{ duration 8 s  {WALK} }}"

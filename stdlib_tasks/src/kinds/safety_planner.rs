@@ -167,7 +167,7 @@ clock while the field is not above `min`. Both are there to be compared with.\n\
 The error is the Euclidean norm of `u_n - v`; levels above take from it what they need.\n\n\
 Source: thesis 4.2.3, (4.5)-(4.34), 4.4.1.3, with the corrections of Safety field and planner.",
     example: "task guard = safety_planner(hands) {\n  field nearness  min 0.75 m  gain 10 /s\n  scaling { weight 10 }\n  \
-deviate { absolute { position { along operator.chest - frame(chest).position  speed 0.4 m/s  most 0.3 m } } }\n  internal { gain 0.1 }\n}",
+deviate { absolute { position { along operator.chest - frame(left_tool).position  speed 0.4 m/s  most 0.3 m } } }\n  internal { gain 0.1 }\n}",
     nature: Nature::Target,
     params: Params::INFO,
     positional: &["task"],
