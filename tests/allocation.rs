@@ -92,9 +92,10 @@ fn people() {
 fn planners() {
     for stack in ["a1", "a2", "a3"] {
         let mut program = common::program("give_way.hq");
-        let found = program.scenarios.iter().find(|s| {
-            matches!(s.run.subject, runtime::program::Subject::Stack(k) if program.stacks[k].name == stack)
-        });
+        let found = program
+            .scenarios
+            .iter()
+            .find(|s| matches!(s.run.subject, runtime::program::Subject::Stack(k) if program.stacks[k].name == stack));
         program.run = found.map(|s| s.run.clone()).expect("a scenario for each stack");
         let person = program.interface.signal("operator.chest").expect("it is tracked");
         let mut controller = Controller::new(&program).expect("it can be executed");

@@ -52,13 +52,17 @@ pub(crate) fn check(program: &Program, places: &Places, diagnostics: &mut Vec<Di
                 diagnostics.push(match level_of(stack, task) {
                     None => d(format!("`{own}` protects `{other}`, which is not in stack `{}`", stack.name))
                         .help(format!("add `{other}` to a level above that of `{own}`, or take `{own}` out")),
-                    Some(there) if there >= level => d(format!("`{own}` does not stand below `{other}`, which it protects"))
-                        .label(levels.get(there).copied().unwrap_or(*name), format!("`{other}` stands here"))
-                        .note("a planner decides about what its task leaves free: the motion in its null space")
-                        .help(format!("put `{own}` on a level of its own behind that of `{other}`")),
+                    Some(there) if there >= level => {
+                        d(format!("`{own}` does not stand below `{other}`, which it protects"))
+                            .label(levels.get(there).copied().unwrap_or(*name), format!("`{other}` stands here"))
+                            .note("a planner decides about what its task leaves free: the motion in its null space")
+                            .help(format!("put `{own}` on a level of its own behind that of `{other}`"))
+                    }
                     Some(_) => match first {
-                        Some(first) => d(format!("`{other}` is protected twice, by `{}` and `{own}`", program.tasks[first].name))
-                            .help("keep one planner for each task"),
+                        Some(first) => {
+                            d(format!("`{other}` is protected twice, by `{}` and `{own}`", program.tasks[first].name))
+                                .help("keep one planner for each task")
+                        }
                         None => {
                             if !told.contains(&guard) {
                                 told.push(guard);
@@ -98,7 +102,8 @@ fn target(
     let moving = program.values.tape.only(&slots).signals().into_iter().filter_map(|at| signals.signal_of(at));
     let moving = moving.filter_map(|s| signals.signals.get(s)).find(|s| s.motion.is_some());
     if let Some(person) = moving {
-        let text = format!("the target of `{}` follows `{}`, and cannot wait for a clock of its own", t.name, person.name);
+        let text =
+            format!("the target of `{}` follows `{}`, and cannot wait for a clock of its own", t.name, person.name);
         let d = Diagnostic::error("HQ0608", place(places, guard, "task"), text);
         diagnostics.push(d.help("let a task without a planner follow a person"));
     }
@@ -111,7 +116,8 @@ fn target(
     let Some(Ok(mut own)) = members.zip(built).find(|(m, _)| m.task == task).map(|(_, b)| b.task) else { return };
     for (path, slot) in all {
         if deviates(model, &program.robot.home, &program.values.initial, own.as_mut(), slot).is_none() {
-            let text = format!("`{path}` of `{}` is no target that three of its rows follow, and cannot deviate", t.name);
+            let text =
+                format!("`{path}` of `{}` is no target that three of its rows follow, and cannot deviate", t.name);
             let d = Diagnostic::error("HQ0609", place(places, guard, "deviate"), text);
             diagnostics.push(d.help("name a target position or orientation"));
         }

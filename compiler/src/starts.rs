@@ -76,7 +76,8 @@ impl Start {
     fn fields(&self, program: &Program, scenario: &ScenarioProgram, at: Span) -> Option<Diagnostic> {
         let found = self.evaluator.members().iter().find_map(|m| {
             let task = program.tasks.get(m.program_index)?;
-            let (Some(Bound::Expression(value)), Some(Bound::Value(min))) = (task.params.get("value"), task.params.get("min"))
+            let (Some(Bound::Expression(value)), Some(Bound::Value(min))) =
+                (task.params.get("value"), task.params.get("min"))
             else {
                 return None;
             };
@@ -90,7 +91,12 @@ impl Start {
         });
         let (task, row, field, min, value, dimension) = found?;
         let short = |x: f64| shown(format!("{x:.3}").parse().unwrap_or(x), dimension);
-        let text = format!("scenario `{}` starts with `{field}` at {}, below the {} of `{task}`", scenario.name, short(value), short(min));
+        let text = format!(
+            "scenario `{}` starts with `{field}` at {}, below the {} of `{task}`",
+            scenario.name,
+            short(value),
+            short(min)
+        );
         let d = Diagnostic::warning("HQ0807", at, text);
         let model = &program.robot.model;
         if model.base != Base::Fixed {

@@ -12,7 +12,9 @@ mod scenarios;
 use crate::span::{Span, Spanned};
 
 pub use comments::Comments;
-pub use machines::{Action, Human, Machine, Moment, SafetyField, Signal, State, StateBody, Transition, Trigger, Variable};
+pub use machines::{
+    Action, Human, Machine, Moment, SafetyField, Signal, State, StateBody, Transition, Trigger, Variable,
+};
 pub use reuse::{
     Beside, Call, Change, Import, ImportName, Let, Parameter, Removal, Repeat, RepeatItems, RepeatMembers, Values,
 };

@@ -161,21 +161,9 @@ fn clashes(uses: &Uses, target: &Origin, new: &str) -> bool {
 /// True for a name that is declared; params and named expressions share theirs.
 fn taken(mentions: &Mentions, class: Class, key: &str) -> bool {
     let classes: &[Class] = match class {
-        Class::Param
-        | Class::Let
-        | Class::Signal
-        | Class::Human
-        | Class::Field
-        | Class::Event
-        | Class::Raised => &[
-            Class::Param,
-            Class::Let,
-            Class::Signal,
-            Class::Human,
-            Class::Field,
-            Class::Event,
-            Class::Raised,
-        ],
+        Class::Param | Class::Let | Class::Signal | Class::Human | Class::Field | Class::Event | Class::Raised => {
+            &[Class::Param, Class::Let, Class::Signal, Class::Human, Class::Field, Class::Event, Class::Raised]
+        }
         Class::Point | Class::Segment | Class::Group => &[Class::Point, Class::Segment, Class::Group],
         _ => &[class],
     };

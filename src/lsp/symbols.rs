@@ -47,9 +47,7 @@ impl Outline<'_> {
                 let points = points.iter().filter_map(point).collect();
                 o.symbol(&h.name, item.span, SymbolKind::CLASS, "human", points)
             }
-            ItemKind::SafetyField(f) => {
-                o.symbol(&f.name, item.span, SymbolKind::FUNCTION, "safety field", Vec::new())
-            }
+            ItemKind::SafetyField(f) => o.symbol(&f.name, item.span, SymbolKind::FUNCTION, "safety field", Vec::new()),
             ItemKind::Variable(v) => {
                 let mark = if v.optional.is_some() { "?" } else { "" };
                 let detail = format!("variable, {}{mark}", v.ty.value);

@@ -136,7 +136,9 @@ impl Walker<'_> {
     fn deviations(&mut self, kind: &'static TaskKind, value: &Value) {
         let ValueKind::Block(block) = &value.kind else { return self.anything(value) };
         for e in &block.entries {
-            if self.marked(&e.key.value, || Slot::Words(&["position", "orientation", "absolute", "relative", "left", "right"])) {
+            if self.marked(&e.key.value, || {
+                Slot::Words(&["position", "orientation", "absolute", "relative", "left", "right"])
+            }) {
                 continue;
             }
             match &e.value.kind {
@@ -163,7 +165,9 @@ impl Walker<'_> {
             ValueKind::Call(name, args) if self.task(name) => args.iter().for_each(|v| self.anything(v)),
             ValueKind::Name(n)
                 if n != MARKER
-                    && ![Class::Param, Class::Let, Class::Signal, Class::Human, Class::Field].iter().any(|c| self.has(*c, n)) =>
+                    && ![Class::Param, Class::Let, Class::Signal, Class::Human, Class::Field]
+                        .iter()
+                        .any(|c| self.has(*c, n)) =>
             {
                 if !self.scoped(n, value.span) && self.has(Class::Arm, n) {
                     self.note(n, value.span, What::Declared(Class::Arm, n.clone()));

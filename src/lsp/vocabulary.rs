@@ -102,7 +102,8 @@ pub(super) static FAULTS: &[Word] = &[
 pub(super) static PRESENT: &[&str] = &["frame", "joint", "point", "distance", "plane", "com", "field"];
 
 /// Those of them that are called: without brackets, such a name is that of something else.
-pub(super) static CALLED: &[&str] = &["frame", "joint", "point", "distance", "plane", "present", "uncertainty", "field"];
+pub(super) static CALLED: &[&str] =
+    &["frame", "joint", "point", "distance", "plane", "present", "uncertainty", "field"];
 
 /// What expectations measure while a scenario runs.
 pub(super) static MEASURED: &[Word] = &[

@@ -225,7 +225,12 @@ impl Walker<'_> {
     /// What stands behind a key.
     fn held(&mut self, holds: &'static Holds, value: &Value) {
         match holds {
-            Holds::Number(_) | Holds::Vector(_) | Holds::OfJoint { .. } | Holds::Bound | Holds::Value | Holds::People => {
+            Holds::Number(_)
+            | Holds::Vector(_)
+            | Holds::OfJoint { .. }
+            | Holds::Bound
+            | Holds::Value
+            | Holds::People => {
                 self.expression(value);
             }
             Holds::Sent => self.anything(value),
@@ -258,7 +263,8 @@ impl Walker<'_> {
             Holds::Geometries => self.geometries(value),
             Holds::Links => self.links(value),
             Holds::WordOr(words) => match &value.kind {
-                ValueKind::Name(name) if self.marked(name, || Slot::Words(words)) || words.contains(&name.as_str()) => {}
+                ValueKind::Name(name) if self.marked(name, || Slot::Words(words)) || words.contains(&name.as_str()) => {
+                }
                 _ => self.expression(value),
             },
             Holds::Joints => self.joints(value),

@@ -198,7 +198,11 @@ impl TaskScope<'_> {
         }
         match &value.kind {
             // These take names of frames and joints.
-            ValueKind::Call(function, _) if ["frame", "joint", "distance", "field"].contains(&function.value.as_str()) => None,
+            ValueKind::Call(function, _)
+                if ["frame", "joint", "distance", "field"].contains(&function.value.as_str()) =>
+            {
+                None
+            }
             ValueKind::Call(_, args) | ValueKind::List(args) => args.iter().find_map(|a| self.own_inside(a)),
             ValueKind::Field(inner, _)
             | ValueKind::Unit(inner, _)

@@ -39,7 +39,8 @@ impl Binder<'_> {
         };
         let text = format!("a safety planner cannot protect `{name}`: {why}");
         let d = Diagnostic::error("HQ0608", value.span, text).label(definition.kind.span, "declared here");
-        self.diagnostics.push(d.help("name a task that pulls towards a target, such as `frame_pose` or `cooperative_motion`"));
+        self.diagnostics
+            .push(d.help("name a task that pulls towards a target, such as `frame_pose` or `cooperative_motion`"));
         None
     }
 
@@ -119,7 +120,8 @@ impl Binder<'_> {
                         .and_then(|b| self.group(owner, if turns { TURN } else { PATH }, b, &what, e.key.span))
                 }
                 _ => {
-                    let text = format!("`{path}` of task `{name}` is no position and no orientation, and cannot deviate");
+                    let text =
+                        format!("`{path}` of task `{name}` is no position and no orientation, and cannot deviate");
                     let keys: Vec<&str> = infos.iter().filter(|p| may(p)).map(|p| p.name).collect();
                     let d = Diagnostic::error("HQ0609", e.key.span, text);
                     self.diagnostics.push(match keys.is_empty() {

@@ -1,8 +1,8 @@
 //! Signals, humans, safety fields and machines: copies of them, and the stacks that states name.
 
 use dsl::tree::{
-    Action, Call, Human, ItemKind, Machine, SafetyField, Signal, Stack, State, StateBody, Transition, Trigger, Value, ValueKind,
-    Variable,
+    Action, Call, Human, ItemKind, Machine, SafetyField, Signal, Stack, State, StateBody, Transition, Trigger, Value,
+    ValueKind, Variable,
 };
 use dsl::{Span, Spanned};
 

@@ -257,7 +257,11 @@ impl Lowering<'_> {
             }
             Meaning::Field => {
                 let written = crate::forms::written(name);
-                let d = Diagnostic::error("HQ0304", span, format!("`{written}` is a safety field, and no number by itself"));
+                let d = Diagnostic::error(
+                    "HQ0304",
+                    span,
+                    format!("`{written}` is a safety field, and no number by itself"),
+                );
                 return self.fail(d.help(format!("write `field({written})` for its value at this moment")));
             }
             Meaning::Event => {

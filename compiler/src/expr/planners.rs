@@ -33,7 +33,8 @@ impl Lowering<'_> {
         }
         let known = matches!(self.scope.name(&told(target(name), PLANNER_OUTPUTS[0])), Meaning::Value(_));
         known.then(|| {
-            let d = Diagnostic::error("HQ0201", field.span, format!("safety planner `{said}` tells no `{}`", field.value));
+            let d =
+                Diagnostic::error("HQ0201", field.span, format!("safety planner `{said}` tells no `{}`", field.value));
             self.fail(d.help(format!("it tells {}", list(PLANNER_OUTPUTS, 8))))
         })
     }

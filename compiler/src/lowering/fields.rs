@@ -213,7 +213,11 @@ impl Lowerer<'_> {
             return None;
         }
         if good && !links.iter().any(|l| !robot.model.support(*l).is_empty()) {
-            let d = Diagnostic::error("HQ0313", value.span, "none of these links moves, and neither does the field by them");
+            let d = Diagnostic::error(
+                "HQ0313",
+                value.span,
+                "none of these links moves, and neither does the field by them",
+            );
             self.push(d.help("name links that move"));
             return None;
         }
@@ -272,7 +276,11 @@ impl Lowerer<'_> {
             }
             ValueKind::Call(function, args) if function.value == "saturating" => {
                 let [reach] = args.as_slice() else {
-                    let d = Diagnostic::error("HQ0310", value.span, "`saturating` takes the distance that it never exceeds");
+                    let d = Diagnostic::error(
+                        "HQ0310",
+                        value.span,
+                        "`saturating` takes the distance that it never exceeds",
+                    );
                     self.push(d.help("write for instance `saturating(1.5 m)`"));
                     return None;
                 };
@@ -312,7 +320,8 @@ impl Lowerer<'_> {
         let typed = typed?;
         if typed.kind != Kind::Scalar {
             let is = typed.kind.describe();
-            let d = Diagnostic::error("HQ0304", value.span, format!("a function of the distance is a number, not {is}"));
+            let d =
+                Diagnostic::error("HQ0304", value.span, format!("a function of the distance is a number, not {is}"));
             self.push(d.here(is).help("write for instance `distance min(d, 2 m)`, with `d` for the distance"));
             return None;
         }
@@ -342,7 +351,10 @@ impl Lowerer<'_> {
             return None;
         }
         if ops.len() > MAX_OPERATIONS {
-            let text = format!("this function has {} operations with its derivative, and {MAX_OPERATIONS} are the most", ops.len());
+            let text = format!(
+                "this function has {} operations with its derivative, and {MAX_OPERATIONS} are the most",
+                ops.len()
+            );
             self.push(Diagnostic::error("HQ0308", at, text).help("write a shorter one"));
             return None;
         }
@@ -361,7 +373,9 @@ impl Lowerer<'_> {
             if !value.is_finite() || !slope.is_finite() {
                 let text = format!("this function of the distance has no value, or no derivative, at d = {here}");
                 let d = Diagnostic::error("HQ0309", at, text);
-                self.push(d.help("look for a root of zero, a division by zero, or a logarithm of what is not positive"));
+                self.push(
+                    d.help("look for a root of zero, a division by zero, or a logarithm of what is not positive"),
+                );
                 return None;
             }
             size = size.max(value.abs());
@@ -379,7 +393,10 @@ impl Lowerer<'_> {
         }
         if !rises {
             let d = Diagnostic::error("HQ0523", at, "this function of the distance never rises");
-            self.push(d.note("the field would be the same wherever people are").help("write one in which `d` stands: `min(d, 2 m)`"));
+            self.push(
+                d.note("the field would be the same wherever people are")
+                    .help("write one in which `d` stands: `min(d, 2 m)`"),
+            );
             return None;
         }
         Some(())

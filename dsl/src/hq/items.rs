@@ -5,15 +5,26 @@ use crate::explain::{self, After, clip};
 use crate::expr::{Place, missing};
 use crate::grammar::{Pair, Rule};
 use crate::tree::{
-    Block, Comments, Human, Item, ItemKind, Param, Robot, Run, SafetyField, Spec, Stack, Task, TaskDefinition,
-    Value,
+    Block, Comments, Human, Item, ItemKind, Param, Robot, Run, SafetyField, Spec, Stack, Task, TaskDefinition, Value,
 };
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned, checks};
 
 /// The words that begin a declaration.
 pub(crate) const KEYWORDS: &[&str] = &[
-    "import", "param", "let", "robot", "task", "stack", "signal", "human", "safety_field", "variable", "machine", "scenario", "for",
+    "import",
+    "param",
+    "let",
+    "robot",
+    "task",
+    "stack",
+    "signal",
+    "human",
+    "safety_field",
+    "variable",
+    "machine",
+    "scenario",
+    "for",
     "run",
 ];
 
@@ -161,11 +172,7 @@ impl Reader<'_> {
                     parts.from.is_none()
                         && matches!(
                             rule,
-                            Rule::robot_rest
-                                | Rule::human_rest
-                                | Rule::safety_rest
-                                | Rule::stack_rest
-                                | Rule::run_rest
+                            Rule::robot_rest | Rule::human_rest | Rule::safety_rest | Rule::stack_rest | Rule::run_rest
                         )
                 }
                 Some(body) => rule == Rule::task_rest && body.clone().into_inner().all(|p| p.as_rule() != Rule::block),

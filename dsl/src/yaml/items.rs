@@ -5,13 +5,15 @@ use super::events::{Kind, Node, NodeId};
 use crate::explain::clip;
 use crate::hq::{bad_version, no_header};
 use crate::tree::{
-    Block, Comments, Human, Item, ItemKind, Let, Parameter, Robot, Run, SafetyField, Spec, Task, TaskDefinition, ValueKind,
+    Block, Comments, Human, Item, ItemKind, Let, Parameter, Robot, Run, SafetyField, Spec, Task, TaskDefinition,
+    ValueKind,
 };
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned};
 
 /// The sections that hold declarations by name.
-const LISTS: &[&str] = &["params", "lets", "robots", "tasks", "stacks", "signals", "humans", "safety_fields", "variables", "machines"];
+const LISTS: &[&str] =
+    &["params", "lets", "robots", "tasks", "stacks", "signals", "humans", "safety_fields", "variables", "machines"];
 
 const SECTIONS: &[&str] = &[
     "hierarq",
@@ -178,7 +180,8 @@ impl Reader<'_> {
         while let [head, rest @ ..] = left {
             left = rest;
             // `arm:` with nothing below it, and its parts beside it.
-            let blocks = matches!(section, "robots" | "stacks" | "humans" | "safety_fields" | "machines") && self.is_null(head.3);
+            let blocks = matches!(section, "robots" | "stacks" | "humans" | "safety_fields" | "machines")
+                && self.is_null(head.3);
             let parts = rest.iter().take_while(|h| blocks && !self.is_null(h.3)).count();
             let flat = rest[..parts].iter().any(|h| !matches!(self.node(h.3).kind, Kind::Mapping(_)));
             if let Some(first) = rest.first().filter(|_| flat) {

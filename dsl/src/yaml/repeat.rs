@@ -11,8 +11,19 @@ use crate::{Diagnostic, Span, Spanned};
 use pest::Parser;
 
 /// The sections that a repetition may hold.
-const REPEATED: &[&str] =
-    &["params", "lets", "tasks", "stacks", "signals", "humans", "safety_fields", "variables", "machines", "scenarios", "for"];
+const REPEATED: &[&str] = &[
+    "params",
+    "lets",
+    "tasks",
+    "stacks",
+    "signals",
+    "humans",
+    "safety_fields",
+    "variables",
+    "machines",
+    "scenarios",
+    "for",
+];
 
 /// Reads what stands behind a key of a repetition; says whether it knows the key.
 type PartReader<'f, R> = &'f mut dyn FnMut(&mut R, &Spanned<String>, NodeId, &mut Comments) -> bool;

@@ -247,8 +247,14 @@ impl Planning {
                 Along::Gradient => Vector3::zeros(),
                 Along::Slot(at) => Vector3::new(current[*at], current[*at + 1], current[*at + 2]),
                 Along::State(e) => {
-                    let state =
-                        State { model: now.model, data: now.data, q: now.q, values: current, rates, velocity: now.velocity };
+                    let state = State {
+                        model: now.model,
+                        data: now.data,
+                        q: now.q,
+                        values: current,
+                        rates,
+                        velocity: now.velocity,
+                    };
                     e.forward(&state).ok()?;
                     Vector3::new(e.value(0), e.value(1), e.value(2))
                 }

@@ -177,11 +177,8 @@ impl Planning {
         };
         let probe = Probe::new(protected, model.nv(), values.len());
         let count = deviated.len();
-        let weights = Weights {
-            clock: number(scaling.weight),
-            internal: number(internal.weight),
-            slack: number(params.relax),
-        };
+        let weights =
+            Weights { clock: number(scaling.weight), internal: number(internal.weight), slack: number(params.relax) };
         let settings = PlannerSettings {
             period: program.robot.period,
             gain: number(params.gain),

@@ -14,10 +14,10 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::safety::decomposition::{Damping, Decomposition, Push, TaskRows, axpy};
 use crate::safety::deviation::{Course, Deviation, Frame};
-use stdlib_tasks::field::{SafetyError, finite, gain, setting};
-use stdlib_tasks::field::Field;
 use crate::safety::one_row::{OneRowProgram, Outcome};
 use crate::safety::strategy::{Strategy, task_share};
+use stdlib_tasks::field::Field;
+use stdlib_tasks::field::{SafetyError, finite, gain, setting};
 
 /// The diagonal of Q and the weight of the slack, thesis (4.27); the deviations carry their own.
 #[derive(Clone, Copy, Debug, PartialEq)]

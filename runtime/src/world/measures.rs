@@ -4,9 +4,7 @@
 //! entered, or on where, has a value only while such a stack runs.
 
 use crate::evaluator::{Evaluator, Moment};
-use crate::program::{
-    LevelProgram, Measure, MemberProgram, Program, ProgramError, StackProgram, Times,
-};
+use crate::program::{LevelProgram, Measure, MemberProgram, Program, ProgramError, StackProgram, Times};
 use crate::record::summary::MARGIN_TOLERANCE;
 use crate::simulate::Tick;
 use nalgebra::Vector3;

@@ -12,8 +12,8 @@
 //! A concave `chi` adds `max |chi''| V^2`, a soft least `k V^2` (the variance of rates within ±V), where V is the greatest
 //! speed of any point of the robot and any of a person towards each other.
 
-use robot::Model;
 use crate::clearance::acceleration_bound;
+use robot::Model;
 
 use crate::field::chi::Chi;
 use crate::field::value::{Field, Over};

@@ -86,8 +86,8 @@ fn integrated(chi: &Chi, rule: &GaussLegendre, a: &Vector3<f64>, b: &Vector3<f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::chi::DistanceFunction;
     use crate::field::adaptive::adaptive;
+    use crate::field::chi::DistanceFunction;
     use crate::field::testing::vector;
     use proptest::prelude::*;
 

@@ -137,8 +137,8 @@ impl FieldProgram {
 mod tests {
     use super::*;
     use crate::dimension::LENGTH;
-    use crate::field::testing::robots;
     use crate::field::HumanPoint;
+    use crate::field::testing::robots;
     use nalgebra::Vector3;
     use robot::Data;
 

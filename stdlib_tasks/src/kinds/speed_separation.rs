@@ -169,8 +169,7 @@ impl Task for SpeedSeparation {
 
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let (at, speed) = (Vector3::from(self.from.of(state.values)), Vector3::from(self.from.of(state.rates)));
-        let ([assumed], [uncertainty]) =
-            (self.human_speed.of(state.values), self.human_uncertainty.of(state.values));
+        let ([assumed], [uncertainty]) = (self.human_speed.of(state.values), self.human_uncertainty.of(state.values));
         let person = Isometry3::translation(at.x, at.y, at.z);
         for i in 0..self.parts.len() {
             let part = &mut self.parts[i];
@@ -208,7 +207,8 @@ impl Task for SpeedSeparation {
 
     fn observe(&self, state: &State, v: &[f64], margins: &mut [f64], _measures: &mut [f64]) {
         let [uncertainty] = self.human_uncertainty.of(state.values);
-        for ((margin, part), row) in margins.iter_mut().zip(&self.parts).zip(self.jacobian.chunks_exact(self.nv.max(1))) {
+        for ((margin, part), row) in margins.iter_mut().zip(&self.parts).zip(self.jacobian.chunks_exact(self.nv.max(1)))
+        {
             let away: f64 = row.iter().zip(v).map(|(j, v)| j * v).sum();
             *margin = self.margin(part, away, uncertainty);
         }

@@ -14,7 +14,13 @@ const PERIOD: f64 = 0.01;
 /// T_r with the period, a, C, Z_d, Z_r.
 const RULE: [f64; 5] = [0.1 + PERIOD, 3.0, 0.1, 0.05, 0.02];
 
-fn case(parts: Vec<Geometry>, from: &Vector3<f64>, speed: &Vector3<f64>, human: &str, stop: (&'static str, f64)) -> Case {
+fn case(
+    parts: Vec<Geometry>,
+    from: &Vector3<f64>,
+    speed: &Vector3<f64>,
+    human: &str,
+    stop: (&'static str, f64),
+) -> Case {
     Case::new("speed_separation")
         .with("parts", Bound::Geometries(parts))
         .moving("from", from.as_slice(), speed.as_slice())
@@ -115,12 +121,16 @@ fn a_person_inside_a_part() {
     };
     let place = Place::new(&model, &model.neutral());
     let inside = place.point(link);
-    let mut case = case(vec![box_], &(inside + Vector3::new(1.0, 0.0, 0.0)), &Vector3::zeros(), "assumed", ("stopping", 0.4));
+    let mut case =
+        case(vec![box_], &(inside + Vector3::new(1.0, 0.0, 0.0)), &Vector3::zeros(), "assumed", ("stopping", 0.4));
     let mut task = case.build(&model);
     let free = place.write(&mut *task, &case, 0.0).unwrap();
     case.set("from", inside.as_slice());
     let met = place.write(&mut *task, &case, 0.0).unwrap();
-    assert!((met.j.norm() - free.j.norm()).abs() < 1.0 && met.lower[0] == 0.0 && met.margins[0] < 0.0, "the last way out");
+    assert!(
+        (met.j.norm() - free.j.norm()).abs() < 1.0 && met.lower[0] == 0.0 && met.margins[0] < 0.0,
+        "the last way out"
+    );
     let mut fresh = case.build(&model);
     assert!(matches!(place.write(&mut *fresh, &case, 0.0), Err(TaskFault::Overlap { row: 0 })));
     case.set("from", &[f64::NAN, 0.0, 0.0]);
