@@ -339,7 +339,7 @@ impl Binder<'_> {
                     let near = other.and_then(|o| suggest(o, words.iter().copied()));
                     self.diagnostics.push(match near {
                         Some(near) => d.help(format!("did you mean `{near}`?")),
-                        None => d,
+                        None => d.help(format!("write for instance `{} {}`", info.name, words.first().unwrap_or(&""))),
                     });
                     None
                 }
