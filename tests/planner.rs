@@ -262,3 +262,52 @@ fn whatever_a_tracker_says_the_command_is_finite() {
         assert_eq!(faults > 0, [2, 4, 5, 6].contains(&case), "case {case}: {faults} faults");
     }
 }
+
+/// Experiments 4.A, 4.B and 4.D: all that their scenarios expect holds, and the three methods stand to each other as in the
+/// text to thesis Table 4.2.
+#[test]
+fn the_experiments_of_chapter_4_hold() {
+    let mut figures = Vec::new();
+    for name in ["safety_planner", "give_way"] {
+        let program = common::program(&format!("{name}.hq"));
+        for scenario in &program.scenarios {
+            let trial = hierarq::trial::run(name, &program, scenario).expect("a compiled program can be executed");
+            assert!(trial.ok, "{}: {:?}", scenario.name, trial.expectations);
+            if name != "give_way" {
+                continue;
+            }
+            let guard = ["planner", "evasive", "stop"][figures.len()];
+            let own = scenario.program(&program);
+            let mut simulation = Simulation::in_world(&own, scenario).expect("it can be executed");
+            let mut means = Means { program: &own, guard, sums: [0.0; 3], ticks: 0.0 };
+            simulation.run(&mut means, &mut || 0.0, &mut |_| true).expect("memory does not fail");
+            figures.push(means.sums.map(|s| s / means.ticks));
+        }
+    }
+    let [a1, a2, a3] = figures[..] else { panic!("three methods") };
+    assert!(a1[0] > a2[0] && a2[0] > a3[0], "M1, the mean field: {figures:?}");
+    assert!(a2[1] > a1[1] && a1[1] > 0.005 && a3[1] < 1e-3, "M2, the mean path error: {figures:?}");
+    assert!(a1[2] == 0.0 && a2[2] == 0.0 && a3[2] > 0.5, "M3, the idle time: {figures:?}");
+}
+
+/// M1, M2 and M3 of thesis 4.4.1.3, summed.
+struct Means<'p> {
+    program: &'p Program,
+    guard: &'static str,
+    sums: [f64; 3],
+    ticks: f64,
+}
+
+impl Recorder for Means<'_> {
+    fn tick(&mut self, t: &Tick) -> std::io::Result<()> {
+        let of = |name: &str| told(t.signals, self.program, &format!("{}.{name}", self.guard));
+        let motion = t.evaluator.members().iter().find(|m| m.name == "motion").expect("it is protected");
+        let path = of("deviation") + t.evaluator.measures()[motion.measures.start];
+        let idle = f64::from(u8::from(of("scaling") < 0.01));
+        for (sum, x) in self.sums.iter_mut().zip([of("field"), path, idle]) {
+            *sum += x;
+        }
+        self.ticks += 1.0;
+        Ok(())
+    }
+}
