@@ -47,7 +47,7 @@ fn hover_and_definition() {
     assert!(e.diagnostics(&doc, Some(1)).is_empty());
     for (place, range, says) in [
         ("safety_planner(rea|ch)", "reach", "To and fro."),
-        ("field near|ness", "nearness", "How far away people are."),
+        ("  field near|ness", "nearness", "How far away people are."),
         ("mo|st 0.2 m", "most", "greatest deviation"),
         ("always gua|rd.scaling", "guard", "task"),
     ] {
@@ -58,7 +58,7 @@ fn hover_and_definition() {
     }
     for (from, to) in [
         ("safety_planner(rea|ch)", "task |reach"),
-        ("field near|ness", "safety_field |nearness"),
+        ("  field near|ness", "safety_field |nearness"),
         ("always gua|rd.scaling", "task |guard"),
     ] {
         let found = e.at("textDocument/definition", &doc, &find(SPEC, from));
