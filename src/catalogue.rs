@@ -5,6 +5,7 @@ use std::fmt::Write;
 use compiler::codes::Part;
 use serde_json::{Value as Json, json};
 use stdlib_tasks::dimension::{ANGLE, LENGTH};
+use stdlib_tasks::kinds::safety_planner::PATH;
 use stdlib_tasks::params::{Form, ParamInfo, ParamType, Presence, Quantity};
 use stdlib_tasks::task::{Nature, TaskKind};
 use stdlib_tasks::{KINDS, dimension::Dimension};
@@ -75,6 +76,9 @@ pub fn describe(ty: &ParamType) -> String {
         ParamType::Choice(words) => words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "),
         ParamType::Expression(form) => expression(form),
         ParamType::Group(_) => "block".to_string(),
+        ParamType::Task => "task".to_string(),
+        ParamType::Field => "safety field".to_string(),
+        ParamType::Deviations => "`{ PARAMETER { .. } .. }`, in the groups of the other task".to_string(),
     }
 }
 
@@ -90,8 +94,10 @@ pub(crate) fn presence(p: &Presence) -> String {
 fn rows<'a>(params: &'a [ParamInfo], prefix: &str, out: &mut Vec<(String, &'a ParamInfo)>) {
     for p in params {
         out.push((format!("{prefix}{}", p.name), p));
-        if let ParamType::Group(inner) = p.ty {
-            rows(inner, &format!("{prefix}{}.", p.name), out);
+        match p.ty {
+            ParamType::Group(inner) => rows(inner, &format!("{prefix}{}.", p.name), out),
+            ParamType::Deviations => rows(PATH, &format!("{prefix}{}.PARAMETER.", p.name), out),
+            _ => {}
         }
     }
 }

@@ -44,6 +44,7 @@ fn a_tick_allocates_nothing() {
     machines();
     people();
     fields();
+    planners();
     for name in common::EXAMPLES {
         let program = common::program(&format!("{name}.hq"));
         let mut controller = Controller::new(&program).expect("it can be executed");
@@ -118,6 +119,36 @@ machine m { initial a  on fault(any) -> c  state a { stack near  when field(near
         assert!(command.fault.is_none(), "tick {k}: {:?}", command.fault);
         let velocity = command.velocity.to_vec();
         robot.apply(&velocity);
+    }
+}
+
+/// Safety planners of all methods, with a person who comes as near as the arm can reach.
+fn planners() {
+    for stack in ["a1", "a2", "a3"] {
+        let mut program = common::program("give_way.hq");
+        let found = program
+            .scenarios
+            .iter()
+            .find(|s| matches!(s.run.subject, runtime::program::Subject::Stack(k) if program.stacks[k].name == stack));
+        program.run = found.map(|s| s.run.clone()).expect("a scenario for each stack");
+        let person = program.interface.signal("operator.chest").expect("it is tracked");
+        let mut controller = Controller::new(&program).expect("it can be executed");
+        let mut robot = SimulatedRobot::new(&program);
+        let mut near = 0;
+        for k in 0..800 {
+            let time = k as f64 * 0.01;
+            let q = robot.measure();
+            let before = ALLOCATIONS.load(Ordering::SeqCst);
+            let x = 1.2 - 0.1 * time;
+            controller.signals().set(person, &[x, 0.0, 1.2, -0.1, 0.0, 0.0], time);
+            let command = controller.step(&Observation { time, q });
+            assert_eq!(ALLOCATIONS.load(Ordering::SeqCst), before, "a planner allocates at tick {k}");
+            assert!(command.fault.is_none(), "{stack}, tick {k}: {:?}", command.fault);
+            let velocity = command.velocity.to_vec();
+            near += usize::from(controller.evaluator().safety().any(|(p, _)| p.plan().margin < 0.01));
+            robot.apply(&velocity);
+        }
+        assert!(near > 100, "{stack}: {near}");
     }
 }
 

@@ -103,6 +103,15 @@ fn every_whole_spec_in_the_docs_compiles() {
     assert!(count >= 5, "only {count} whole specs were found in the docs");
 }
 
+/// What the example of a safety planner speaks of.
+const PROTECTED: &str = "human operator { points [chest] }
+safety_field nearness { of operator }
+task hands = cooperative_motion {
+  absolute { position initial(absolute.position) + [0.1, 0, 0] m * sin(t/(1 s))  orientation initial(absolute.orientation) }
+  relative { position initial(relative.position)  orientation initial(relative.orientation) }
+}
+";
+
 #[test]
 fn every_example_of_the_catalogue_compiles() {
     let robot = std::fs::read_to_string(common::example("common/canopies.hq")).expect("readable");
@@ -114,7 +123,13 @@ fn every_example_of_the_catalogue_compiles() {
             .replace("    head head_link", "    head head_link\n    tool left_tool");
         let example = kind.example.replace("(tool)", "(left_tool)");
         let name = example.split_whitespace().nth(1).expect("task NAME = ..").to_string();
-        program_compiles(kind.name, &format!("hierarq 1\n{robot}\n{example}\nstack s {{ level l {{ {name} }} }}\n"));
+        // What protects another task stands below it, and keeps away from somebody.
+        let (around, above) = match kind.example.contains("(hands)") {
+            true => (PROTECTED, "level first { hands }"),
+            false => ("", ""),
+        };
+        let stack = format!("stack s {{ {above} level l {{ {name} }} }}");
+        program_compiles(kind.name, &format!("hierarq 1\n{robot}\n{around}{example}\n{stack}\n"));
     }
 }
 

@@ -15,6 +15,8 @@ mod humans;
 mod imports;
 #[path = "lsp/machines.rs"]
 mod machines;
+#[path = "lsp/planners.rs"]
+mod planners;
 #[path = "lsp/reuse.rs"]
 mod reuse;
 #[path = "lsp/told.rs"]

@@ -15,6 +15,7 @@ use crate::binding::Number;
 use crate::codes;
 use crate::lowering::Places;
 use crate::one_place;
+use crate::planners;
 use crate::pointless;
 use crate::ranges::Ground;
 use crate::units::shown;
@@ -24,6 +25,7 @@ use crate::{jumps, reach};
 /// Checks a program that has no errors so far.
 pub(crate) fn program(ground: &Ground, program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
     let before = diagnostics.len();
+    planners::check(program, places, diagnostics);
     reach::limits(ground, program, places, diagnostics);
     jumps::check(ground, program, places, diagnostics);
     let values = &program.values.initial;

@@ -28,6 +28,7 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("humans_yaml", include_str!("cases/humans_yaml.txt"), Spelling::Yaml),
     ("fields", include_str!("cases/fields.txt"), Spelling::Hq),
     ("fields_yaml", include_str!("cases/fields_yaml.txt"), Spelling::Yaml),
+    ("planners", include_str!("cases/planners.txt"), Spelling::Hq),
     ("machines", include_str!("cases/machines.txt"), Spelling::Hq),
     ("yardstick", include_str!("cases/yardstick.txt"), Spelling::Hq),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Spelling::Yaml),
@@ -88,6 +89,11 @@ fn check(name: &str) {
 #[test]
 fn names() {
     check("names");
+}
+
+#[test]
+fn planners() {
+    check("planners");
 }
 
 #[test]

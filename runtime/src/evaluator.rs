@@ -14,7 +14,9 @@ use stdlib_tasks::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, St
 
 use crate::coasting::Coasting;
 use crate::fault::Fault;
+use crate::planning::{self, Now, Planning};
 use crate::program::{Capture, CaptureSource, Program, ProgramError, StackProgram, TaskProgram, Times};
+use crate::safety::{Field, SafetyPlanner};
 use crate::values::ValueTable;
 use crate::velocity;
 
@@ -115,10 +117,25 @@ pub struct Evaluator {
     margins: Vec<f64>,
     measures: Vec<f64>,
     undefined: Vec<bool>,
+    /// Safety planners of the stack.
+    planners: Vec<Planning>,
+    led: Led,
+    /// Signals that must be present.
+    needs: Vec<usize>,
     /// Room for a configuration beside the one that is looked at.
     beside: Vec<f64>,
     /// Where joints must stand for idle rows to be idle: index in the configuration, lowest, highest position.
     limits: Vec<(usize, f64, f64)>,
+}
+
+/// What an evaluator takes over from that of the controller, where it looks at another configuration: what the controller's
+/// planners decided.
+#[derive(Default)]
+struct Led {
+    /// Places of the table of values that planners work out, with their value and rate.
+    values: Vec<(usize, f64, f64)>,
+    /// It takes them over.
+    on: bool,
 }
 
 /// How far beyond its limit a joint may stand and still count as inside, in rad or m: the reference ends a tick on the
@@ -243,6 +260,7 @@ impl Evaluator {
         let wanted = |task: usize| only.is_none_or(|o| o == task);
         let model = program.robot.model.clone();
         let built = build_tasks(&model, program.robot.period, &program.values.initial, &program.tasks, stack_program);
+        let speeds: Vec<Vec<f64>> = built.iter().map(|b| b.speed.clone()).collect();
         let (mut tasks, mut members, mut shapes) = (Vec::new(), Vec::new(), Vec::new());
         let (mut margins, mut measures) = (0, 0);
         let mut built = built.into_iter();
@@ -301,9 +319,27 @@ impl Evaluator {
         }
         let mut coasting = Coasting::new(&problem, &stack_program.locked);
         members.iter().zip(&tasks).for_each(|(member, task)| coasting.fix(member, task.as_ref()));
-        let wanted = places(members.iter().map(|m| &program.tasks[m.program_index]));
+        let planned = planning::planners(program, stack_program);
+        let mut wanted = places(members.iter().map(|m| &program.tasks[m.program_index]));
+        let mut led = Led::default();
+        for m in members.iter().filter(|m| planning::planner_of(program, m.program_index).is_some()) {
+            led.values.extend(m.slots.iter().map(|&at| (at, 0.0, 0.0)));
+        }
+        let mut planners = Vec::new();
+        for (guard, protected) in planned.iter().filter(|_| only.is_none()) {
+            let at = |index: usize| members.iter().position(|m: &Member| m.program_index == index);
+            let (Some(g), Some(t)) = (at(*guard), at(*protected)) else { continue };
+            let both = ((g, *guard), (t, *protected));
+            let speed = speeds.get(g).map_or(&[][..], Vec::as_slice);
+            let planner = Planning::new(program, stack_program, both, tasks[t].as_mut(), speed)?;
+            wanted.retain(|at| planner.places.binary_search(at).is_err());
+            wanted.extend(Planning::reads(program, *guard));
+            planners.push(planner);
+        }
         let values = ValueTable::new(&program.values, &wanted, &program.interface);
-        let needed = |c: &&Capture| (c.at..c.at + c.len).any(|k| values.is_read(k));
+        let tables = || std::iter::once(&values).chain(planners.iter().map(|p| &p.values));
+        let needed = |c: &&Capture| (c.at..c.at + c.len).any(|k| tables().any(|t| t.is_read(k)));
+        let needs: BTreeSet<usize> = tables().flat_map(|t| t.needs().iter().copied()).collect();
         let evaluator = Evaluator {
             data: Data::new(&model),
             captures: program
@@ -313,7 +349,10 @@ impl Evaluator {
                 .filter(needed)
                 .filter_map(|c| ready(c, &model, &members))
                 .collect(),
+            needs: needs.into_iter().collect(),
+            led,
             values,
+            planners,
             undefined: vec![false; tasks.len()],
             tasks,
             members,
@@ -386,7 +425,9 @@ impl Evaluator {
     /// Whether the value of a parameter has come to where it is going: it does not move, and a trajectory that it follows
     /// from stands at its goal.
     pub fn is_settled(&self, at: usize) -> bool {
-        self.rate(at).is_none_or(|r| r == 0.0) && self.values.is_settled(at)
+        self.rate(at).is_none_or(|r| r == 0.0)
+            && self.values.is_settled(at)
+            && self.planners.iter().all(|p| p.values.is_settled(at))
     }
 
     /// How fast the value of a parameter changed at the last tick, per second.
@@ -396,17 +437,55 @@ impl Evaluator {
 
     /// Signals that must be present for the stack to run.
     pub fn needs(&self) -> &[usize] {
-        self.values.needs()
+        &self.needs
+    }
+
+    /// Takes over what the planners of another evaluator of the same robot decided at this tick, that of the controller:
+    /// for the next update, and for good. Never allocates.
+    pub fn follow(&mut self, leader: &Evaluator) {
+        self.led.on = true;
+        for (at, value, rate) in &mut self.led.values {
+            if let (Some(x), Some(r)) = (leader.value(*at), leader.rate(*at)) {
+                (*value, *rate) = (x, r);
+            }
+        }
+        for planner in &leader.planners {
+            let mine = self.members.iter().position(|m| m.program_index == planner.program_index);
+            if let Some(task) = mine.and_then(|i| self.tasks.get_mut(i)) {
+                task.decided(&planner.internal);
+            }
+        }
+    }
+
+    /// Moves clocks and deviations of planners on by a period, as they were decided. Never allocates.
+    pub(crate) fn advance(&mut self) {
+        self.planners.iter_mut().for_each(Planning::advance);
+    }
+
+    /// The safety planners of the stack, each with its field, as of the last tick.
+    pub fn safety(&self) -> impl Iterator<Item = (&SafetyPlanner, &Field)> {
+        self.planners.iter().map(|p| (p.planner(), p.field()))
+    }
+
+    /// The planners of the stack.
+    pub(crate) fn planners(&self) -> &[Planning] {
+        &self.planners
     }
 
     /// Enters the stack at a configuration: captures what `initial(..)` asks for. Never allocates.
     pub fn enter(&mut self, q: &[f64], moment: Moment) {
         self.values.inputs.fill(0.0);
         self.values.restart();
+        for p in &mut self.planners {
+            p.enter(moment.times, &self.values.inputs);
+        }
         self.kinematics(q, moment);
         self.capture(q, moment);
         self.capture_velocities(q, moment);
         self.values.restart();
+        for p in &mut self.planners {
+            p.enter(moment.times, &self.values.inputs);
+        }
         self.kinematics(q, moment);
         let Evaluator { model, data, values, tasks, .. } = self;
         let ValueTable { current, rates, .. } = values;
@@ -461,6 +540,29 @@ impl Evaluator {
     fn kinematics(&mut self, q: &[f64], moment: Moment) {
         self.model.forward(q, &mut self.data);
         self.values.evaluate(moment.times, moment.signals);
+        let ValueTable { current, rates, .. } = &mut self.values;
+        for p in &mut self.planners {
+            p.evaluate(moment.signals, current, rates);
+        }
+        for &(at, value, rate) in self.led.values.iter().filter(|_| self.led.on) {
+            (current[at], rates[at]) = (value, rate);
+        }
+    }
+
+    /// Lets planners decide, unless those of another evaluator do.
+    fn plan(&mut self, q: &[f64], moment: Moment) -> Result<(), Fault> {
+        if self.led.on {
+            return Ok(());
+        }
+        let Evaluator { model, data, values, planners, tasks, .. } = self;
+        let ValueTable { current, rates, .. } = values;
+        let now = Now { model, data, q, velocity: moment.velocity };
+        for p in planners {
+            p.values.check(moment.signals)?;
+            p.plan(tasks[p.task].as_mut(), &now, (current, rates))?;
+            tasks[p.guard].decided(&p.internal);
+        }
+        Ok(())
     }
 
     /// Locked joints come to rest at the next update, or stand.
@@ -480,8 +582,22 @@ impl Evaluator {
     pub fn update(&mut self, q: &[f64], moment: Moment, problem: &mut Problem) -> Result<(), Fault> {
         self.kinematics(q, moment);
         self.values.check(moment.signals)?;
-        let Evaluator { model, data, values, tasks, members, locked, coasting, margins, measures, undefined, .. } =
-            self;
+        self.plan(q, moment)?;
+        let Evaluator {
+            model,
+            data,
+            values,
+            tasks,
+            members,
+            locked,
+            coasting,
+            margins,
+            measures,
+            undefined,
+            planners,
+            led,
+            ..
+        } = self;
         let ValueTable { current, rates, .. } = values;
         coasting.begin();
         margins.fill(f64::INFINITY);
@@ -519,6 +635,11 @@ impl Evaluator {
                 Err(TaskFault::Overlap { row }) => return Err(Fault::Overlap { member: i, row }),
                 Err(TaskFault::Gain { .. }) => return Err(Fault::Gain { member: i }),
                 Err(TaskFault::Crossed { row }) => return Err(Fault::Crossed { member: i, row }),
+            }
+            if let Some(p) = planners.iter().find(|p| p.task == i && !led.on) {
+                for (row, wanted) in p.wanted.iter().enumerate().filter(|(row, _)| p.decides(*row)) {
+                    rows.equal(row, *wanted);
+                }
             }
             flush(rows.jacobian);
             flush(rows.lower);

@@ -106,6 +106,7 @@ impl Truth {
         let (evaluator, problem) = &mut self.stages[controller.stage()];
         let times = Times { t: time - controller.stage_entered(), time };
         let moment = Moment { times, signals, velocity: &self.last };
+        evaluator.follow(controller.evaluator());
         if self.visit != Some(controller.visit()) {
             self.visit = Some(controller.visit());
             evaluator.enter(q, moment);

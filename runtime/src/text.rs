@@ -263,6 +263,8 @@ fn bound_text(p: &Program, bound: &Bound) -> Option<String> {
             Some(list.iter().map(|(a, s)| format!("{} {}", a.name, slot(p, s))).collect::<Vec<_>>().join(", "))
         }
         Bound::Choice(word) => Some(word.clone()),
+        Bound::Task(task) => p.tasks.get(*task).map(|t| t.name.clone()),
+        Bound::Field(field) => p.fields.get(*field).map(|f| f.name.clone()),
         Bound::Expression(e) => {
             let parts: Vec<String> = e.outputs.iter().map(|o| format!("${o}")).collect();
             let value = if parts.len() == 1 { parts[0].clone() } else { format!("[{}]", parts.join(", ")) };

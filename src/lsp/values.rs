@@ -2,6 +2,7 @@
 
 use dsl::tree::{Block, TaskDefinition, Value, ValueKind};
 use dsl::{Span, Spanned};
+use stdlib_tasks::kinds::safety_planner::{PATH, TURN};
 use stdlib_tasks::params::{ParamInfo, ParamType};
 use stdlib_tasks::task::TaskKind;
 
@@ -111,10 +112,42 @@ impl Walker<'_> {
                 self.typed(value, kind.actuals);
                 self.state = before;
             }
+            ParamType::Task => self.named(value, Class::Task, Slot::Task),
+            ParamType::Field => self.named(value, Class::Field, Slot::Field),
+            ParamType::Deviations => self.deviations(kind, value),
             ParamType::Group(infos) => match &value.kind {
                 ValueKind::Block(b) => self.parameters(kind, infos, b, &[]),
                 _ => self.anything(value),
             },
+        }
+    }
+
+    /// The name of something that is declared.
+    fn named(&mut self, value: &Value, class: Class, slot: Slot) {
+        if let Some(name) = word(value)
+            && !self.marked(name, || slot)
+            && !self.scoped(name, value.span)
+        {
+            self.note(name, value.span, What::Declared(class, name.to_string()));
+        }
+    }
+
+    /// Deviations, in the groups of the other task: a block with a `speed` is one.
+    fn deviations(&mut self, kind: &'static TaskKind, value: &Value) {
+        let ValueKind::Block(block) = &value.kind else { return self.anything(value) };
+        for e in &block.entries {
+            if self.marked(&e.key.value, || {
+                Slot::Words(&["position", "orientation", "absolute", "relative", "left", "right"])
+            }) {
+                continue;
+            }
+            match &e.value.kind {
+                ValueKind::Block(b) if e.key.value == "orientation" => self.parameters(kind, TURN, b, &[]),
+                ValueKind::Block(b) if e.key.value == "position" || b.get("speed").is_some() => {
+                    self.parameters(kind, PATH, b, &[]);
+                }
+                _ => self.deviations(kind, &e.value),
+            }
         }
     }
 

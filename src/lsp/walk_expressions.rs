@@ -85,6 +85,14 @@ impl Walker<'_> {
                 if self.human_field(inner, field) {
                     return;
                 }
+                if let Some(name) = word(inner)
+                    && self.has(Class::Task, name)
+                    && !self.found.types.contains_key(name)
+                {
+                    self.marked(&field.value, || Slot::Words(&compiler::PLANNER_OUTPUTS));
+                    self.note(name, inner.span, What::Declared(Class::Task, name.to_string()));
+                    return;
+                }
                 if matches!(&inner.kind, ValueKind::Call(f, _) if f.value == "frame") {
                     self.marked(&field.value, || Slot::FrameField);
                 } else if word(inner).and_then(|n| self.found.types.get(n)).is_some_and(|ty| ty == "wrench") {

@@ -4,6 +4,7 @@ use compiler::sections::MEMBER;
 use serde_json::{Map, Value, json};
 use stdlib_tasks::KINDS;
 use stdlib_tasks::dimension::RATE;
+use stdlib_tasks::kinds::safety_planner::{PATH, TURN};
 use stdlib_tasks::params::{Form, ParamInfo, ParamType, Presence, Quantity};
 use stdlib_tasks::task::TaskKind;
 
@@ -56,7 +57,8 @@ fn parameter(p: &ParamInfo) -> Value {
         ParamType::Vector(d) => values::vector(*d),
         ParamType::PerAxis(q) => values::per_axis(q),
         ParamType::Vectors(n, d) => values::vectors(*n, *d),
-        ParamType::Rotation | ParamType::Frame | ParamType::Arm => values::name(),
+        ParamType::Rotation | ParamType::Frame | ParamType::Arm | ParamType::Task | ParamType::Field => values::name(),
+        ParamType::Deviations => deviations(),
         ParamType::Gains(names) => gains(names),
         ParamType::Frames | ParamType::Geometries | ParamType::Joints => values::names(),
         ParamType::JointPositions | ParamType::JointVelocities | ParamType::JointAccelerations => {
@@ -80,6 +82,17 @@ fn parameter(p: &ParamInfo) -> Value {
         schema["default"] = if matches!(p.ty, ParamType::Group(_)) { json!({}) } else { json!(text) };
     }
     schema
+}
+
+/// Deviations, in the groups that the parameters of the other task have: a block with a speed is one.
+fn deviations() -> Value {
+    let one = |infos: &[ParamInfo]| object(parameters(infos), &["speed"], "");
+    let either = json!({ "anyOf": [one(PATH), one(TURN)] });
+    let group = json!({ "type": "object", "additionalProperties": either });
+    json!({
+        "type": "object",
+        "additionalProperties": { "if": { "required": ["speed"] }, "then": either, "else": group },
+    })
 }
 
 /// One rate, or one for each name.

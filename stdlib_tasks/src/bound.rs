@@ -101,6 +101,10 @@ pub enum Bound {
     Expression(Expression),
     /// Parameters inside a parameter.
     Group(BTreeMap<String, Bound>),
+    /// Another task of the program, by its index.
+    Task(usize),
+    /// A safety field of the program, by its index.
+    Field(usize),
 }
 
 impl Bound {
@@ -152,7 +156,8 @@ fn check_one(bound: &Bound, ctx: &Context) -> Result<(), &'static str> {
         Bound::Joints(list) => list.iter().try_for_each(dof),
         Bound::PerJoint(list) => list.iter().try_for_each(|(d, s)| dof(d).and_then(|()| one(s))),
         Bound::PerArm(list) => list.iter().try_for_each(|(a, s)| arm(a).and_then(|()| one(s))),
-        Bound::Choice(_) => Ok(()),
+        // The program knows which there are.
+        Bound::Choice(_) | Bound::Task(_) | Bound::Field(_) => Ok(()),
         Bound::Expression(e) => e.check(ctx.model, ctx.slot_count()),
         Bound::Group(group) => group.values().try_for_each(|b| check_one(b, ctx)),
     }

@@ -49,6 +49,12 @@ pub enum ParamType {
     Expression(Form),
     /// Parameters inside a parameter.
     Group(&'static [ParamInfo]),
+    /// A declared task.
+    Task,
+    /// A declared safety field.
+    Field,
+    /// Positions and orientations of the task that the parameter `task` names, each with how it may leave its path.
+    Deviations,
 }
 
 /// What an expression of the robot's present state may be.
@@ -282,6 +288,20 @@ from_bound!(PerArm, Vec<(Arm, Slot)>);
 from_bound!(Choice, String);
 from_bound!(Expression, Expression);
 from_bound!(Group, BoundParams);
+from_bound!(Task, usize);
+
+/// A declared safety field, by its index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FieldIndex(pub usize);
+
+impl FromBound for FieldIndex {
+    fn from_bound(bound: Option<&Bound>) -> Option<Self> {
+        match bound {
+            Some(Bound::Field(field)) => Some(FieldIndex(*field)),
+            _ => None,
+        }
+    }
+}
 
 impl FromBound for (String, LinkId) {
     fn from_bound(bound: Option<&Bound>) -> Option<Self> {

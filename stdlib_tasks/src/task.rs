@@ -263,6 +263,10 @@ pub trait Task: Send {
     /// Errors or margins that exist only once the velocity is known. Never allocates.
     fn observe(&self, _state: &State, _v: &[f64], _margins: &mut [f64], _measures: &mut [f64]) {}
 
+    /// For a task whose rows are decided about elsewhere: what the next [`Task::update`] asks for, `nv` numbers. Never
+    /// allocates.
+    fn decided(&mut self, _velocity: &[f64]) {}
+
     /// Writes the value that `initial(name)` captures; false for an unknown name.
     fn actual(&self, _name: &str, _state: &State, _out: &mut [f64]) -> bool {
         false

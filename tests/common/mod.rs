@@ -25,6 +25,8 @@ pub const EXAMPLES: &[&str] = &[
     "hand_guiding",
     "harvesting",
     "trajectories",
+    "safety_planner",
+    "give_way",
 ];
 
 /// A file of the `examples` folder.

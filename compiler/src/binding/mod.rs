@@ -7,6 +7,7 @@ mod expression;
 mod parts;
 mod per;
 mod present;
+mod protects;
 mod scope;
 mod start;
 mod table;
@@ -38,6 +39,10 @@ pub use table::Table;
 pub struct Binder<'a> {
     /// The robot.
     pub robot: &'a BoundRobot,
+    /// All tasks with their names, for those that name another one.
+    pub tasks: &'a [(String, TaskDefinition)],
+    /// The names of safety fields, in the order of the program.
+    pub fields: Vec<String>,
     /// Declared parameters.
     pub params: &'a mut Params,
     /// The graph of the program.
@@ -110,6 +115,8 @@ struct Owner<'p> {
     param: &'static str,
     /// The joints that the task is about, where its `joints` says so.
     joints: Option<&'p [usize]>,
+    /// The other task that its `task` names.
+    other: Option<usize>,
 }
 
 impl Binder<'_> {
@@ -142,7 +149,7 @@ impl Binder<'_> {
         }
         let what = format!("task type `{}`", kind.name);
         let params = self.group(
-            Owner { kind, task: index, prefix: "", param: "", joints: None },
+            Owner { kind, task: index, prefix: "", param: "", joints: None, other: None },
             kind.params,
             &body,
             &what,
@@ -251,7 +258,11 @@ impl Binder<'_> {
                 Some(Bound::Joints(joints)) => Some(joints.clone()),
                 _ => None,
             };
-            match self.one(Owner { param: info.name, joints: joints.as_deref(), ..owner }, info, value) {
+            let other = match bound.get("task") {
+                Some(Bound::Task(task)) => Some(*task),
+                _ => owner.other,
+            };
+            match self.one(Owner { param: info.name, joints: joints.as_deref(), other, ..owner }, info, value) {
                 Some(b) => {
                     bound.insert(info.name.to_string(), b);
                 }
@@ -308,6 +319,9 @@ impl Binder<'_> {
             ParamType::Arm => self.arm(value, info).map(Bound::Arm),
             ParamType::Geometries => parts::geometries(self.robot, value, self.diagnostics).map(Bound::Geometries),
             ParamType::Expression(form) => self.expression(owner, value, form, info),
+            ParamType::Task => self.task_named(owner, value, info).map(Bound::Task),
+            ParamType::Field => self.field_named(value, info).map(Bound::Field),
+            ParamType::Deviations => self.deviations(owner, value, owner.other).map(Bound::Group),
             ParamType::Joints => joints(items_of(value), &self.robot.model, &self.robot.joint_groups, self.diagnostics)
                 .map(Bound::Joints),
             ParamType::JointPositions => self.per_joint(owner, value, info, NONE),
@@ -325,7 +339,7 @@ impl Binder<'_> {
                     let near = other.and_then(|o| suggest(o, words.iter().copied()));
                     self.diagnostics.push(match near {
                         Some(near) => d.help(format!("did you mean `{near}`?")),
-                        None => d,
+                        None => d.help(format!("write for instance `{} {}`", info.name, words.first().unwrap_or(&""))),
                     });
                     None
                 }

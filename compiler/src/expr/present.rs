@@ -84,6 +84,9 @@ impl Lowering<'_> {
         if let Some(point) = self.tracked(inner, field, span) {
             return point;
         }
+        if let Some(told) = self.told_by_planner(inner, field, span) {
+            return told;
+        }
         if let Some(k) = ["x", "y", "z"].iter().position(|n| *n == field.value) {
             let of = self.value(inner)?;
             if of.kind == Kind::Vector {

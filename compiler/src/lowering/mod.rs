@@ -11,6 +11,7 @@ mod in_place;
 mod machine;
 mod measures;
 mod params;
+mod planners;
 mod predicates;
 mod run;
 mod scenario;
@@ -200,6 +201,8 @@ impl<'a> Lowerer<'a> {
     fn binder<'b>(&'b mut self, robot: &'b BoundRobot) -> Binder<'b> {
         Binder {
             robot,
+            tasks: &[],
+            fields: self.fields.iter().map(|f| f.name.clone()).collect(),
             params: &mut self.params,
             graph: &mut self.graph,
             table: &mut self.table,
@@ -221,6 +224,7 @@ impl<'a> Lowerer<'a> {
         if !expanded.usable {
             return None;
         }
+        self.planners(&declared.tasks);
         let later = self.named_values(expanded, &declared);
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         let robot = declared.robots.first().and_then(|r| {

@@ -10,7 +10,7 @@ use stdlib_tasks::dimension::NONE;
 use super::Lowerer;
 use super::declared::twice;
 use super::in_place::in_place;
-use crate::binding::BoundTask;
+use crate::binding::{Binder, BoundTask};
 use crate::constants::Constants;
 use crate::forms::{check_keys, items_of, unknown_key};
 use crate::names::{list, suggest};
@@ -27,7 +27,7 @@ impl Lowerer<'_> {
         (later, refused): (&[&Let], &[Span]),
     ) -> Vec<Option<BoundTask>> {
         let before = self.diagnostics.len();
-        let mut binder = self.binder(robot);
+        let mut binder = Binder { tasks: definitions, ..self.binder(robot) };
         for it in later {
             binder.named(it);
         }

@@ -284,6 +284,10 @@ impl Controller {
             self.active = stack.map_or(self.stages.len() - 1, |s| self.stage_of[s]);
             self.entering = Some(change.blend);
             self.visits += 1;
+            // A planner that does not run has nothing to tell.
+            for signal in self.stages.iter().flat_map(|s| s.evaluator.planners()).flat_map(|p| p.signals()) {
+                self.signals.forget(signal);
+            }
         }
     }
 
@@ -308,6 +312,12 @@ impl Controller {
         stage.solve(&self.reference, moment)?;
         self.velocity.copy_from_slice(stage.velocity());
         stage.evaluator.observe(&self.reference, &self.velocity);
+        for (signal, value) in stage.evaluator.planners().iter().flat_map(|p| p.told()) {
+            if !self.signals.assign(signal, &[value]) {
+                self.signals.forget(signal);
+            }
+        }
+        stage.evaluator.advance();
         let dofs = &stage.evaluator.model().dofs;
         for (((c, v), e), d) in self.command.iter_mut().zip(&self.velocity).zip(&self.tracking).zip(dofs) {
             *c = (v + self.tracking_gain * e).clamp(-d.velocity, d.velocity);

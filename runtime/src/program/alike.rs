@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use stdlib_tasks::bound::{Bound, Slot};
 
 use super::{Op, Program};
+use crate::planning;
 
 impl Program {
     /// True for tasks of one type whose parameters are equal: the same things, the same constants, and moving numbers that
@@ -20,7 +21,14 @@ impl Program {
 
     /// Whether what a task asks for depends on when its stack was entered, or on where.
     pub fn depends_on_entry(&self, task: usize) -> bool {
+        // A clock of its own begins with the stack.
+        if planning::planner_of(self, task).is_some() {
+            return true;
+        }
         let Some(task) = self.tasks.get(task) else { return false };
+        if planning::protected_by(task).is_some() {
+            return true;
+        }
         let places: BTreeSet<usize> =
             task.params.values().flat_map(|b| b.slots()).flat_map(|s| s.at..s.at + s.len).collect();
         self.values.tape.only(&places).ops.iter().any(|op| matches!(op, Op::T | Op::Input(_) | Op::Trajectory(_)))

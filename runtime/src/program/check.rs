@@ -184,6 +184,8 @@ impl Program {
             Bound::PerJoint(list) => list.iter().try_for_each(|(d, s)| dof(d).and_then(|()| slot(s))),
             Bound::PerArm(list) => list.iter().try_for_each(|(a, s)| arm(a).and_then(|()| slot(s))),
             Bound::Choice(_) => Ok(()),
+            Bound::Task(t) => ensure(*t < self.tasks.len(), place, "a task does not exist"),
+            Bound::Field(f) => ensure(*f < self.fields.len(), place, "a safety field does not exist"),
             Bound::Expression(e) => {
                 e.check(&self.robot.model, self.values.initial.len()).map_err(|text| error(place, text))
             }

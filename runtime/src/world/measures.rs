@@ -4,9 +4,7 @@
 //! entered, or on where, has a value only while such a stack runs.
 
 use crate::evaluator::{Evaluator, Moment};
-use crate::program::{
-    LevelProgram, Measure, MemberProgram, Op, Program, ProgramError, StackProgram, TaskProgram, Times,
-};
+use crate::program::{LevelProgram, Measure, MemberProgram, Program, ProgramError, StackProgram, Times};
 use crate::record::summary::MARGIN_TOLERANCE;
 use crate::simulate::Tick;
 use nalgebra::Vector3;
@@ -16,9 +14,7 @@ use solver::Problem;
 /// Whether a parameter of a task depends on when its stack was entered, or on where: then the task means nothing while no
 /// such stack runs.
 pub fn is_bound_to_its_stack(program: &Program, task: usize) -> bool {
-    let of = |t: &TaskProgram| t.params.values().flat_map(|b| b.slots()).flat_map(|s| s.at..s.at + s.len).collect();
-    let places = program.tasks.get(task).map(of).unwrap_or_default();
-    program.values.tape.only(&places).ops.iter().any(|op| matches!(op, Op::T | Op::Input(_) | Op::Trajectory(_)))
+    program.depends_on_entry(task)
 }
 
 /// The first stack in which a task stands.
@@ -62,6 +58,9 @@ impl Probe {
         }
         let times = Times { t: tick.time - c.stage_entered(), time: tick.time };
         let moment = Moment { times, signals: tick.signals, velocity: last };
+        if runs {
+            self.evaluator.follow(c.evaluator());
+        }
         let anew = if runs { self.visit != Some(c.visit()) } else { self.visit.is_none() };
         if anew {
             self.visit = Some(c.visit());

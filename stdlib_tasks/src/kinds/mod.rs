@@ -15,6 +15,7 @@ pub mod joint_position_limits;
 pub mod joint_velocity;
 pub mod joint_velocity_limits;
 pub mod keep;
+pub mod safety_planner;
 pub mod self_collision;
 pub mod speed_separation;
 pub mod swivel_angle;
@@ -45,6 +46,7 @@ pub static KINDS: &[&TaskKind] = &[
     &joint_velocity::KIND,
     &swivel_angle::KIND,
     &track::KIND,
+    &safety_planner::KIND,
 ];
 
 /// The type of this name.

@@ -88,6 +88,21 @@ pub fn valid(name: &'static str, model: &Model) -> Case {
             let target = case.slot(&[0.3], &[0.0]);
             case.with("target", Bound::PerJoint(vec![(dof, target)])).number("gain", &[2.0])
         }
+        "safety_planner" => {
+            let [speed, weight, back] = [[0.4], [1.0], [2.0]].map(|x| Bound::Value(case.slot(&x, &[0.0])));
+            let one = [("speed", speed), ("weight", weight), ("return", back)].map(|(n, b)| (n.to_string(), b));
+            let deviate = [("position".to_string(), Bound::Group(one.into()))].into();
+            case.with("task", Bound::Task(0))
+                .with("field", Bound::Field(0))
+                .number("min", &[0.75])
+                .number("gain", &[10.0])
+                .with("method", Bound::Choice("planner".to_string()))
+                .number("epsilon", &[0.1])
+                .group("scaling", &[("weight", &[10.0])])
+                .with("deviate", Bound::Group(deviate))
+                .group("internal", &[("gain", &[1.0]), ("weight", &[1.0])])
+                .number("relax", &[1e6])
+        }
         "joint_velocity" => {
             let wanted = case.slot(&[0.3], &[0.0]);
             case.with("velocity", Bound::PerJoint(vec![(dof, wanted)]))

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use hierarq_stdlib_tasks::kinds::safety_planner;
 use hierarq_stdlib_tasks::params::{Form, ParamInfo, ParamType, Presence};
 use hierarq_stdlib_tasks::task::{Nature, TaskKind};
 use hierarq_stdlib_tasks::{KINDS, find};
@@ -14,6 +15,7 @@ use crate::common::*;
 fn all(infos: &'static [ParamInfo]) -> Vec<&'static ParamInfo> {
     let inner = |p: &'static ParamInfo| match p.ty {
         ParamType::Group(group) => all(group),
+        ParamType::Deviations => all(safety_planner::PATH),
         _ => Vec::new(),
     };
     infos.iter().flat_map(|p| std::iter::once(p).chain(inner(p))).collect()

@@ -1,0 +1,150 @@
+//! Parameters that name another task or a safety field, and how the target of that task may leave its path.
+
+use dsl::Diagnostic;
+use dsl::tree::{Block, Value, ValueKind};
+use stdlib_tasks::bound::{Bound, BoundParams};
+use stdlib_tasks::kinds::safety_planner::{PATH, TURN};
+use stdlib_tasks::params::{ParamInfo, ParamType};
+use stdlib_tasks::task::{Nature, TaskKind};
+
+use super::{Binder, Owner};
+use crate::forms::{block_of, target, text_of, unknown_key, written};
+use crate::names::{list, suggest};
+
+impl Binder<'_> {
+    /// The index of a declared task that pulls towards a target.
+    pub(super) fn task_named(&mut self, owner: Owner, value: &Value, info: &ParamInfo) -> Option<usize> {
+        let Some(name) = text_of(value) else {
+            return self.wrong(value, info, "the name of a declared task");
+        };
+        // A task of another file stands beside those of that file.
+        let own = self.tasks.get(owner.task).map_or("", |t| t.0.as_str());
+        let beside = own.rsplit_once('.').map(|(file, _)| format!("{file}.{name}"));
+        let find = |name: &str| self.tasks.iter().position(|t| t.0 == name);
+        let found = beside.as_deref().and_then(find).or_else(|| find(name));
+        let Some((index, (_, definition))) = found.and_then(|i| Some((i, self.tasks.get(i)?))) else {
+            let names: Vec<&str> = self.tasks.iter().map(|t| t.0.as_str()).filter(|n| !n.contains('.')).collect();
+            let d = Diagnostic::error("HQ0201", value.span, format!("there is no task `{name}`"));
+            self.diagnostics.push(match suggest(name, names.iter().copied()) {
+                Some(near) => d.help(format!("did you mean `{near}`?")),
+                None => d.help("declare it: `task NAME = TYPE { .. }`"),
+            });
+            return None;
+        };
+        let kind = stdlib_tasks::find(&definition.kind.value)?;
+        let why = match kind.nature {
+            Nature::Limit => "it is a limit, which has no path that could wait or give way",
+            Nature::Target if kind.name == owner.kind.name => "it is a safety planner itself",
+            Nature::Target => return Some(index),
+        };
+        let text = format!("a safety planner cannot protect `{name}`: {why}");
+        let d = Diagnostic::error("HQ0608", value.span, text).label(definition.kind.span, "declared here");
+        self.diagnostics
+            .push(d.help("name a task that pulls towards a target, such as `frame_pose` or `cooperative_motion`"));
+        None
+    }
+
+    /// The index of a declared safety field.
+    pub(super) fn field_named(&mut self, value: &Value, info: &ParamInfo) -> Option<usize> {
+        let Some(said) = text_of(value) else {
+            return self.wrong(value, info, "the name of a declared safety field");
+        };
+        let name = match &value.kind {
+            ValueKind::Name(name) => target(name),
+            _ => said,
+        };
+        if self.params.failed.contains(name) {
+            return None;
+        }
+        if let Some(found) = self.fields.iter().position(|f| f == name) {
+            self.params.used.insert(name.to_string());
+            return Some(found);
+        }
+        if self.params.fields.contains(name) {
+            // It could not be bound, and that was said.
+            return None;
+        }
+        let d = Diagnostic::error("HQ0201", value.span, format!("there is no safety field `{}`", written(said)));
+        let known = || self.fields.iter().map(String::as_str).filter(|n| !n.contains('.'));
+        self.diagnostics.push(match suggest(said, known()) {
+            Some(near) => d.help(format!("did you mean `{near}`?")),
+            None if known().next().is_some() => d.help(format!("declared are {}", list(known(), 8))),
+            None => d.help("declare it: `safety_field NAME { of HUMAN }`"),
+        });
+        None
+    }
+
+    /// How parameters of another task may deviate, under the names and in the groups that they have there.
+    pub(super) fn deviations(&mut self, owner: Owner, value: &Value, of: Option<usize>) -> Option<BoundParams> {
+        let block = block_of(value, "`deviate`", self.diagnostics)?;
+        // A task that is none was reported.
+        let (name, definition) = self.tasks.get(of?)?.clone();
+        let kind = stdlib_tasks::find(&definition.kind.value)?;
+        self.deviating(owner, block, kind.params, (kind, &name), "")
+    }
+
+    fn deviating(
+        &mut self,
+        owner: Owner,
+        block: &Block,
+        infos: &'static [ParamInfo],
+        (kind, name): (&'static TaskKind, &str),
+        path: &str,
+    ) -> Option<BoundParams> {
+        let what = if path.is_empty() { format!("task `{name}`") } else { format!("`{path}` of task `{name}`") };
+        let mut bound = BoundParams::new();
+        let mut good = true;
+        for (i, e) in block.entries.iter().enumerate() {
+            let key = e.key.value.as_str();
+            let path = if path.is_empty() { key.to_string() } else { format!("{path}.{key}") };
+            let Some(info) = infos.iter().find(|p| p.name == key) else {
+                let keys: Vec<&str> = infos.iter().filter(|p| may(p)).map(|p| p.name).collect();
+                self.diagnostics.push(if keys.is_empty() {
+                    let text = format!("{what} has nothing that can deviate");
+                    Diagnostic::error("HQ0609", e.key.span, text).help("leave `deviate` out: the clock gives way alone")
+                } else {
+                    unknown_key(block, i, &keys, &what)
+                });
+                good = false;
+                continue;
+            };
+            let params = match info.ty {
+                ParamType::Group(inner) if may(info) => block_of(&e.value, &format!("`{path}`"), self.diagnostics)
+                    .and_then(|b| self.deviating(owner, b, inner, (kind, name), &path)),
+                ParamType::Vector(_) | ParamType::Rotation => {
+                    let turns = info.ty == ParamType::Rotation;
+                    let prefix = format!("{}deviate.{path}.", owner.prefix);
+                    let owner = Owner { prefix: &prefix, ..owner };
+                    let what = format!("deviation `{path}`");
+                    block_of(&e.value, &format!("`{path}`"), self.diagnostics)
+                        .and_then(|b| self.group(owner, if turns { TURN } else { PATH }, b, &what, e.key.span))
+                }
+                _ => {
+                    let text =
+                        format!("`{path}` of task `{name}` is no position and no orientation, and cannot deviate");
+                    let keys: Vec<&str> = infos.iter().filter(|p| may(p)).map(|p| p.name).collect();
+                    let d = Diagnostic::error("HQ0609", e.key.span, text);
+                    self.diagnostics.push(match keys.is_empty() {
+                        true => d.help("leave `deviate` out: the clock gives way alone"),
+                        false => d.help(format!("it may be {}", list(keys.iter().copied(), 8))),
+                    });
+                    None
+                }
+            };
+            match params {
+                Some(params) => drop(bound.insert(key.to_string(), Bound::Group(params))),
+                None => good = false,
+            }
+        }
+        good.then_some(bound)
+    }
+}
+
+/// Whether a parameter may deviate, or something in it.
+fn may(info: &ParamInfo) -> bool {
+    match info.ty {
+        ParamType::Vector(_) | ParamType::Rotation => true,
+        ParamType::Group(inner) => inner.iter().any(may),
+        _ => false,
+    }
+}

@@ -1,0 +1,315 @@
+//! A safety planner in a stack: the protected task asked for its rows, the planner's decision, and what becomes of both.
+//!
+//! The parameters of a protected task stand in a table of their own, which is worked out at the planner's clock `c` in place
+//! of the time; rates there are d/dc. At a tick the task writes its rows three times: with rates at zero, which gives
+//! `K e` towards the safe target, and its Jacobian; with the rates of the clock, which gives `eta` as the difference; and
+//! last for the hierarchy. Rows are affine in the rates, whatever the type of the task, and so nothing here knows one.
+
+mod settings;
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use robot::{Data, Model};
+use stdlib_tasks::bound::Slot;
+use stdlib_tasks::expression::Evaluation;
+use stdlib_tasks::task::{Rows, State, Task, TaskFault};
+
+use crate::fault::Fault;
+use crate::program::{Program, Times};
+use crate::safety::{Field, Frame, HumanPoint, SafetyPlanner, TaskRows, Tick};
+use crate::values::ValueTable;
+pub use settings::deviates;
+pub(crate) use settings::{planner_of, planners, protected_by};
+
+/// What a planner tells, behind its name and a point, in this order: u_c, the largest deviation, the slack, and the field.
+pub const OUTPUTS: [&str; 4] = ["scaling", "deviation", "slack", "field"];
+
+/// Where a direction comes from.
+enum Along {
+    Gradient,
+    Slot(usize),
+    State(Evaluation),
+}
+
+/// A deviation of a parameter.
+struct Deviated {
+    slot: Slot,
+    along: Along,
+}
+
+/// A safety planner of a stack, made ready.
+pub(crate) struct Planning {
+    /// Index of the planner's task in the program.
+    pub program_index: usize,
+    /// Places of the planner's task and of the protected one among the stack's tasks.
+    pub guard: usize,
+    pub task: usize,
+    field: Field,
+    points: Vec<[usize; 3]>,
+    people: Vec<HumanPoint>,
+    /// The protected task's parameters.
+    pub values: ValueTable,
+    /// Their places.
+    pub places: Vec<usize>,
+    /// When the stack was entered.
+    entered: Times,
+    planner: SafetyPlanner,
+    evasive: bool,
+    threshold: usize,
+    deviated: Vec<Deviated>,
+    frames: Vec<Frame>,
+    probe: Probe,
+    locked: Vec<usize>,
+    /// What the rows of the protected task ask for.
+    pub wanted: Vec<f64>,
+    /// The velocity of the null space, `nv` numbers.
+    pub internal: Vec<f64>,
+    /// The signals that tell of it.
+    signals: [Option<usize>; 4],
+}
+
+/// Room for the rows of a task that is asked.
+struct Probe {
+    rows: usize,
+    nv: usize,
+    still: Vec<f64>,
+    jacobian: Vec<f64>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    measures: Vec<f64>,
+    feedback: Vec<f64>,
+    eta: Vec<f64>,
+    /// Rows that the task left free.
+    free: Vec<bool>,
+}
+
+impl Probe {
+    fn new(task: &dyn Task, nv: usize, values: usize) -> Probe {
+        let m = task.rows().len();
+        Probe {
+            rows: m,
+            nv,
+            still: vec![0.0; values],
+            jacobian: vec![0.0; m * nv],
+            lower: vec![0.0; m],
+            upper: vec![0.0; m],
+            measures: vec![0.0; task.measures().len()],
+            feedback: vec![0.0; m],
+            eta: vec![0.0; m],
+            free: vec![false; m],
+        }
+    }
+
+    /// Asks the task; `lower` then holds what its equalities ask for.
+    fn ask(&mut self, task: &mut dyn Task, state: &State) -> Result<(), TaskFault> {
+        self.jacobian.fill(0.0);
+        self.lower.fill(f64::NEG_INFINITY);
+        self.upper.fill(f64::INFINITY);
+        let mut undefined = false;
+        let mut rows = Rows {
+            jacobian: &mut self.jacobian,
+            stride: self.nv,
+            lower: &mut self.lower,
+            upper: &mut self.upper,
+            margins: &mut [],
+            measures: &mut self.measures,
+            undefined: &mut undefined,
+            idle: &[],
+        };
+        task.update(state, &mut rows)
+    }
+
+    /// The Jacobian of rows that are always a single degree of freedom.
+    fn constant(&mut self, task: &dyn Task) {
+        for (row, dof) in task.degrees_of_freedom().into_iter().flatten().enumerate() {
+            if let Some(x) = self.jacobian.get_mut(row * self.nv + dof) {
+                *x = 1.0;
+            }
+        }
+    }
+}
+
+/// What the planner needs to know of a tick.
+pub(crate) struct Now<'a> {
+    pub model: &'a Model,
+    pub data: &'a Data,
+    pub q: &'a [f64],
+    pub velocity: &'a [f64],
+}
+
+fn quaternion(q: &[f64]) -> Quaternion<f64> {
+    match *q {
+        [w, x, y, z] => Quaternion::new(w, x, y, z),
+        _ => Quaternion::identity(),
+    }
+}
+
+fn write(q: Quaternion<f64>, out: &mut [f64]) {
+    out.copy_from_slice(&[q.w, q.i, q.j, q.k]);
+}
+
+impl Planning {
+    /// The places that the planner itself reads of the stack's table of values.
+    pub fn reads(program: &Program, planner: usize) -> BTreeSet<usize> {
+        let field = settings::field_of(program, planner).and_then(|f| program.fields.get(f));
+        field.iter().flat_map(|f| f.points.iter().flatten().copied()).collect()
+    }
+
+    /// Begins anew.
+    pub fn enter(&mut self, times: Times, inputs: &[f64]) {
+        self.entered = times;
+        self.planner.restart(0.0);
+        self.internal.fill(0.0);
+        self.values.restart();
+        self.values.inputs.copy_from_slice(inputs);
+    }
+
+    /// Works out the protected task's parameters at the planner's clock, and puts them into the stack's table.
+    pub fn evaluate(&mut self, signals: &[f64], current: &mut [f64], rates: &mut [f64]) {
+        let c = self.planner.clock();
+        self.values.evaluate(Times { t: self.entered.t + c, time: self.entered.time + c }, signals);
+        for &at in &self.places {
+            current[at] = self.values.current[at];
+            rates[at] = self.values.rates[at];
+        }
+    }
+
+    /// Decides about this tick. The protected task's values become those of the safe target.
+    pub fn plan(
+        &mut self,
+        task: &mut dyn Task,
+        now: &Now,
+        (current, rates): (&mut [f64], &mut [f64]),
+    ) -> Result<(), Fault> {
+        let guard = Fault::NotFinite { member: self.guard, row: 0 };
+        for (person, places) in self.people.iter_mut().zip(&self.points) {
+            person.position = Vector3::from(places.map(|at| current[at]));
+            person.velocity = Vector3::from(places.map(|at| rates[at]));
+        }
+        self.field.update(now.model, now.data, &self.people).map_err(|_| guard)?;
+        self.deviate(now, current, rates).ok_or(guard)?;
+        let member = self.task;
+        let failed = |f: TaskFault| match f {
+            TaskFault::NotFinite { row } => Fault::NotFinite { member, row },
+            TaskFault::Overlap { row } => Fault::Overlap { member, row },
+            TaskFault::Gain { .. } => Fault::Gain { member },
+            TaskFault::Crossed { row } => Fault::Crossed { member, row },
+        };
+        let Now { model, data, q, velocity } = *now;
+        let p = &mut self.probe;
+        let moving = State { model, data, q, values: current, rates, velocity };
+        p.ask(task, &moving).map_err(failed)?;
+        p.eta.copy_from_slice(&p.lower);
+        let still = std::mem::take(&mut p.still);
+        let asked = p.ask(task, &State { rates: &still, ..moving });
+        p.still = still;
+        asked.map_err(failed)?;
+        p.constant(task);
+        for i in 0..p.rows {
+            p.free[i] = !(p.lower[i].is_finite() && p.upper[i].is_finite());
+            (p.feedback[i], p.eta[i]) = if p.free[i] { (0.0, 0.0) } else { (p.lower[i], p.eta[i] - p.lower[i]) };
+            let row = &mut p.jacobian[i * p.nv..(i + 1) * p.nv];
+            if p.free[i] {
+                row.fill(0.0);
+            }
+            self.locked.iter().for_each(|&dof| row[dof] = 0.0);
+        }
+        let rows = TaskRows { jacobian: &p.jacobian, stride: p.nv, eta: &p.eta, feedback: &p.feedback };
+        let tick = Tick {
+            field: &self.field,
+            threshold: current[self.threshold],
+            threshold_rate: rates[self.threshold],
+            task: rows,
+            frames: &self.frames,
+        };
+        self.planner.decide(&tick).map_err(|_| guard)?;
+        let plan = self.planner.plan();
+        let velocity = if self.evasive { &plan.velocity } else { &plan.u_n };
+        self.internal.copy_from_slice(velocity);
+        self.locked.iter().for_each(|&dof| self.internal[dof] = 0.0);
+        for (i, wanted) in self.wanted.iter_mut().enumerate() {
+            let row = &p.jacobian[i * p.nv..(i + 1) * p.nv];
+            *wanted = match self.evasive {
+                true => row.iter().zip(&self.internal).map(|(j, v)| j * v).sum(),
+                false => plan.rate[i] + p.feedback[i],
+            };
+        }
+        self.places.iter().for_each(|&at| rates[at] *= plan.u_c);
+        Ok(())
+    }
+
+    /// Writes the safe target in place of the nominal one, and finds directions. `None` where a direction has no value.
+    fn deviate(&mut self, now: &Now, current: &mut [f64], rates: &mut [f64]) -> Option<()> {
+        for (d, frame) in self.deviated.iter_mut().zip(&mut self.frames) {
+            frame.direction = match &mut d.along {
+                Along::Gradient => Vector3::zeros(),
+                Along::Slot(at) => Vector3::new(current[*at], current[*at + 1], current[*at + 2]),
+                Along::State(e) => {
+                    let state = State {
+                        model: now.model,
+                        data: now.data,
+                        q: now.q,
+                        values: current,
+                        rates,
+                        velocity: now.velocity,
+                    };
+                    e.forward(&state).ok()?;
+                    Vector3::new(e.value(0), e.value(1), e.value(2))
+                }
+            };
+        }
+        for (i, (d, frame)) in self.deviated.iter().zip(&mut self.frames).enumerate() {
+            let range: Range<usize> = d.slot.at..d.slot.at + d.slot.len;
+            let value = &mut current[range.clone()];
+            if d.slot.len == 4 {
+                let turn = self.planner.turn(i).into_inner();
+                let nominal = quaternion(value);
+                frame.rotation = UnitQuaternion::try_new(nominal, 1e-9)?;
+                write(frame.rotation.into_inner() * turn, value);
+                let rate = quaternion(&rates[range.clone()]) * turn / nominal.norm();
+                write(rate, &mut rates[range]);
+            } else {
+                value.iter_mut().zip(self.planner.offset(i).iter()).for_each(|(x, o)| *x += o);
+            }
+        }
+        Some(())
+    }
+
+    /// Whether row `i` of the protected task is decided about.
+    pub fn decides(&self, i: usize) -> bool {
+        !self.probe.free.get(i).copied().unwrap_or(true)
+    }
+
+    /// Moves the clock and the deviations on by a period.
+    pub fn advance(&mut self) {
+        self.planner.advance();
+    }
+
+    /// What it tells of this tick.
+    pub fn told(&self) -> impl Iterator<Item = (usize, f64)> {
+        let plan = self.planner.plan();
+        let sizes = self.deviated.iter().enumerate().map(|(i, d)| match d.slot.len {
+            4 => self.planner.turn(i).angle(),
+            _ => self.planner.offset(i).norm(),
+        });
+        let numbers = [plan.u_c, sizes.fold(0.0, f64::max), plan.outcome.slack, self.field.value()];
+        self.signals.into_iter().zip(numbers).filter_map(|(s, x)| Some((s?, x)))
+    }
+
+    /// The signals that tell of it.
+    pub fn signals(&self) -> impl Iterator<Item = usize> {
+        self.signals.into_iter().flatten()
+    }
+
+    /// The planner itself.
+    pub fn planner(&self) -> &SafetyPlanner {
+        &self.planner
+    }
+
+    /// The field at the last tick.
+    pub fn field(&self) -> &Field {
+        &self.field
+    }
+}
