@@ -44,6 +44,7 @@ fn a_tick_allocates_nothing() {
     machines();
     people();
     planners();
+    fields();
     for name in common::EXAMPLES {
         let program = common::program(&format!("{name}.hq"));
         let mut controller = Controller::new(&program).expect("it can be executed");
@@ -115,6 +116,39 @@ fn planners() {
             robot.apply(&velocity);
         }
         assert!(near > 100, "{stack}: {near}");
+    }
+}
+
+/// A safety field in a limit, in conditions of a machine, and a separation that slows the tool.
+fn fields() {
+    let program = common::program_of(
+        "hierarq 1
+robot arm { urdf \"robots/arm7.urdf\"  rate 100 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad }  points { tip tool } }
+human walker { points [chest, hand]  lost hold }
+safety_field nearness { of walker  distance 1 m * (1 - exp(-d/(1 m)))  points soft_minimum(8 /m) }
+task apart = keep(field(nearness)) { min 0.4 m }
+task slow = speed_separation(tip) { from walker.hand  human measured  reaction 0.1 s  stopping 0.3 s  intrusion 0.1 m }
+task stay = hold(tool)
+task limits = joint_velocity_limits
+stack near { level limits hard { limits }  level people { apart  slow }  level motion { stay } }
+machine m { initial a  on fault(any) -> c  state a { stack near  when field(nearness) < 0.45 m -> b }
+  state b { stack near  when field(nearness) > 0.5 m -> a }  final state c }",
+    );
+    let mut controller = Controller::new(&program).expect("it can be executed");
+    let mut robot = SimulatedRobot::new(&program);
+    for k in 0..400 {
+        let time = k as f64 * 0.01;
+        let q = robot.measure();
+        let before = ALLOCATIONS.load(Ordering::SeqCst);
+        for (point, height) in [1.0, 0.7].into_iter().enumerate() {
+            let at = if k == 200 { f64::NAN } else { 1.1 - 0.5 * time.sin() };
+            assert!(controller.signals().set(point, &[at, 0.3, height], time));
+        }
+        let command = controller.step(&Observation { time, q });
+        assert_eq!(ALLOCATIONS.load(Ordering::SeqCst), before, "a field allocates at tick {k}");
+        assert!(command.fault.is_none(), "tick {k}: {:?}", command.fault);
+        let velocity = command.velocity.to_vec();
+        robot.apply(&velocity);
     }
 }
 

@@ -3,6 +3,8 @@
 mod common;
 #[path = "lsp/editor.rs"]
 mod editor;
+#[path = "lsp/fields.rs"]
+mod fields;
 #[path = "lsp/files.rs"]
 mod files;
 #[path = "lsp/fixes.rs"]

@@ -337,3 +337,44 @@ fn the_report_has_expectations_and_states() {
     assert_eq!((&page["verdict"]["ok"], &page["states"]), (&false.into(), &serde_json::json!([])));
     assert!(page["verdict"]["text"].as_str().is_some_and(|t| t.starts_with("Expectations that fail: 1 of 1. ")));
 }
+
+#[test]
+fn the_log_has_signals_variables_and_faults() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("log_of_signals");
+    let example = common::example("harvesting.hq").display().to_string();
+    let out = folder.display().to_string();
+    hierarq(&["run", &example, "--scenario", "the gripper slips", "--out", &out]);
+    let log = std::fs::read_to_string(folder.join("log.csv")).expect("a log");
+    let mut rows = log.lines().map(|l| l.split(',').collect::<Vec<_>>());
+    let header = rows.next().expect("a header");
+    let place = |name: &str| header.iter().position(|h| *h == name).unwrap_or_else(|| panic!("{name}"));
+    let (state, stem, force) = (place("state"), place("signal.stem.x"), place("signal.right_ft.force.z"));
+    let (closed, fault) = (place("signal.closed"), place("fault"));
+    let mut counts = Vec::new();
+    for row in rows {
+        assert_eq!(row.len(), header.len());
+        // The camera finds the stem 1.5 s after it was asked; nobody touches the sensor; nothing goes wrong.
+        let seen: f64 = row[0].parse().expect("a time");
+        assert_eq!(row[stem], if seen < 1.5 { "" } else { "0.6" }, "at {seen} s");
+        assert_eq!((row[force], row[fault]), ("", ""));
+        if row[state] == "autonomous.close" && counts.last() != Some(&row[closed].to_string()) {
+            counts.push(row[closed].to_string());
+        }
+    }
+    assert_eq!(counts, ["1", "2"], "counted on entering, at that very tick");
+    let titles: Vec<String> = report(&folder)["plots"]
+        .as_array()
+        .expect("plots")
+        .iter()
+        .filter(|p| p["group"] == "Signals")
+        .filter_map(|p| p["title"].as_str().map(str::to_string))
+        .collect();
+    assert_eq!(titles, ["stem", "right_ft", "right_ft", "closed"]);
+
+    let example = common::example("tested.hq").display().to_string();
+    hierarq(&["run", &example, "--scenario", "the camera goes dark", "--out", &out]);
+    let log = std::fs::read_to_string(folder.join("log.csv")).expect("a log");
+    let faults: Vec<&str> =
+        log.lines().skip(1).filter_map(|l| l.rsplit(',').next()).filter(|f| !f.is_empty()).collect();
+    assert_eq!(faults.first(), Some(&"stale"));
+}

@@ -20,10 +20,8 @@ const POSES: usize = 400;
 pub(crate) fn check(program: &Program, places: &[Span], diagnostics: &mut Vec<Diagnostic>) {
     for (scenario, at) in program.scenarios.iter().zip(places) {
         let Some(start) = Start::new(program, scenario) else { continue };
-        diagnostics.extend(start.fields(program, scenario, *at));
-        if let Some(d) = outside(program, scenario, start, *at) {
-            diagnostics.push(d);
-        }
+        let field = start.fields(program, scenario, *at);
+        diagnostics.extend(field.or_else(|| outside(program, scenario, start, *at)));
     }
 }
 
@@ -152,7 +150,10 @@ fn outside(program: &Program, scenario: &ScenarioProgram, start: Start, at: Span
         return Some(
             Diagnostic::warning("HQ0806", at, text)
                 .note("a barrier function keeps a limit only from inside it; from outside, the robot first has to come back")
-                .help(if moved { "move the start, or who stands there at the beginning" } else { "let it begin elsewhere" }),
+                .help(match moved {
+                    true => "move the start, or who stands there at the beginning",
+                    false => "let people begin further away, or give the robot another `start`",
+                }),
         );
     }
     None

@@ -27,6 +27,8 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("humans", include_str!("cases/humans.txt"), Spelling::Hq),
     ("humans_yaml", include_str!("cases/humans_yaml.txt"), Spelling::Yaml),
     ("planners", include_str!("cases/planners.txt"), Spelling::Hq),
+    ("fields", include_str!("cases/fields.txt"), Spelling::Hq),
+    ("fields_yaml", include_str!("cases/fields_yaml.txt"), Spelling::Yaml),
     ("machines", include_str!("cases/machines.txt"), Spelling::Hq),
     ("yardstick", include_str!("cases/yardstick.txt"), Spelling::Hq),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Spelling::Yaml),
@@ -97,6 +99,16 @@ fn planners() {
 #[test]
 fn humans() {
     check("humans");
+}
+
+#[test]
+fn fields() {
+    check("fields");
+}
+
+#[test]
+fn fields_yaml() {
+    check("fields_yaml");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::fault::Fault;
-use crate::program::{Interface, Op, Tape, Times, ValueRange, Values};
+use crate::program::{Interface, Lost, Op, SignalProgram, Tape, Times, ValueRange, Values};
 use crate::trajectory::Follower;
 
 /// The part of the table of values that some tasks or conditions read.
@@ -72,7 +72,14 @@ impl ValueTable {
     pub fn new(values: &Values, wanted: &BTreeSet<usize>, interface: &Interface) -> Self {
         let tape = values.tape.only(wanted);
         let read = tape.signals();
-        let asked = |at: &usize| interface.signal_of(*at).is_none_or(|s| read.contains(&interface.signals[s].at));
+        // One that is held is needed all the same: asking whether it is seen says nothing of who never was.
+        let held = |s: &SignalProgram| s.motion.is_some_and(|m| matches!(m.lost, Lost::Hold(_)));
+        let asked = |at: &usize| {
+            let signal = interface.signal_of(*at).map(|s| &interface.signals[s]);
+            signal.is_none_or(|s| {
+                read.contains(&s.at) && (!held(s) || read.range(s.at + 1..s.at + s.width()).next().is_none())
+            })
+        };
         let needs: BTreeSet<usize> =
             read.iter().filter(|at| !asked(at)).filter_map(|at| interface.signal_of(*at)).collect();
         ValueTable {

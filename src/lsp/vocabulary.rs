@@ -60,7 +60,7 @@ pub(super) static BUILT_IN: &[Word] = &[
     ),
     word(
         "present",
-        "`present(SIGNAL)`, `present(HUMAN)`, `present(HUMAN.POINT)`: whether it has come, and not longer ago than its `timeout`.",
+        "`present(SIGNAL)`, `present(HUMAN)`, `present(HUMAN.POINT)`: whether a signal, or all points of a person, have come, and not longer ago than their `timeout`.",
     ),
     word(
         "uncertainty",

@@ -1,8 +1,9 @@
-//! The plots of a report: margins, errors, joints against their limits, the hierarchy.
+//! The plots of a report: margins, errors, joints against their limits, signals, the hierarchy.
 
 use robot::DofUnit;
 use runtime::Program;
 use runtime::record::series::SeriesRecorder;
+use runtime::record::signals::numbers;
 use serde_json::{Value as Json, json};
 use stdlib_tasks::task::Nature;
 
@@ -28,6 +29,7 @@ pub fn all(program: &Program, series: &SeriesRecorder) -> Vec<Json> {
     errors(series, &mut plots);
     positions(program, series, &mut plots);
     velocities(program, series, &mut plots);
+    signals(program, series, &mut plots);
     hierarchy(program, series, &mut plots);
     plots
 }
@@ -164,6 +166,25 @@ fn velocities(program: &Program, series: &SeriesRecorder, plots: &mut Vec<Json>)
                 "id": format!("v-{name}-{unit}"), "group": "Joint velocities", "title": name, "unit": unit, "series": lines, "limits": limits,
             }));
         }
+    }
+}
+
+/// A plot for the numbers of a signal that share a unit.
+fn signals(program: &Program, series: &SeriesRecorder, plots: &mut Vec<Json>) {
+    let all = numbers(&program.interface);
+    for of_one in all.chunk_by(|a, b| a.signal == b.signal && a.unit == b.unit) {
+        let Some(first) = of_one.first() else { continue };
+        let name = &program.interface.signals[first.signal].name;
+        let lines: Vec<Json> = of_one
+            .iter()
+            .map(|n| {
+                let part = n.part.trim_start_matches('.');
+                json!({ "name": if part.is_empty() { name } else { part }, "y": column(&series.signals, n.at) })
+            })
+            .collect();
+        plots.push(json!({
+            "id": format!("signal-{name}-{}", first.unit), "group": "Signals", "title": name, "unit": first.unit, "series": lines, "limits": [],
+        }));
     }
 }
 

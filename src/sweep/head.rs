@@ -90,7 +90,7 @@ pub struct Shard {
 impl Shard {
     /// True for a run of this part.
     pub fn has(self, run: u64) -> bool {
-        run % self.of == self.index - 1
+        run.checked_rem(self.of).is_some_and(|rest| rest + 1 == self.index)
     }
 }
 

@@ -88,7 +88,8 @@ fn read(file: &mut File, head: &Head, resume: bool, shown: &str) -> Result<(Vec<
                 return Err(format!("{shown} belongs to another sweep, {why}; delete it to begin again"));
             }
         } else {
-            let row: Row = serde_json::from_slice(&line).map_err(|e| format!("{shown} is damaged: {e}"))?;
+            let row: Row = serde_json::from_slice(&line)
+                .map_err(|e| format!("{shown} is damaged, {e}: delete it to begin again"))?;
             rows.push(row);
         }
         kept += length;

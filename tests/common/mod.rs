@@ -20,6 +20,7 @@ pub const EXAMPLES: &[&str] = &[
     "compliance",
     "tested",
     "bystander",
+    "nearness",
     "admittance",
     "hand_guiding",
     "harvesting",

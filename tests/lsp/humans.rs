@@ -163,8 +163,8 @@ fn yaml_has_the_same() {
     e.open(&doc, "yaml", &text);
     assert!(e.diagnostics(&doc, Some(1)).is_empty());
     for (from, to) in [
-        ("- operator.ha|nd", "[chest, |hand]\n"),
-        ("uncertainty(oper|ator", "|operator:\n"),
+        ("- operator.ha|nd", "points: [chest, |hand]"),
+        ("uncertainty(oper|ator", "|operator: { points"),
         ("shape: { che|st", "points: [|chest"),
     ] {
         let place = e.at("textDocument/definition", &doc, &find(&text, from));
@@ -172,7 +172,7 @@ fn yaml_has_the_same() {
     }
     for (version, old, new, has) in [
         (2, "lost: hold", "lost: |", "fault"),
-        (3, "    lost: hold", "    |", "growth"),
+        (3, "lost: hold }", "| }", "growth"),
         (4, "uncertainty(operator)", "uncertainty(|)", "operator"),
     ] {
         let marked = text.replacen(old, new, 1);

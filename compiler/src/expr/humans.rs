@@ -32,6 +32,11 @@ impl Lowering<'_> {
         }
     }
 
+    /// True for the name of a declaration that was wrong, and reported.
+    fn is_failed(&mut self, value: &Value) -> bool {
+        matches!(&value.kind, ValueKind::Name(name) if matches!(self.scope.name(name), Meaning::Failed))
+    }
+
     /// `operator.chest` and `operator.chest.velocity`, where the first name is that of a human.
     pub(super) fn tracked(
         &mut self,
@@ -39,6 +44,9 @@ impl Lowering<'_> {
         field: &Spanned<String>,
         span: Span,
     ) -> Option<Result<Typed, Failed>> {
+        if self.is_failed(inner) {
+            return Some(Err(Failed));
+        }
         if let Some((name, human)) = self.human(inner) {
             return Some(
                 self.point_of(&name, &human, field)
@@ -46,6 +54,9 @@ impl Lowering<'_> {
             );
         }
         let ValueKind::Field(outer, point) = &inner.kind else { return None };
+        if self.is_failed(outer) {
+            return Some(Err(Failed));
+        }
         if field.value != VELOCITY {
             return None;
         }
@@ -83,6 +94,9 @@ impl Lowering<'_> {
             return Some(Ok(human.points.iter().map(number).collect()));
         }
         let ValueKind::Field(outer, point) = &who.kind else { return None };
+        if self.is_failed(outer) {
+            return Some(Err(Failed));
+        }
         let (name, human) = self.human(outer)?;
         let found = self.point_of(&name, &human, point);
         Some(found.map(|_| human.points.iter().filter(|p| p.0 == point.value).map(number).collect()))
@@ -99,9 +113,7 @@ impl Lowering<'_> {
             return self.fail(d.help("write for instance `uncertainty(operator)`"));
         };
         let Some(numbers) = self.numbers_of_human(who, |p| p.2) else {
-            if let ValueKind::Name(name) = &who.kind
-                && matches!(self.scope.name(name), Meaning::Failed)
-            {
+            if self.is_failed(who) {
                 return Err(Failed);
             }
             let d = Diagnostic::error("HQ0201", who.span, "this is neither a person nor a point of one");

@@ -2,13 +2,12 @@
 
 use std::collections::BTreeSet;
 
+use dsl::Diagnostic;
 use dsl::tree::{SafetyField, Value, ValueKind};
-use dsl::{Diagnostic, Span};
 use robot::{Drive, LinkId, Model};
-use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, LENGTH};
 use stdlib_tasks::expression::Leaf;
-use stdlib_tasks::field::{DistanceFunction, DistanceProgram, FieldProgram, MAX_OPERATIONS, Over, WrittenDistance};
+use stdlib_tasks::field::{DistanceProgram, FieldProgram, Over};
 
 use super::Lowerer;
 use crate::constants::{Constants, is_word};
@@ -22,9 +21,6 @@ use crate::units::shown;
 
 /// Most points of one field.
 const MAX_POINTS: usize = 256;
-
-/// The distance in a written function, as a number of the table of signals that no signal has; its rate is the next one.
-const DISTANCE: usize = usize::MAX - 1;
 
 /// A point of a field: its three nodes.
 type Point = [usize; 3];
@@ -110,8 +106,7 @@ impl Lowerer<'_> {
         let found: Vec<Option<Vec<Point>>> = items.iter().map(|item| self.points_of(item)).collect();
         let mut points = Vec::new();
         for (item, more) in items.iter().zip(found.into_iter().collect::<Option<Vec<_>>>()?) {
-            if let Some(twice) = more.iter().find(|p| points.contains(*p)) {
-                debug_assert_eq!(twice.len(), 3);
+            if more.iter().any(|p| points.contains(p)) {
                 let d = Diagnostic::error("HQ0207", item.span, "this point is there already");
                 self.push(d.note("in the mean it would count twice").help("name each point once"));
                 return None;
@@ -159,7 +154,7 @@ impl Lowerer<'_> {
         if typed.kind != Kind::Vector {
             let is = typed.kind.describe();
             let d = Diagnostic::error("HQ0304", value.span, format!("a person or a position is needed here, not {is}"));
-            self.push(d.here(is).help("write for instance `of operator`, `of operator.chest` or `of [1, 0, 1] m`"));
+            self.push(d.help("write for instance `of operator`, `of operator.chest` or `of [1, 0, 1] m`"));
             return None;
         }
         let what = "a point of a safety field";
@@ -247,7 +242,7 @@ impl Lowerer<'_> {
             _ => {
                 let names = list(WORDS, 3);
                 let d = Diagnostic::error("HQ0304", value.span, format!("`points` is one of {names}"));
-                self.push(match suggest(said, WORDS.into_iter()) {
+                self.push(match suggest(said, WORDS) {
                     Some("soft_minimum") => d.help("write it with its sharpness: `soft_minimum(8 /m)`"),
                     Some(near) => d.help(format!("did you mean `{near}`?")),
                     None => d.help("write for instance `points mean`, or `points soft_minimum(8 /m)`"),
@@ -257,7 +252,7 @@ impl Lowerer<'_> {
         }
     }
 
-    fn positive_number(&mut self, value: &Value, dimension: Dimension) -> Option<f64> {
+    pub(super) fn positive_number(&mut self, value: &Value, dimension: Dimension) -> Option<f64> {
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         let x = constants.scalar(value, dimension, self.diagnostics)?;
         if x > 0.0 {
@@ -267,145 +262,6 @@ impl Lowerer<'_> {
         self.push(Diagnostic::error("HQ0308", value.span, text).help("write a positive number"));
         None
     }
-
-    /// The function of the distance, and the dimension of what it gives.
-    fn distance(&mut self, value: &Value) -> Option<(DistanceProgram, Dimension)> {
-        match &value.kind {
-            ValueKind::Name(_) if text_of(value) == Some("identity") => {
-                return Some((DistanceProgram::Identity, LENGTH));
-            }
-            ValueKind::Call(function, args) if function.value == "saturating" => {
-                let [reach] = args.as_slice() else {
-                    let d = Diagnostic::error(
-                        "HQ0310",
-                        value.span,
-                        "`saturating` takes the distance that it never exceeds",
-                    );
-                    self.push(d.help("write for instance `saturating(1.5 m)`"));
-                    return None;
-                };
-                return self.positive_number(reach, LENGTH).map(|reach| (DistanceProgram::Saturating(reach), LENGTH));
-            }
-            _ => {}
-        }
-        let typed = self.function_of_distance(value)?;
-        let node = typed.nodes[0];
-        let (d, constant) = (self.graph.moving_signal(DISTANCE, DISTANCE + 1), |s: &Self, n| s.graph.constant(n));
-        let reach = match self.graph.ops()[node] {
-            _ if node == d => return Some((DistanceProgram::Identity, LENGTH)),
-            Op::Min(a, b) if a == d => constant(self, b),
-            Op::Min(a, b) if b == d => constant(self, a),
-            _ => None,
-        };
-        if let Some(reach) = reach.filter(|r| *r > 0.0 && r.is_finite()) {
-            return Some((DistanceProgram::Clamped(reach), LENGTH));
-        }
-        let written = self.written(&typed, value.span)?;
-        self.never_falls(&written, typed.dimension, value.span)?;
-        Some((DistanceProgram::Written(written), typed.dimension))
-    }
-
-    /// A number in which `d` is the distance.
-    fn function_of_distance(&mut self, value: &Value) -> Option<Typed> {
-        let nodes = vec![self.graph.moving_signal(DISTANCE, DISTANCE + 1)];
-        let axes = Axes::default();
-        let d = Typed { kind: Kind::Scalar, dimension: LENGTH, nodes, bare: false, axes, span: value.span };
-        let own = self.params.symbols.insert("d".to_string(), Symbol { value: d, declared: value.span });
-        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-        let typed = constants.typed(value, self.diagnostics);
-        match own {
-            Some(own) => self.params.symbols.insert("d".to_string(), own),
-            None => self.params.symbols.remove("d"),
-        };
-        let typed = typed?;
-        if typed.kind != Kind::Scalar {
-            let is = typed.kind.describe();
-            let d =
-                Diagnostic::error("HQ0304", value.span, format!("a function of the distance is a number, not {is}"));
-            self.push(d.here(is).help("write for instance `distance min(d, 2 m)`, with `d` for the distance"));
-            return None;
-        }
-        Some(typed)
-    }
-
-    /// The operations of a function of the distance and of its derivative.
-    fn written(&mut self, typed: &Typed, at: Span) -> Option<WrittenDistance> {
-        let value = typed.nodes[0];
-        let slope = self.graph.rate(value);
-        let (mut ops, index) = self.graph.extract(&[value, slope]);
-        let mut foreign = false;
-        for op in &mut ops {
-            *op = match *op {
-                Op::Signal(DISTANCE) => Op::Input(0),
-                Op::Signal(k) if k == DISTANCE + 1 => Op::Const(1.0),
-                Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) | Op::Trajectory(_) => {
-                    foreign = true;
-                    *op
-                }
-                other => other,
-            };
-        }
-        if foreign {
-            let d = Diagnostic::error("HQ0307", at, "this function depends on something else than the distance `d`");
-            self.push(d.help("leave `t`, `time`, signals and people out of it"));
-            return None;
-        }
-        if ops.len() > MAX_OPERATIONS {
-            let text = format!(
-                "this function has {} operations with its derivative, and {MAX_OPERATIONS} are the most",
-                ops.len()
-            );
-            self.push(Diagnostic::error("HQ0308", at, text).help("write a shorter one"));
-            return None;
-        }
-        Some(WrittenDistance { ops, value: index[&value], slope: index[&slope] })
-    }
-
-    /// Makes sure that a function is defined and does not fall, at distances from none to a kilometre.
-    fn never_falls(&mut self, function: &WrittenDistance, dimension: Dimension, at: Span) -> Option<()> {
-        let near = (0..=4000).map(|i| f64::from(i) * 0.005);
-        let far = (1..=400).map(|i| 20.0 * (f64::from(i) * 0.01).exp());
-        let mut before: Option<(f64, f64)> = None;
-        let (mut rises, mut size) = (false, 0.0_f64);
-        for d in near.chain(far) {
-            let (value, slope) = function.evaluate(d);
-            let here = shown((d * 1e3).round() / 1e3, LENGTH);
-            if !value.is_finite() || !slope.is_finite() {
-                let text = format!("this function of the distance has no value, or no derivative, at d = {here}");
-                let d = Diagnostic::error("HQ0309", at, text);
-                self.push(
-                    d.help("look for a root of zero, a division by zero, or a logarithm of what is not positive"),
-                );
-                return None;
-            }
-            size = size.max(value.abs());
-            let last = before.map_or(value, |b| b.1);
-            if slope < -1e-9 * (1.0 + size) || value < last - 1e-9 * (1.0 + size) {
-                let text = format!("this function of the distance falls at d = {here}");
-                let d = Diagnostic::error("HQ0523", at, text)
-                    .here(format!("{} there, with the slope {}", shown(round(value), dimension), round(slope)))
-                    .note("the robot would come nearer to people to raise such a field");
-                self.push(d.help("write one that rises with `d`, or stays the same where `d` is large: `min(d, 2 m)`"));
-                return None;
-            }
-            rises |= value > last + 1e-12 * (1.0 + size);
-            before = Some((d, value));
-        }
-        if !rises {
-            let d = Diagnostic::error("HQ0523", at, "this function of the distance never rises");
-            self.push(
-                d.note("the field would be the same wherever people are")
-                    .help("write one in which `d` stands: `min(d, 2 m)`"),
-            );
-            return None;
-        }
-        Some(())
-    }
-}
-
-/// Four digits, for people.
-fn round(x: f64) -> f64 {
-    format!("{x:.3e}").parse().unwrap_or(x)
 }
 
 /// True for a link that a joint moves.

@@ -32,6 +32,8 @@ impl Lowerer<'_> {
         if is_word(&name.value) {
             let d = Diagnostic::error("HQ0202", name.span, format!("`{}` is a word of the language", name.value));
             self.push(d.help("choose another name"));
+            self.params.failed.insert(name.value.clone());
+            return;
         }
         check_keys(&h.body, &HUMAN, self.diagnostics);
         let before = self.errors();
@@ -198,8 +200,11 @@ impl Lowerer<'_> {
         let said = text_of(&entry.value).unwrap_or_default();
         let found = words.iter().find(|w| **w == said).copied();
         if found.is_none() && !matches!(entry.value.kind, ValueKind::Missing) {
-            let d =
-                Diagnostic::error("HQ0304", entry.value.span, format!("`{key}` is {}", list(words.iter().copied(), 8)));
+            let d = Diagnostic::error(
+                "HQ0304",
+                entry.value.span,
+                format!("`{key}` is one of {}", list(words.iter().copied(), 8)),
+            );
             self.push(match suggest(said, words.iter().copied()) {
                 Some(near) => d.help(format!("did you mean `{near}`?")),
                 None => d.help(format!("write for instance `{key} {}`", words[0])),

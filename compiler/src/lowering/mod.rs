@@ -2,6 +2,7 @@
 
 mod actions;
 mod declared;
+mod distances;
 mod expectations;
 mod fields;
 mod given;

@@ -47,7 +47,7 @@ impl Lowerer<'_> {
                     e.key.span,
                     format!("a signal of the type `{ty}` has no `{}`", e.key.value),
                 );
-                Err(d.note("it belongs to the sensor of a wrench").help("leave it out"))
+                Err(Box::new(d.note("it belongs to the sensor of a wrench").help("leave it out")))
             }
         };
         let frame = s.settings.get("frame").as_ref().map(wrench).transpose();
@@ -55,8 +55,8 @@ impl Lowerer<'_> {
         let (frame, bias) = match (frame, bias) {
             (Ok(frame), Ok(bias)) => (frame, bias),
             (frame, bias) => {
-                self.diagnostics.extend(frame.err());
-                self.diagnostics.extend(bias.err());
+                self.diagnostics.extend(frame.err().map(|d| *d));
+                self.diagnostics.extend(bias.err().map(|d| *d));
                 return all;
             }
         };

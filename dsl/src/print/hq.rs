@@ -31,7 +31,8 @@ pub(super) fn items(items: &[Item], indent: usize, lines: &mut Lines) {
         ItemKind::Param(_) => Some(0),
         ItemKind::Let(_) => Some(1),
         ItemKind::Import(_) => Some(2),
-        ItemKind::Signal(_) | ItemKind::Variable(_) => Some(3),
+        ItemKind::Signal(_) => Some(3),
+        ItemKind::Variable(_) => Some(4),
         _ => None,
     };
     let mut last = None;

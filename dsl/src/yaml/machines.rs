@@ -61,6 +61,7 @@ impl Reader<'_> {
                         self.pool.behind(self.later(node, key.span).range().end, &[','], &mut comments.behind);
                     }
                     other => {
+                        value.get_or_insert(Value { kind: ValueKind::Missing, span: key.span });
                         let text = format!("`{}` is no part of a variable", clip(other));
                         let d = Diagnostic::error("HQ0121", key.span, text);
                         self.diags.push(match nearest(other, &["type", "value"]) {

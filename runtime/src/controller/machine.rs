@@ -321,11 +321,11 @@ impl Machine {
         for &action in which(&program.states[state]) {
             let asked = &program.actions[action];
             match asked.event {
-                _ if asked.own.is_some() => {
-                    if begin && pending.len() < pending.capacity() {
-                        pending.push((action, entered[state]));
-                    }
+                _ if asked.own.is_some() && !begin => {}
+                _ if asked.own.is_some() && pending.len() < pending.capacity() => {
+                    pending.push((action, entered[state]));
                 }
+                _ if asked.own.is_some() => {}
                 Some(event) if begin => raised[1][event] = true,
                 Some(_) => {}
                 None if requests.len() < requests.capacity() => requests.push(Request { action, begin }),

@@ -10,18 +10,19 @@
 //! | `margin.TASK` | smallest `h` over the rows of a limit | that of the rows |
 //! | `error.TASK` | norm of a target's whole error | that of the rows; rad and m mixed for a pose |
 //! | `error.TASK.PART` | norm of a part of it, such as `left.position` | m or rad |
-//! | `TASK.scaling`, `.deviation`, `.slack`, `.field` | what a safety planner tells | 1, m, m/s, m |
+//! | `signal.NAME.PART` | what the controller takes a signal or a variable for, such as `signal.stem.x` | SI |
+//! | `fault` | what was found at this tick, or keeps the robot still | |
 //!
 //! Numbers are written so that reading them gives the same double; an undefined one is an empty cell, as are those of tasks
-//! that do not run.
+//! that do not run and of signals that are absent.
 
 use std::io::Write;
 
 use super::roster::Roster;
+use super::signals::numbers;
 use crate::controller::Controller;
 use crate::evaluator::{Evaluator, Member};
-use crate::planning::OUTPUTS as PLANNER_OUTPUTS;
-use crate::program::{Program, SignalProgram, Subject};
+use crate::program::{Program, Subject};
 use crate::simulate::{Recorder, Tick};
 use stdlib_tasks::task::Nature;
 
@@ -30,8 +31,8 @@ pub struct CsvRecorder<W: Write> {
     out: W,
     roster: Roster,
     machine: bool,
-    /// Where in the table of signals what planners tell stands.
-    told: Vec<usize>,
+    /// Places of the numbers of signals in their table.
+    signals: Vec<usize>,
 }
 
 impl<W: Write> CsvRecorder<W> {
@@ -42,8 +43,8 @@ impl<W: Write> CsvRecorder<W> {
     pub fn new(mut out: W, program: &Program, controller: &Controller) -> std::io::Result<Self> {
         let roster = Roster::new(controller);
         writeln!(out, "{}", header(program, &roster.members).join(","))?;
-        let told = told(program).map(|s| s.at + 1).collect();
-        Ok(CsvRecorder { out, roster, machine: program.run.subject == Subject::Machine, told })
+        let signals = numbers(&program.interface).iter().map(|n| n.at).collect();
+        Ok(CsvRecorder { out, roster, machine: program.run.subject == Subject::Machine, signals })
     }
 
     /// Writes what is buffered.
@@ -53,13 +54,6 @@ impl<W: Write> CsvRecorder<W> {
     pub fn finish(mut self) -> std::io::Result<()> {
         self.out.flush()
     }
-}
-
-/// What safety planners tell.
-fn told(program: &Program) -> impl Iterator<Item = &SignalProgram> {
-    let planners = program.tasks.iter().filter(|t| t.kind == "safety_planner");
-    let names = planners.flat_map(|t| PLANNER_OUTPUTS.map(|o| format!("{}.{o}", t.name)));
-    names.filter_map(|name| program.interface.signals.iter().find(|s| s.name == name))
 }
 
 /// The names of the columns.
@@ -83,7 +77,10 @@ pub fn header(program: &Program, members: &[Member]) -> Vec<String> {
             }
         }
     }
-    names.extend(told(program).map(|s| s.name.clone()));
+    let signal =
+        |n: super::signals::SignalNumber| format!("signal.{}{}", program.interface.signals[n.signal].name, n.part);
+    names.extend(numbers(&program.interface).into_iter().map(signal));
+    names.push("fault".to_string());
     names
 }
 
@@ -121,10 +118,10 @@ impl<W: Write> Recorder for CsvRecorder<W> {
                 }
             }
         }
-        let mut cell = |x: f64| if x.is_finite() { write!(out, ",{x}") } else { write!(out, ",") };
-        for &at in &self.told {
-            cell(tick.signals.get(at).copied().unwrap_or(f64::NAN))?;
+        let table = tick.controller.signal_table();
+        for &at in &self.signals {
+            cell(table[at])?;
         }
-        writeln!(out)
+        writeln!(out, ",{}", tick.fault.map_or("", |f| f.kind().word()))
     }
 }

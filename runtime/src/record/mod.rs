@@ -5,6 +5,8 @@ pub mod expectations;
 pub mod held_back;
 pub mod roster;
 pub mod series;
+pub mod signals;
+mod summarise;
 pub mod summary;
 pub mod verify;
 

@@ -29,6 +29,8 @@ pub struct SeriesRecorder {
     pub violations: Vec<Vec<f64>>,
     /// Number of rows at a bound, for each level: the largest of the stretch.
     pub active: Vec<Vec<f64>>,
+    /// The tables of signals, as the controller had them.
+    pub signals: Vec<Vec<f64>>,
     /// Poses of the links that are drawn, seven numbers each: position, then `w x y z`.
     pub poses: Vec<Vec<f64>>,
     /// The links that are drawn.
@@ -49,6 +51,7 @@ impl SeriesRecorder {
             measures: Vec::new(),
             violations: Vec::new(),
             active: Vec::new(),
+            signals: Vec::new(),
             poses: Vec::new(),
             links,
             roster: Roster::new(controller),
@@ -75,6 +78,7 @@ impl Recorder for SeriesRecorder {
             self.times.push(tick.time);
             self.q.push(tick.q.to_vec());
             self.command.push(tick.command.to_vec());
+            self.signals.push(tick.controller.signal_table().to_vec());
             let mut poses = Vec::with_capacity(7 * self.links.len());
             for &link in &self.links {
                 let pose = tick.evaluator.data().pose(link);

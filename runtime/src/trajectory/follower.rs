@@ -14,6 +14,7 @@ use super::route::Route;
 use crate::program::{Motion, Shape, TrajectoryProgram};
 
 /// What is planned.
+#[expect(clippy::large_enum_variant, reason = "planned anew inside the loop, where nothing may be boxed")]
 enum Plan {
     Vector(Path),
     Orientation(Turn),

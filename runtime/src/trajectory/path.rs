@@ -17,13 +17,16 @@ use nalgebra::Vector3;
 use super::limits::Limits;
 use super::profile::{Motion, Profile};
 use super::s_curve::s_curve;
-use super::trapezoid::trapezoid;
+use super::trapezoid::{duration, trapezoid};
 
 /// A part of a velocity across the way that is so much smaller is rounding.
 const STRAIGHT: f64 = 1e-9;
 
-/// Halvings of the angle by which acceleration is shared.
+/// Halvings in the search for the speed that takes a given time.
 const HALVINGS: usize = 24;
+
+/// Halvings of the range of angles by which acceleration is shared; any angle will do.
+const SHARES: usize = 12;
 
 /// How much longer a part along the way may take for a tighter turn.
 const LONGER: f64 = 1.1;
@@ -272,16 +275,21 @@ fn turn(now: &State, goal: &Vector3<f64>, limits: &Limits) -> Stage {
             both(free - peak * peak / (8.0 * jerk), sin.asin())
         }
         None => {
-            let times = |angle: f64| both(free, angle).map(|p| p.duration());
+            let distance = way.norm();
+            let times = |angle: f64| {
+                let (sin, cos) = angle.sin_cos();
+                let along = duration(distance, ahead, free, limits.acceleration * cos);
+                [along, duration(0.0, w, limits.speed, limits.acceleration * sin)]
+            };
             let (mut low, mut high) = (0.0, std::f64::consts::FRAC_PI_2);
-            for _ in 0..HALVINGS {
+            for _ in 0..SHARES {
                 let middle = 0.5 * (low + high);
                 let [along, across] = times(middle);
                 if along < across { low = middle } else { high = middle }
             }
             let longest = LONGER * times(high)[0];
             let (mut least, mut most) = (high, std::f64::consts::FRAC_PI_2);
-            for _ in 0..HALVINGS / 2 {
+            for _ in 0..SHARES / 2 {
                 let middle = 0.5 * (least + most);
                 if times(middle)[0] <= longest { least = middle } else { most = middle }
             }

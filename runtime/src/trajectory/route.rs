@@ -44,6 +44,7 @@ impl Drift {
 
 /// A part of a route.
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::large_enum_variant, reason = "planned anew inside the loop, where nothing may be boxed")]
 enum Way {
     /// Along a straight line.
     Line { origin: Vector3<f64>, direction: Vector3<f64>, profile: Profile },

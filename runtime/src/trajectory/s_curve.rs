@@ -9,8 +9,9 @@
 //! classical one of seven pieces (Biagiotti & Melchiorri 2008, 3.4), and the fastest; from other states nothing is said of
 //! being the fastest, while limits, continuity and arrival always hold.
 //!
-//! Ours, and not a crate: those for such profiles limit each axis by itself, allocate, or refuse states, while a tick
-//! needs an answer for every finite input.
+//! Ours, and not `rsruckig`, the port of Ruckig: that one bounds every axis by itself, while the bounds declared here are
+//! those of a norm along a path; and most of it is about ends in motion, which no goal here has. From a state in motion
+//! its plans would be the faster ones.
 
 use super::profile::{Motion, Profile};
 

@@ -34,6 +34,22 @@ pub fn trapezoid(from: Motion, goal: f64, speed: f64, acceleration: f64) -> Prof
     profile.ending(Motion::rest(goal))
 }
 
+/// How long [`trapezoid`] takes for a way `x` from the velocity `v`, in s.
+pub(super) fn duration(x: f64, v: f64, speed: f64, acceleration: f64) -> f64 {
+    let way = x - v * v.abs() / (2.0 * acceleration);
+    let sign = if way == 0.0 { v.signum() } else { way.signum() };
+    let (x, v) = (sign * x, sign * v);
+    let peak = (acceleration * x + v * v / 2.0).max(0.0).sqrt().max(v);
+    if v > speed {
+        v / acceleration + ((x - v * v / (2.0 * acceleration)) / speed).max(0.0)
+    } else if peak <= speed {
+        (2.0 * peak - v) / acceleration
+    } else {
+        let ramps = (2.0 * speed * speed - v * v) / (2.0 * acceleration);
+        (2.0 * speed - v) / acceleration + ((x - ramps) / speed).max(0.0)
+    }
+}
+
 /// The profile along a line of some length from speed `from` to speed `to`, neither above `speed`, which the length allows.
 pub(super) fn along(length: f64, from: f64, to: f64, speed: f64, acceleration: f64) -> Profile {
     let mut profile = Profile::from(Motion { position: 0.0, velocity: from, acceleration: 0.0 });

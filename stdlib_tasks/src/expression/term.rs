@@ -14,7 +14,7 @@ pub enum Term {
     /// Depends on time alone: its place in the table of values, and how many numbers.
     Slot(usize, usize),
     /// Depends on the robot's state.
-    State(Evaluation),
+    State(Box<Evaluation>),
 }
 
 impl Term {
@@ -22,7 +22,7 @@ impl Term {
     pub fn new(operand: &Operand, model: &Model) -> Self {
         match operand {
             Operand::Slot(slot) => Term::Slot(slot.at, slot.len),
-            Operand::Expression(e) => Term::State(Evaluation::new(e, model)),
+            Operand::Expression(e) => Term::State(Box::new(Evaluation::new(e, model))),
         }
     }
 

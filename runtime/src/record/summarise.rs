@@ -1,0 +1,308 @@
+//! Gathers the summary of a run while it goes on.
+
+use std::collections::BTreeMap;
+
+use solver::{Active, LevelStatus};
+use stdlib_tasks::task::Nature;
+
+use super::summary::{
+    FaultRecord, LevelSummary, MARGIN_TOLERANCE, PartError, Percentiles, StateRecord, Summary, TaskSummary,
+};
+use crate::controller::{Controller, Stage};
+use crate::evaluator::Member;
+use crate::fault::FaultKind;
+use crate::program::{Program, Subject};
+use crate::quantity::quantity;
+use crate::record::csv;
+use crate::record::held_back::HeldBackRecorder;
+use crate::record::roster::{Roster, RosterLevel};
+use crate::simulate::{Recorder, Tick};
+
+#[derive(Clone, Copy)]
+struct PartStatistics {
+    worst: f64,
+    at: f64,
+    last: f64,
+}
+
+struct TaskStatistics {
+    ticks: usize,
+    worst: f64,
+    worst_row: usize,
+    at: f64,
+    last: f64,
+    parts: Vec<PartStatistics>,
+    active: usize,
+    rows_active: Vec<bool>,
+    undefined: usize,
+}
+
+/// The unit of a task's figures; several where rows of several units stand in it.
+fn unit(m: &Member) -> String {
+    let infos = m.row_info.iter().map(|r| r.dimension);
+    let mut units: Vec<String> = Vec::new();
+    for d in infos {
+        let text = d.to_string();
+        if !units.contains(&text) {
+            units.push(text);
+        }
+    }
+    units.join(" or ")
+}
+
+/// What to do about a limit that was passed without a reserve, by no more than a tick can lose.
+fn sampling_hint(controller: &Controller, m: &Member, s: &TaskStatistics) -> Option<String> {
+    let (evaluator, member) = controller.stages().iter().find_map(|stage| {
+        let members = stage.evaluator().members();
+        Some((stage.evaluator(), members.iter().position(|x| x.program_index == m.program_index)?))
+    })?;
+    let (loss, reserve) = (evaluator.sampled_loss(member), evaluator.reserve(member));
+    let (loss, reserve) = (*loss.get(s.worst_row)?, *reserve.get(s.worst_row)?);
+    let explained = m.nature == Nature::Limit && s.worst < -MARGIN_TOLERANCE && -s.worst <= loss && reserve < loss;
+    let text = |bound: String| {
+        format!(
+            "`{}` was passed by {}, and sampling in time can lose {bound}: use `sampled_margin auto`",
+            m.name,
+            quantity(-s.worst, "m")
+        )
+    };
+    explained.then(|| match loss.is_finite() {
+        true => text(format!("up to {}", quantity(loss, "m"))),
+        false => text("as much".to_string()) + ", with `joint_velocity_limits` on a hard level down to its own",
+    })
+}
+
+struct LevelStatistics {
+    ticks: usize,
+    relaxed: usize,
+    saturated: usize,
+    violation: f64,
+    freedom: usize,
+}
+
+/// Gathers a summary while a run goes on.
+pub struct SummaryRecorder {
+    roster: Roster,
+    tasks: Vec<TaskStatistics>,
+    levels: Vec<LevelStatistics>,
+    ticks: usize,
+    faults: Vec<FaultRecord>,
+    /// The kind of fault of the last tick.
+    fault: Option<FaultKind>,
+    halted: bool,
+    states: Vec<StateRecord>,
+    elapsed_us: Vec<f32>,
+    held_back: HeldBackRecorder,
+}
+
+impl SummaryRecorder {
+    /// For a run of so many ticks.
+    pub fn new(controller: &Controller, ticks: usize) -> Self {
+        let roster = Roster::new(controller);
+        let tasks = (roster.members.iter())
+            .map(|m| TaskStatistics {
+                ticks: 0,
+                worst: if m.nature == Nature::Limit { f64::INFINITY } else { 0.0 },
+                worst_row: 0,
+                at: 0.0,
+                last: f64::NAN,
+                parts: vec![PartStatistics { worst: 0.0, at: 0.0, last: f64::NAN }; m.measure_info.len()],
+                active: 0,
+                rows_active: vec![false; m.row_info.len()],
+                undefined: 0,
+            })
+            .collect();
+        let nv = controller.evaluator().model().nv();
+        let level = |_| LevelStatistics { ticks: 0, relaxed: 0, saturated: 0, violation: 0.0, freedom: nv };
+        let levels = roster.levels.iter().map(level).collect();
+        SummaryRecorder {
+            roster,
+            tasks,
+            levels,
+            ticks: 0,
+            faults: Vec::new(),
+            fault: None,
+            halted: false,
+            states: Vec::new(),
+            elapsed_us: Vec::with_capacity(ticks),
+            held_back: HeldBackRecorder::new(controller),
+        }
+    }
+
+    /// The summary so far.
+    pub fn summary(&mut self, program: &Program, controller: &Controller, outputs: Vec<String>) -> Summary {
+        let machine = program.run.subject == Subject::Machine;
+        let share = |n: usize, of: usize| if of == 0 { 0.0 } else { n as f64 / of as f64 };
+        let level_of = |m: &Member| {
+            let named = |s: &Stage| {
+                let own = s.evaluator().members().iter().find(|x| x.program_index == m.program_index)?;
+                s.level_names().get(own.level).cloned()
+            };
+            controller.stages().iter().find_map(named).unwrap_or_default()
+        };
+        let mut tasks = BTreeMap::new();
+        for (m, s) in self.roster.members.iter().zip(&self.tasks).filter(|(_, s)| s.ticks > 0 || !machine) {
+            let limit = m.nature == Nature::Limit;
+            let named = |used: &[bool]| {
+                m.row_info.iter().zip(used).filter(|(_, u)| **u).map(|(r, _)| r.name.clone()).collect::<Vec<_>>()
+            };
+            let errors = if m.measure_info.len() > 1 {
+                let part = |(x, p): (&stdlib_tasks::task::Measure, &PartStatistics)| {
+                    (
+                        x.name.clone(),
+                        PartError { unit: x.dimension.to_string(), max: p.worst, last: p.last, at_s: p.at },
+                    )
+                };
+                m.measure_info.iter().zip(&s.parts).map(part).collect()
+            } else {
+                BTreeMap::new()
+            };
+            let summary = TaskSummary {
+                kind: m.kind.to_string(),
+                level: level_of(m),
+                unit: unit(m),
+                min_margin: limit.then_some(s.worst),
+                min_margin_row: limit.then(|| m.row_info.get(s.worst_row).map(|r| r.name.clone())).flatten(),
+                min_margin_unit: limit.then(|| m.row_info.get(s.worst_row).map(|r| r.dimension.to_string())).flatten(),
+                final_margin: limit.then_some(s.last),
+                max_error: (!limit).then_some(s.worst),
+                final_error: (!limit).then_some(s.last),
+                errors,
+                at_s: s.at,
+                active_share: limit.then(|| share(s.active, s.ticks)),
+                active_rows: if limit { named(&s.rows_active) } else { Vec::new() },
+                undefined_ticks: s.undefined,
+            };
+            tasks.insert(m.name.clone(), summary);
+        }
+        let stack = |l: &RosterLevel| program.stacks.get(l.stack).map(|s| s.name.clone()).filter(|_| machine);
+        let level = |(l, s): (&RosterLevel, &LevelStatistics)| LevelSummary {
+            stack: stack(l),
+            name: l.name.clone(),
+            hard: l.hard,
+            rows: l.rows,
+            relaxed_share: share(s.relaxed, s.ticks),
+            saturated_share: share(s.saturated, s.ticks),
+            max_violation: s.violation,
+            min_freedom: s.freedom.saturating_sub(l.locked),
+        };
+        let levels = self.roster.levels.iter().zip(&self.levels).filter(|(_, s)| s.ticks > 0 || !machine);
+        let levels = levels.map(level).collect();
+        let hints = self.roster.members.iter().zip(&self.tasks);
+        let hints = hints.filter_map(|(m, s)| sampling_hint(controller, m, s)).collect();
+        let passed = tasks.values().any(|t| t.min_margin.is_some_and(|m| m < -MARGIN_TOLERANCE));
+        Summary {
+            program: program.name.clone(),
+            ticks: self.ticks,
+            duration_s: self.ticks as f64 * program.robot.period,
+            interrupted: false,
+            ok: !self.halted && !passed,
+            halted: self.halted,
+            expectations: Vec::new(),
+            faults: self.faults.clone(),
+            states: self.states.clone(),
+            tasks,
+            levels,
+            held_back: self.held_back.result(),
+            verification: None,
+            tick_us: Percentiles::of(&mut self.elapsed_us),
+            hints,
+            outputs,
+        }
+    }
+}
+
+impl Recorder for SummaryRecorder {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        self.ticks += 1;
+        self.held_back.tick(tick)?;
+        if !self.halted {
+            self.elapsed_us.push((tick.elapsed * 1e6) as f32);
+        }
+        self.note_fault(tick);
+        self.note_state(tick);
+        let frozen = tick.fault.is_some();
+        let running: Vec<(usize, &Member)> = self.roster.running(tick).collect();
+        for (place, (i, m)) in running.into_iter().enumerate() {
+            task(&mut self.tasks[i], place, m, tick, frozen);
+        }
+        if frozen {
+            return Ok(());
+        }
+        for (l, s) in tick.solution.levels.iter().zip(&mut self.levels[self.roster.running_levels(tick)]) {
+            s.ticks += 1;
+            s.relaxed += usize::from(l.status == LevelStatus::Relaxed);
+            s.saturated += usize::from(l.active.iter().any(|a| matches!(a, Active::Lower | Active::Upper)));
+            if l.status != LevelStatus::NotSolved {
+                s.violation = s.violation.max(l.violation);
+                s.freedom = s.freedom.min(l.freedom);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl SummaryRecorder {
+    fn note_fault(&mut self, tick: &Tick) {
+        let kind = tick.fault.map(|f| f.kind());
+        if let (Some(fault), true) = (&tick.fault, kind != self.fault) {
+            let text = tick.controller.describe(fault);
+            let kind = fault.kind().word().to_string();
+            self.faults.push(FaultRecord { time: tick.time, kind, text, answered: true });
+        }
+        self.fault = kind;
+        self.halted = tick.controller.is_halted();
+        // A fault that was found while a tick was worked out is answered, or not, at the next one.
+        if let Some(last) = self.faults.last_mut().filter(|_| self.halted) {
+            last.answered = false;
+        }
+    }
+
+    fn note_state(&mut self, tick: &Tick) {
+        if tick.state.is_empty() {
+            return;
+        }
+        match self.states.last_mut() {
+            Some(last) if last.state == tick.state => last.to_s = tick.time,
+            _ => self.states.push(StateRecord { state: tick.state.to_string(), from_s: tick.time, to_s: tick.time }),
+        }
+    }
+}
+
+/// Takes note of a task at a tick; `place` is its place in the stack.
+fn task(s: &mut TaskStatistics, place: usize, m: &Member, tick: &Tick, frozen: bool) {
+    let e = tick.evaluator;
+    s.ticks += 1;
+    s.undefined += usize::from(e.undefined()[place] && !frozen);
+    match m.nature {
+        Nature::Limit => {
+            for (row, &h) in e.margins()[m.margins.clone()].iter().enumerate() {
+                if h < s.worst {
+                    (s.worst, s.worst_row, s.at) = (h, row, tick.time);
+                }
+            }
+            s.last = csv::margin(e, m);
+            let active = &tick.solution.levels[m.level].active;
+            let mut any = false;
+            for (row, r) in m.rows.clone().enumerate() {
+                let bound = active.get(r).is_some_and(|a| *a != Active::Free) && !frozen;
+                any |= bound;
+                s.rows_active[row] |= bound;
+            }
+            s.active += usize::from(any);
+        }
+        Nature::Target => {
+            let error = csv::error(e, m);
+            s.last = error;
+            if error > s.worst {
+                (s.worst, s.at) = (error, tick.time);
+            }
+            for (part, &x) in s.parts.iter_mut().zip(&e.measures()[m.measures.clone()]) {
+                part.last = x;
+                if x > part.worst {
+                    (part.worst, part.at) = (x, tick.time);
+                }
+            }
+        }
+    }
+}

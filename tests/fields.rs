@@ -1,0 +1,227 @@
+//! Safety fields: that the number is the mean of the distances, that a limit on it keeps it, whoever measures it, and that
+//! both spellings say the same.
+
+mod common;
+
+use compiler::{Input, compile};
+use runtime::program::{Program, ScenarioProgram};
+use runtime::{Judge, Recorder, Simulation, Tick};
+use std::path::Path;
+use stdlib_tasks::field::{DistanceProgram, Over};
+
+const ROBOT: &str = "hierarq 1
+robot arm { urdf \"robots/arm7.urdf\"  rate 200 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }
+human walker { points [chest, hand]  velocity measured }
+task limits = joint_velocity_limits
+task stay = hold(tool)
+stack work { level limits hard { limits }  level people { apart }  level motion { stay } }
+";
+
+/// Somebody who comes near, stands and goes.
+fn coming(field: &str, least: &str) -> Program {
+    common::program_of(&format!(
+        "{ROBOT}safety_field nearness {{ of walker  {field} }}
+task apart = keep(field(nearness)) {{ min {least}  gain 10 /s }}
+scenario s {{ duration 6 s
+  humans {{ walker {{
+    path [{{ at 0 s  value [1.6, 0.2, 0] m }}, {{ at 3 s  value [0.7, 0, 0] m }}, {{ at 4 s  value [0.7, 0, 0] m }}, {{ at 6 s  value [1.6, 0.2, 0] m }}]
+    shape {{ chest [0, 0, 1] m  hand [-0.1, 0.2, 0.7] m }}
+  }} }}
+  expect always field(nearness) > 0.1 m
+}}"
+    ))
+}
+
+/// The field at each tick, as the task has it and as the expectation has it.
+#[derive(Default)]
+struct Seen {
+    margins: Vec<f64>,
+    places: Vec<Vec<f64>>,
+    q: Vec<Vec<f64>>,
+}
+
+impl Recorder for Seen {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        let member = tick.evaluator.members().iter().find(|m| m.name == "apart").expect("it runs");
+        self.margins.push(tick.evaluator.margins()[member.margins.start]);
+        self.places.push(tick.signals.to_vec());
+        self.q.push(tick.q.to_vec());
+        assert!(tick.fault.is_none(), "{:?}", tick.fault);
+        Ok(())
+    }
+}
+
+fn run(program: &Program) -> Seen {
+    let scenario: &ScenarioProgram = &program.scenarios[0];
+    let program = scenario.program(program);
+    let mut simulation = Simulation::in_world(&program, scenario).expect("it can be executed");
+    let mut seen = Seen::default();
+    simulation.run(&mut seen, &mut || 0.0, &mut |_| true).expect("memory does not fail");
+    seen
+}
+
+fn least(margins: &[f64]) -> f64 {
+    margins.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn the_field_is_kept_while_a_person_comes_and_goes() {
+    for (field, min) in [
+        ("", "0.8 m"),
+        ("points soft_minimum(10 /m)", "0.65 m"),
+        ("distance saturating(1.5 m)  points soft_minimum(10 /m)", "0.45 m"),
+        ("distance 1 m * (1 - exp(-d/(1 m)))", "0.5 m"),
+    ] {
+        let margins = run(&coming(field, min)).margins;
+        let least = least(&margins);
+        assert!((-6e-3..0.02).contains(&least), "`{field}`: {least}");
+    }
+}
+
+/// By brute force: the mean of the distance at many places of the segments between the joints.
+#[test]
+fn the_number_is_the_mean_of_the_distances() {
+    let program = coming("", "0.8 m");
+    let seen = run(&program);
+    let model = &program.robot.model;
+    let field = &program.fields[0];
+    let names: Vec<&str> = field.links.iter().map(|l| model.link_ref(*l).name.as_str()).collect();
+    assert_eq!(names, ["link_1", "link_2", "link_3", "link_4", "link_5", "link_6", "link_7"], "those that joints move");
+    let mut data = robot::Data::new(model);
+    for k in (0..seen.q.len()).step_by(97) {
+        model.forward(&seen.q[k], &mut data);
+        let mut sum = 0.0;
+        for link in &field.links {
+            let ends: Vec<_> =
+                model.joints.iter().filter(|j| j.parent == *link).map(|j| *data.position(j.child)).collect();
+            let start = *data.position(*link);
+            let ends = if ends.is_empty() { vec![start] } else { ends };
+            for signal in &program.interface.signals {
+                let at = signal.at + 1;
+                let p = nalgebra::Vector3::from_column_slice(&seen.places[k][at..at + 3]);
+                for end in &ends {
+                    let n = 4000;
+                    let mean =
+                        (0..n).map(|i| (start + (end - start) * ((f64::from(i) + 0.5) / f64::from(n)) - p).norm());
+                    sum += mean.sum::<f64>() / f64::from(n) / ends.len() as f64;
+                }
+            }
+        }
+        let expected = sum / (field.links.len() * program.interface.signals.len()) as f64 - 0.8;
+        assert!((seen.margins[k] - expected).abs() < 1e-6, "{} {expected}", seen.margins[k]);
+    }
+}
+
+#[test]
+fn one_s_own_function_is_the_built_in_one() {
+    let built_in = run(&coming("distance saturating(1 m)", "0.5 m")).margins;
+    let own = run(&coming("distance 1 m * (1 - exp(-d/(1 m)))", "0.5 m")).margins;
+    assert!(built_in.iter().zip(&own).all(|(a, b)| (a - b).abs() < 1e-9));
+    let program = coming("distance min(2 m, d)  points minimum", "0.5 m");
+    assert_eq!((&program.fields[0].distance, program.fields[0].over), (&DistanceProgram::Clamped(2.0), Over::Least));
+    assert_eq!(coming("distance d", "0.5 m").fields[0].distance, DistanceProgram::Identity);
+}
+
+#[test]
+fn links_arms_and_parts_name_links() {
+    let program = common::program_of(
+        "hierarq 1
+robot canopies { urdf \"robots/canopies.urdf\"  base unicycle  rate 100 Hz
+  arms { left { shoulder arm_left_1_link  tip left_tool }  right { shoulder arm_right_1_link  tip right_tool } }
+  points { nose { link head_link  offset [0.1, 0, 0] m } }
+}
+safety_field all { of [3, 0, 1] m }
+safety_field arms_alone { of [3, 0, 1] m  links [arms.left, right] }
+safety_field part { of [3, 0, 1] m  links [nose, arm_left_3_link] }
+task a = keep(field(all)) { min 0.1 m }
+task b = keep(field(arms_alone)) { min 0.1 m }
+task c = keep(field(part)) { min 0.1 m }
+stack s { level people { a  b  c } }",
+    );
+    let names = |i: usize| -> Vec<&str> {
+        program.fields[i].links.iter().map(|l| program.robot.model.link_ref(*l).name.as_str()).collect()
+    };
+    assert_eq!(program.fields.len(), 3);
+    assert!(names(0).len() > names(1).len() && names(0).contains(&"arm_left_7_link"));
+    let arms = names(1);
+    assert_eq!(arms.iter().filter(|n| n.starts_with("arm_left")).count(), 7);
+    assert_eq!(arms.iter().filter(|n| n.starts_with("arm_right")).count(), 7);
+    assert_eq!(arms.len(), 14);
+    assert_eq!(names(2), ["head_link", "arm_left_3_link"]);
+}
+
+#[test]
+fn a_program_is_data_and_a_damaged_one_is_refused() {
+    let good = coming("distance 1 m * (1 - exp(-d/(1 m)))", "0.5 m");
+    assert!(good.check().is_ok());
+    let json = serde_json::to_string(&good).expect("plain data");
+    assert_eq!(serde_json::from_str::<Program>(&json).expect("the same"), good);
+    let damages: [fn(&mut Program); 4] = [
+        |p| p.fields[0].points[0][1] = usize::MAX,
+        |p| p.fields[0].links.push(robot::LinkId(900)),
+        |p| p.fields[0].points.clear(),
+        |p| p.fields[0].distance = DistanceProgram::Saturating(-1.0),
+    ];
+    for (i, damage) in damages.into_iter().enumerate() {
+        let mut bad = good.clone();
+        damage(&mut bad);
+        assert!(bad.check().is_err(), "{i}");
+    }
+}
+
+/// Every expectation of the scenario holds.
+fn holds(program: &Program) {
+    let scenario = &program.scenarios[0];
+    let ran = scenario.program(program);
+    let mut simulation = Simulation::in_world(&ran, scenario).expect("it can be executed");
+    let mut judge = Judge::new(&ran, scenario, simulation.ticks()).expect("it can be watched");
+    simulation.run(&mut judge, &mut || 0.0, &mut |_| true).expect("memory does not fail");
+    for (outcome, e) in judge.finish().iter().zip(&scenario.expectations) {
+        assert_eq!(format!("{:?}", outcome.verdict), "Holds", "{}", e.title());
+    }
+}
+
+#[test]
+fn a_person_whom_nobody_sees_is_a_fault() {
+    let program = common::program_of(&format!(
+        "{ROBOT}safety_field nearness {{ of walker }}
+task apart = keep(field(nearness)) {{ min 0.5 m }}
+scenario s {{ duration 1 s
+  humans {{ walker {{ value [1, 0, 0] m  shape {{ chest [0, 0, 1] m  hand [0, 0.2, 0.7] m }}  lost {{ from 0.3 s  to 0.8 s }} }} }}
+  expect eventually fault(stale)
+}}"
+    ));
+    holds(&program);
+}
+
+#[test]
+fn separation_slows_the_tool_and_the_person_who_comes_is_never_met_at_speed() {
+    let program = common::program_of(
+        "hierarq 1
+robot arm { urdf \"robots/arm7.urdf\"  rate 200 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad }  points { tip tool } }
+human walker { points [hand] }
+task limits = joint_velocity_limits
+task go = frame_position(tool) { position [0.75, 0, 0.5] m  gain 5 /s }
+task slow = speed_separation(tip) { from walker.hand  human measured  reaction 50 ms  deceleration 3 m/s^2  intrusion 0.1 m }
+stack work { level limits hard { limits  slow }  level motion { go } }
+scenario s { duration 4 s
+  humans { walker { path [{ at 0 s  value [1.6, 0, 0.5] m }, { at 3 s  value [1, 0, 0.5] m }]  shape { hand [0, 0, 0] m } } }
+  expect always margin(slow) > -1 mm
+  expect always norm(frame(tool).position - walker.hand) > 0.1 m
+  expect always ((speed(tool) < 1 cm/s) or (norm(frame(tool).position - walker.hand) > 0.1 m + 0.2 m/s * 55 ms))
+  expect never fault
+}",
+    );
+    holds(&program);
+}
+
+#[test]
+fn both_spellings_say_the_same() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let read = |name: &str, spelling| {
+        let text = std::fs::read_to_string(folder.join(name)).expect("an example");
+        let input = Input { name: "nearness", text: &text, spelling, folder: &folder, set: &[], package_paths: &[] };
+        compile(&input).program.expect("it compiles")
+    };
+    assert_eq!(read("nearness.hq", dsl::Spelling::Hq), read("nearness.yaml", dsl::Spelling::Yaml));
+}
