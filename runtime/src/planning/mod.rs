@@ -30,7 +30,7 @@ pub const OUTPUTS: [&str; 4] = ["scaling", "deviation", "slack", "field"];
 enum Along {
     Gradient,
     Slot(usize),
-    State(Evaluation),
+    State(Box<Evaluation>),
 }
 
 /// A deviation of a parameter.

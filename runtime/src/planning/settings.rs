@@ -151,7 +151,9 @@ impl Planning {
             let along = match d.along {
                 None => Along::Gradient,
                 Some(Operand::Slot(slot)) if slot.len == 3 => Along::Slot(slot.at),
-                Some(Operand::Expression(e)) if e.outputs.len() == 3 => Along::State(Evaluation::new(&e, model)),
+                Some(Operand::Expression(e)) if e.outputs.len() == 3 => {
+                    Along::State(Box::new(Evaluation::new(&e, model)))
+                }
                 Some(_) => return Err(bad(format!("the direction of `{path}` is no vector"))),
             };
             let fastest = number(d.speed);
