@@ -228,11 +228,14 @@ scenario s {{ duration 8 s  {WALK} }}"
     assert!(all[changes[0]..back].iter().all(|t| t.scaling.is_nan()), "nothing is told meanwhile");
 }
 
+/// What a tracker says at a tick: position and velocity.
+type Says = fn(usize) -> Option<[f64; 6]>;
+
 /// NaN, a person who stands still for ever, jumps across the room, stands inside the robot, or is never seen.
 #[test]
 fn whatever_a_tracker_says_the_command_is_finite() {
     let program = common::program_of(&spec(200, &format!("min 0.9 m  {DEVIATE}"), LIMITED));
-    let says: [fn(usize) -> Option<[f64; 6]>; 7] = [
+    let says: [Says; 7] = [
         |_| Some([0.9, 0.1, 0.7, 0.0, 0.0, 0.0]),
         |k| Some([if k % 2 == 0 { 0.5 } else { -3.0 }, 0.0, 0.5, 0.0, 0.0, 0.0]),
         |k| Some([if k == 20 { f64::NAN } else { 1.0 }, 0.0, 0.5, 0.0, 0.0, 0.0]),

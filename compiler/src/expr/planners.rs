@@ -1,4 +1,4 @@
-//! What a safety planner tells of itself: `guard.scaling`, `guard.deviation`, `guard.slack`, `guard.field`.
+//! What a safety planner tells of itself: `guard.scaling`, `guard.deviation`, `guard.slack`, `guard.withheld`, `guard.field`.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};

@@ -17,8 +17,8 @@ impl Lowerer<'_> {
             if is_word(&name.value) {
                 continue;
             }
-            let dimensions: [(&str, Dimension); 4] =
-                [("number", NONE), ("length", LENGTH), ("velocity", VELOCITY), ("length", LENGTH)];
+            let (length, speed) = (("length", LENGTH), ("speed", VELOCITY));
+            let dimensions: [(&str, Dimension); 5] = [("number", NONE), length, speed, speed, length];
             for (output, (kind, dimension)) in PLANNER_OUTPUTS.into_iter().zip(dimensions) {
                 let at = self.interface.width();
                 self.interface.signals.push(SignalProgram {

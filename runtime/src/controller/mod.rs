@@ -312,7 +312,7 @@ impl Controller {
         stage.solve(&self.reference, moment)?;
         self.velocity.copy_from_slice(stage.velocity());
         stage.evaluator.observe(&self.reference, &self.velocity);
-        for (signal, value) in stage.evaluator.planners().iter().flat_map(|p| p.told()) {
+        for (signal, value) in stage.evaluator.planners().iter().flat_map(|p| p.told(&self.velocity)) {
             if !self.signals.assign(signal, &[value]) {
                 self.signals.forget(signal);
             }

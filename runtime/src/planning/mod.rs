@@ -23,8 +23,9 @@ use crate::values::ValueTable;
 pub use settings::deviates;
 pub(crate) use settings::{planner_of, planners, protected_by};
 
-/// What a planner tells, behind its name and a point, in this order: u_c, the largest deviation, the slack, and the field.
-pub const OUTPUTS: [&str; 4] = ["scaling", "deviation", "slack", "field"];
+/// What a planner tells, behind its name and a point, in this order: u_c, the largest deviation, the slack, what the rest of
+/// the hierarchy withheld of the field's rate, and the field.
+pub const OUTPUTS: [&str; 5] = ["scaling", "deviation", "slack", "withheld", "field"];
 
 /// Where a direction comes from.
 enum Along {
@@ -67,7 +68,7 @@ pub(crate) struct Planning {
     /// The velocity of the null space, `nv` numbers.
     pub internal: Vec<f64>,
     /// The signals that tell of it.
-    signals: [Option<usize>; 4],
+    signals: [Option<usize>; 5],
 }
 
 /// Room for the rows of a task that is asked.
@@ -287,14 +288,15 @@ impl Planning {
         self.planner.advance();
     }
 
-    /// What it tells of this tick.
-    pub fn told(&self) -> impl Iterator<Item = (usize, f64)> {
+    /// What it tells of this tick, in which the robot moves with `v`, `nv` numbers.
+    pub fn told(&self, v: &[f64]) -> impl Iterator<Item = (usize, f64)> {
         let plan = self.planner.plan();
         let sizes = self.deviated.iter().enumerate().map(|(i, d)| match d.slot.len {
             4 => self.planner.turn(i).angle(),
             _ => self.planner.offset(i).norm(),
         });
-        let numbers = [plan.u_c, sizes.fold(0.0, f64::max), plan.outcome.slack, self.field.value()];
+        let withheld = (plan.field_rate - self.field.rate(v)).max(0.0);
+        let numbers = [plan.u_c, sizes.fold(0.0, f64::max), plan.outcome.slack, withheld, self.field.value()];
         self.signals.into_iter().zip(numbers).filter_map(|(s, x)| Some((s?, x)))
     }
 

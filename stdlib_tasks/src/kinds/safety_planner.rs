@@ -160,7 +160,8 @@ a slack, so it always has a solution, which is found in one pass. What is guaran
 entering the stack the clock stands where `t` does, at 0, without a deviation. A signal in the target must not move by itself \
 (a tracked point of a person does).\n\n\
 The controller tells, as values of the task's name `guard` that conditions, expectations and logs may read: `guard.scaling` \
-(u_c), `guard.deviation` (m; the largest, rad count as m), `guard.slack` (w) and `guard.field` (F, which is absent while \
+(u_c), `guard.deviation` (m; the largest, rad count as m), `guard.slack` (w), `guard.withheld` (how much faster the field \
+would rise if the rest of the hierarchy let the robot move as planned) and `guard.field` (F, which is absent while \
 there is nobody). They are absent while no stack with the task runs.\n\n\
 `method evasive` is `v = m v_task + (I - m J^+ J) k_n dF/dq` with `m` from 1 to 0 in a band about `min`; `method stop` stops the \
 clock while the field is not above `min`. Both are there to be compared with.\n\n\
