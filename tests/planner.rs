@@ -40,6 +40,7 @@ struct Told {
     scaling: f64,
     deviation: f64,
     slack: f64,
+    withheld: f64,
     field: f64,
     rate: f64,
     clock: f64,
@@ -62,6 +63,7 @@ impl Recorder for All<'_> {
             scaling: of("scaling"),
             deviation: of("deviation"),
             slack: of("slack"),
+            withheld: of("withheld"),
             field: of("field"),
             rate: planner.map_or(f64::NAN, |p| p.0.plan().field_rate),
             clock: planner.map_or(f64::NAN, |p| p.0.clock()),
@@ -313,4 +315,26 @@ impl Recorder for Means<'_> {
         self.ticks += 1.0;
         Ok(())
     }
+}
+
+/// Where nothing stands above, nothing is withheld; slow joints withhold what the field then lacks from one tick to the next.
+#[test]
+fn what_is_withheld_is_what_the_field_lacks() {
+    let scenario = format!("run {{ duration 6 s }}\nscenario s {{ duration 6 s  {WALK} }}");
+    let guard = format!("min 0.9 m  {DEVIATE}");
+    let free = run(&spec(200, &guard, &format!("{STACK}\n{scenario}")));
+    assert!(free.iter().all(|t| t.withheld.abs() < 1e-9), "nothing stands above");
+    let slow = "task slow = joint_velocity_limits { max 0.1 rad/s }
+stack work { level limits hard { slow }  level motion { reach }  level internal { guard } }";
+    let all = run(&spec(200, &guard, &format!("{slow}\n{scenario}")));
+    let mut seen = 0;
+    for pair in all.windows(2).filter(|p| p[0].withheld > 0.02) {
+        let observed = (pair[1].field - pair[0].field) * 200.0;
+        let expected = pair[0].rate - pair[0].withheld;
+        // The person turns round at the waypoints, within a tick of them.
+        let turns = [2.0, 4.0].iter().any(|at| (pair[0].time - at).abs() < 0.011);
+        assert!(turns || (observed - expected).abs() < 5e-3, "at {} s: {observed} {expected}", pair[0].time);
+        seen += 1;
+    }
+    assert!(seen > 100, "{seen}");
 }
