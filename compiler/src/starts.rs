@@ -6,9 +6,10 @@ use robot::Base;
 use runtime::program::{Op, Program, ScenarioProgram, Subject, Times};
 use runtime::record::summary::MARGIN_TOLERANCE;
 use runtime::world::World;
-use runtime::{Evaluator, Moment};
+use runtime::{Evaluator, Member, Moment};
 use solver::Problem;
 use stdlib_tasks::bound::Bound;
+use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::expression::Leaf;
 
 use crate::units::shown;
@@ -43,6 +44,23 @@ struct Start {
     moved: bool,
 }
 
+/// A safety field that a task keeps above a minimum.
+struct Kept {
+    task: String,
+    field: String,
+    dimension: Dimension,
+    min: f64,
+    source: Source,
+}
+
+/// Where the value of a kept field is read.
+enum Source {
+    /// The margin of a `keep`.
+    Row(usize),
+    /// A safety planner, by its index in the program.
+    Planner(usize),
+}
+
 impl Start {
     fn new(program: &Program, scenario: &ScenarioProgram) -> Option<Start> {
         let stack = first_stack(program, scenario)?;
@@ -70,24 +88,45 @@ impl Start {
         self.evaluator.update(q, moment(&self.signals, &self.velocity), &mut self.problem).ok().map(drop)
     }
 
+    /// What a member of the stack keeps of a safety field; none where it does not, or where its minimum moves.
+    fn kept(&self, program: &Program, member: &Member) -> Option<Kept> {
+        let task = program.tasks.get(member.program_index)?;
+        let Some(Bound::Value(min)) = task.params.get("min") else { return None };
+        if program.values.tape.outputs.iter().any(|o| o.at == min.at) {
+            return None;
+        }
+        let (field, source) = match (task.params.get("value"), task.params.get("field")) {
+            (Some(Bound::Expression(value)), _) if task.kind == "keep" => {
+                let [Leaf::Field(field)] = value.leaves.as_slice() else { return None };
+                matches!(value.ops.get(*value.outputs.first()?), Some(Op::State(_)))
+                    .then_some((field.as_ref(), Source::Row(member.margins.start)))?
+            }
+            (_, Some(Bound::Field(field))) => (program.fields.get(*field)?, Source::Planner(member.program_index)),
+            _ => return None,
+        };
+        let min = *program.values.initial.get(min.at)?;
+        Some(Kept { task: task.name.clone(), field: field.name.clone(), dimension: field.dimension, min, source })
+    }
+
+    /// What the field has at the pose that was taken last.
+    fn value(&self, kept: &Kept) -> Option<f64> {
+        let value = match kept.source {
+            Source::Row(row) => kept.min + self.evaluator.margins().get(row)?,
+            Source::Planner(task) => self.evaluator.field_of(task)?.value(),
+        };
+        value.is_finite().then_some(value)
+    }
+
     /// Warns of a safety field that is below its minimum, with the best that some poses give.
     fn fields(&self, program: &Program, scenario: &ScenarioProgram, at: Span) -> Option<Diagnostic> {
-        let found = self.evaluator.members().iter().find_map(|m| {
-            let task = program.tasks.get(m.program_index)?;
-            let (Some(Bound::Expression(value)), Some(Bound::Value(min))) =
-                (task.params.get("value"), task.params.get("min"))
-            else {
-                return None;
-            };
-            let [Leaf::Field(field)] = value.leaves.as_slice() else { return None };
-            let alone = task.kind == "keep" && matches!(value.ops.get(*value.outputs.first()?), Some(Op::State(_)));
-            let constant = program.values.tape.outputs.iter().all(|o| o.at != min.at);
-            let margin = *self.evaluator.margins().get(m.margins.start)?;
-            let min = *program.values.initial.get(min.at)?;
-            let below = alone && constant && margin < -MARGIN_TOLERANCE;
-            below.then(|| (m.name.clone(), m.margins.start, field.name.clone(), min, min + margin, field.dimension))
-        });
-        let (task, row, field, min, value, dimension) = found?;
+        let below = |m: &Member| {
+            let kept = self.kept(program, m)?;
+            let value = self.value(&kept)?;
+            (value < kept.min - MARGIN_TOLERANCE).then_some((kept, value))
+        };
+        let (kept, value) = self.evaluator.members().iter().find_map(below)?;
+        let Kept { task, field, dimension, min, .. } = &kept;
+        let (dimension, min) = (*dimension, *min);
         let short = |x: f64| shown(format!("{x:.3}").parse().unwrap_or(x), dimension);
         let text = format!(
             "scenario `{}` starts with `{field}` at {}, below the {} of `{task}`",
@@ -106,9 +145,9 @@ impl Start {
         for _ in 0..POSES {
             let q = model.random_configuration(&mut rng);
             if search.at(&q).is_some()
-                && let Some(margin) = search.evaluator.margins().get(row).filter(|m| m.is_finite())
+                && let Some(value) = search.value(&kept)
             {
-                best = best.max(min + margin);
+                best = best.max(value);
             }
         }
         let d = d.note(format!("of {POSES} poses within the joints' limits the best one has {}", short(best)));

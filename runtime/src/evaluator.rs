@@ -467,6 +467,11 @@ impl Evaluator {
         self.planners.iter().map(|p| (p.planner(), p.field()))
     }
 
+    /// The field of the safety planner that a task of the program is, at the last tick.
+    pub fn field_of(&self, task: usize) -> Option<&Field> {
+        self.planners.iter().find(|p| p.program_index == task).map(|p| p.field())
+    }
+
     /// The planners of the stack.
     pub(crate) fn planners(&self) -> &[Planning] {
         &self.planners
