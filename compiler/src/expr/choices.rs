@@ -10,7 +10,7 @@ use stdlib_tasks::dimension::NONE;
 
 use super::functions::CallError;
 use super::helps::help_for_sum;
-use super::lower::Failed;
+use super::scope::Failed;
 use super::{Axes, Graph, Kind, Lowering, Typed, ops};
 use crate::codes;
 use crate::constants::bare_angle;

@@ -8,10 +8,10 @@ use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::Op;
 
-use super::lower::Failed;
 use super::ops::{conjugate, quaternion_product, rotate};
 use super::poses::{composed, inverted};
 use super::present::Now;
+use super::scope::Failed;
 use super::{Fact, Kind, Lowering, Typed};
 
 /// A set of axes.

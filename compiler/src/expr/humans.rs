@@ -4,7 +4,7 @@ use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use stdlib_tasks::dimension::LENGTH;
 
-use super::lower::{Failed, Meaning};
+use super::scope::{Failed, Meaning};
 use super::{Axes, Kind, Lowering, Typed};
 use crate::constants::Human;
 use crate::forms::{target, written};

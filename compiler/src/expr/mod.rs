@@ -1,5 +1,7 @@
 //! Expressions: typing with dimensions, lowering to operations on numbers, exact differentiation in time.
 
+mod arithmetic;
+mod calls;
 mod choices;
 mod facts;
 pub mod frames;
@@ -9,11 +11,13 @@ mod helps;
 mod humans;
 mod interval;
 mod lower;
+mod names;
 mod ops;
 mod planners;
 mod poses;
 mod present;
 mod rotations;
+mod scope;
 mod signals;
 mod trajectories;
 
@@ -24,11 +28,12 @@ pub use graph::Graph;
 pub use helps::bracketed;
 pub(crate) use humans::{field_symbol, symbol};
 pub use interval::Interval;
-pub use lower::{Lowering, MEASURES, Meaning, Scope, Symbol};
+pub use lower::Lowering;
 pub(crate) use planners::told;
 pub(crate) use poses::root;
 pub(crate) use present::PRESENT;
 pub use present::{Now, Plane};
+pub use scope::{MEASURES, Meaning, Scope, Symbol};
 pub use trajectories::{Named, Start, TRAJECTORIES, Trajectory, needs_from};
 
 use dsl::Span;

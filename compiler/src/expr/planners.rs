@@ -4,7 +4,7 @@ use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use runtime::PLANNER_OUTPUTS;
 
-use super::lower::{Failed, Meaning};
+use super::scope::{Failed, Meaning};
 use super::{Lowering, Typed};
 use crate::forms::{target, written};
 use crate::names::list;

@@ -11,9 +11,9 @@ use runtime::program::Op;
 use stdlib_tasks::dimension::{LENGTH, NONE};
 
 use super::functions::{CallError, number, vector};
-use super::lower::Failed;
 use super::ops::{Mismatch, conjugate, is_zero, quaternion_product, rotate};
 use super::present::Now;
+use super::scope::Failed;
 use super::{Axes, Frame, Graph, Kind, Lowering, Meaning, Typed, rotations};
 
 /// How many numbers of a pose are its position.

@@ -4,7 +4,7 @@ use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use stdlib_tasks::dimension::{Dimension, LENGTH};
 
-use super::lower::Failed;
+use super::scope::Failed;
 use super::{Axes, Frame, Kind, Lowering, Typed, frames};
 use crate::constants::fits;
 

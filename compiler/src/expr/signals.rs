@@ -5,7 +5,7 @@ use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::Op;
 use stdlib_tasks::dimension::NONE;
 
-use super::lower::{Failed, Meaning};
+use super::scope::{Failed, Meaning};
 use super::{Axes, Kind, Lowering, Typed};
 
 /// The parts of a wrench.

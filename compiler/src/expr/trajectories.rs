@@ -5,7 +5,7 @@ use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::{MAX_POINTS, Motion, Shape, TrajectoryProgram};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, TIME};
 
-use super::lower::Failed;
+use super::scope::Failed;
 use super::{Kind, Lowering, Typed, frames, ops};
 use crate::codes;
 use crate::constants::{fits, wrong_dimension};

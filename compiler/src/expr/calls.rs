@@ -1,0 +1,122 @@
+//! Calls: which family a function belongs to, and the types of what it is given.
+
+use dsl::tree::{Value, ValueKind};
+use dsl::{Diagnostic, Span, Spanned};
+use stdlib_tasks::dimension::{ANGLE, TIME};
+
+use super::functions::{self, CallError, FUNCTIONS};
+use super::helps::{count, elsewhere, families};
+use super::present::PRESENT;
+use super::scope::{Failed, MEASURES};
+use super::trajectories::{self, TRAJECTORIES};
+use super::{Kind, Lowering, Typed, frames, ops};
+use crate::codes;
+use crate::constants::{bare_angle, merge_bare};
+use crate::names::suggest;
+
+impl Lowering<'_> {
+    /// The value of a call.
+    pub(super) fn call(&mut self, function: &Spanned<String>, args: &[Value], span: Span) -> Result<Typed, Failed> {
+        if let Some(of) = TRAJECTORIES.iter().find(|t| t.name == function.value) {
+            return self.trajectory(of, args, span);
+        }
+        if let Some(arg) = args.iter().find(|a| matches!(a.kind, ValueKind::Named(..))) {
+            let form = FUNCTIONS.iter().find(|f| f.name == function.value).map(|f| f.form);
+            return self.fail(trajectories::no_names(function, arg, form));
+        }
+        if function.value == "initial" {
+            let [argument] = args else {
+                return self.fail(
+                    Diagnostic::error("HQ0311", span, format!("`initial` takes one argument, not {}", args.len()))
+                        .help("write for instance `initial(frame(left_tool).position)`"),
+                );
+            };
+            return self.scope.initial(self.graph, argument, span, self.diagnostics).ok_or(Failed);
+        }
+        if function.value == "present" {
+            return self.presence(args, span);
+        }
+        if function.value == "uncertainty" {
+            return self.uncertainty(args, span);
+        }
+        if PRESENT.contains(&function.value.as_str()) {
+            return self.present(function, args, span);
+        }
+        if MEASURES.contains(&function.value.as_str()) {
+            return self.scope.measured(self.graph, function, args, span, self.diagnostics).ok_or(Failed);
+        }
+        let Some(known) = FUNCTIONS.iter().find(|f| f.name == function.value) else {
+            let names = FUNCTIONS
+                .iter()
+                .map(|f| f.name)
+                .chain(["initial", "present", "uncertainty"])
+                .chain(PRESENT.iter().copied());
+            let names = names.chain(TRAJECTORIES.iter().map(|t| t.name));
+            let mut d =
+                Diagnostic::error("HQ0201", function.span, format!("there is no function `{}`", function.value));
+            d = d.help(match (elsewhere(&function.value), suggest(&function.value, names)) {
+                (Some(form), _) => format!("it is written `{form}`"),
+                (None, Some(near)) => format!("did you mean `{near}`?"),
+                (None, None) => families(),
+            });
+            return self.fail(d);
+        };
+        let typed: Vec<Result<Typed, Failed>> = args.iter().map(|a| self.value(a)).collect();
+        if !known.arity.contains(&args.len()) {
+            return self.fail(
+                Diagnostic::error(
+                    "HQ0310",
+                    span,
+                    format!("`{}` takes {}, and this call has {}", known.name, count(&known.arity), args.len()),
+                )
+                .help(format!("write `{}`", known.form)),
+            );
+        }
+        let typed: Vec<Typed> = typed.into_iter().collect::<Result<_, _>>()?;
+        let before = self.diagnostics.len();
+        for a in typed.iter().enumerate().filter(|(i, _)| functions::is_angle(known.name, *i)).map(|(_, a)| a) {
+            if a.kind == Kind::Scalar && a.bare && !ops::is_zero(self.graph, a) {
+                self.diagnostics.push(bare_angle(self.graph, a, ANGLE));
+            }
+        }
+        // What is joined with an angle is one.
+        let alike: Vec<&Typed> = typed[functions::alike(known.name, typed.len())].iter().collect();
+        self.angles_alike(&alike);
+        merge_bare(self.diagnostics, before, span);
+        let error = match functions::call(self.graph, known.name, &typed, span) {
+            Ok(x) => return Ok(x),
+            Err(e) => e,
+        };
+        let d = match error {
+            CallError::Argument { index, wanted } => {
+                let a = &typed[index];
+                let is = if a.kind == Kind::Scalar { a.dimension.describe() } else { a.kind.describe().to_string() };
+                let mut d =
+                    Diagnostic::error("HQ0306", a.span, format!("`{}` needs {wanted}, and this is {is}", known.name))
+                        .here(is);
+                if wanted == "an angle" && a.dimension == TIME {
+                    d = d.note("a time alone is no angle: something must say how fast the angle grows").help(
+                        "divide by a time, such as `2*pi*t/(25 s)`, or multiply with a rate, such as `0.5 rad/s * t`",
+                    );
+                } else if known.name == "slerp" && a.kind == Kind::Pose {
+                    d = d.help("between poses stands `lerp(from, to, share)`");
+                } else {
+                    d = d.help(format!("the form is `{}`", known.form));
+                }
+                d
+            }
+            CallError::Different { first, second } => codes::different(
+                &typed[first],
+                &typed[second],
+                &format!("the arguments of `{}` have one unit", known.name),
+                span,
+            )
+            .help("bring them to one unit"),
+            CallError::Axes { first, second } => frames::different(&typed[first], &typed[second], span),
+            CallError::Undefined(text) => {
+                Diagnostic::error("HQ0309", span, text).help(format!("`{}`: change what it is given", known.form))
+            }
+        };
+        self.fail(d)
+    }
+}

@@ -1,0 +1,90 @@
+//! Names in expressions: what is built in, what the scope knows, and what to write for a name that means nothing.
+
+use dsl::{Diagnostic, Span};
+use runtime::program::Op;
+use stdlib_tasks::dimension::{Dimension, NONE, TIME};
+
+use super::functions::FUNCTIONS;
+use super::present::Now;
+use super::scope::{Failed, Meaning};
+use super::{Axes, Kind, Lowering, Typed};
+use crate::names::suggest;
+use crate::units;
+
+impl Lowering<'_> {
+    /// The value of a name.
+    pub(super) fn name(&mut self, name: &str, span: Span) -> Result<Typed, Failed> {
+        let scalar = |node: usize, dimension: Dimension| Typed {
+            kind: Kind::Scalar,
+            dimension,
+            nodes: vec![node],
+            bare: false,
+            axes: Axes::default(),
+            span,
+        };
+        match name {
+            "pi" => return Ok(scalar(self.graph.number(std::f64::consts::PI), NONE)),
+            "t" => return Ok(scalar(self.graph.push(Op::T), TIME)),
+            "com" => return self.now(&Now::Com, span),
+            "time" => return Ok(scalar(self.graph.push(Op::Time), TIME)),
+            "true" | "false" => {
+                let node = self.graph.number(if name == "true" { 1.0 } else { -1.0 });
+                return Ok(Typed { kind: Kind::Truth, ..scalar(node, NONE) });
+            }
+            _ => {}
+        }
+        match self.scope.name(name) {
+            Meaning::Value(symbol) => return Ok(Typed { span, ..symbol.value }),
+            Meaning::Failed => return Err(Failed),
+            Meaning::Later => {
+                let written = crate::forms::written(name);
+                let text = format!("`{written}` is made of what the robot does, and this value is needed before");
+                let d = Diagnostic::error("HQ0312", span, text);
+                return self.fail(d.help("write a constant here; such a `let` may stand in the parameters of tasks"));
+            }
+            Meaning::Wrench => {
+                let written = crate::forms::written(name);
+                let d = Diagnostic::error("HQ0304", span, format!("`{written}` is a wrench, which is no single value"));
+                return self.fail(d.help(format!("write `{written}.force` or `{written}.moment`")));
+            }
+            Meaning::Human(human) => {
+                let written = crate::forms::written(name);
+                let d = Diagnostic::error("HQ0304", span, format!("`{written}` is a person, who is no single value"));
+                let points: Vec<String> = human.points.iter().map(|p| format!("`{written}.{}`", p.0)).collect();
+                return self.fail(d.help(format!("name one of its points: {}", points.join(", "))));
+            }
+            Meaning::Field => {
+                let written = crate::forms::written(name);
+                let d = Diagnostic::error(
+                    "HQ0304",
+                    span,
+                    format!("`{written}` is a safety field, and no number by itself"),
+                );
+                return self.fail(d.help(format!("write `field({written})` for its value at this moment")));
+            }
+            Meaning::Event => {
+                let written = crate::forms::written(name);
+                let d = Diagnostic::error("HQ0304", span, format!("`{written}` is an event, which has no value"));
+                return self.fail(d.help(format!("a transition waits for it: `on {written} -> STATE`")));
+            }
+            Meaning::Unknown => {}
+        }
+        let mut known = self.scope.names();
+        known.extend(["pi", "t", "time", "com"].map(String::from));
+        let mut d = Diagnostic::error("HQ0201", span, format!("there is no value called `{name}`"));
+        if let Some(help) = self.scope.instead(name) {
+            d = d.help(help);
+        } else if let Some(near) = suggest(name, known.iter().map(String::as_str)) {
+            d = d.help(format!("did you mean `{near}`?"));
+        } else if FUNCTIONS.iter().any(|f| f.name == name) {
+            d = d.help(format!("`{name}` is a function: write `{name}(..)`"));
+        } else if units::symbols().any(|u| u == name) {
+            d = d
+                .note("a unit stands behind a number or a bracket")
+                .help(format!("for the unit write `1 {name}` or `1 /{name}`; for a value declare `param {name} = ..`"));
+        } else {
+            d = d.help("declare it with `param NAME = VALUE`, or use `t`, `time`, `pi`");
+        }
+        self.fail(d)
+    }
+}
