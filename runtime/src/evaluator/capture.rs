@@ -1,0 +1,108 @@
+//! Entering a stack: what `initial(..)` asks for is captured where the robot stands.
+
+use std::ops::Range;
+
+use robot::Model;
+use stdlib_tasks::expression::Evaluation;
+use stdlib_tasks::task::State;
+
+use super::{Evaluator, Member, Moment};
+use crate::program::{Capture, CaptureSource};
+use crate::values::ValueTable;
+use crate::velocity;
+
+/// A capture that the stack needs, made ready.
+pub(super) struct Captured {
+    /// The numbers that it fills.
+    inputs: Range<usize>,
+    source: Source,
+}
+
+enum Source {
+    /// A value of a task of the stack, by its place among the members.
+    Task(usize, String),
+    /// How fast one of so many numbers moves.
+    Velocity(usize, String, usize),
+    State(Evaluation),
+}
+
+/// A capture made ready; none where it belongs to a task of another stack.
+pub(super) fn ready(capture: &Capture, model: &Model, members: &[Member]) -> Option<Captured> {
+    let source = match &capture.source {
+        CaptureSource::Task(index, name) => {
+            Source::Task(members.iter().position(|m| m.program_index == *index)?, name.clone())
+        }
+        CaptureSource::Velocity(index, name, width) => {
+            Source::Velocity(members.iter().position(|m| m.program_index == *index)?, name.clone(), *width)
+        }
+        CaptureSource::State(e) => Source::State(Evaluation::new(e, model)),
+    };
+    Some(Captured { inputs: capture.at..capture.at + capture.len, source })
+}
+
+impl Evaluator {
+    /// Enters the stack at a configuration: captures what `initial(..)` asks for. Never allocates.
+    pub fn enter(&mut self, q: &[f64], moment: Moment) {
+        self.values.inputs.fill(0.0);
+        self.values.restart();
+        for p in &mut self.planners {
+            p.enter(moment.times, &self.values.inputs);
+        }
+        self.kinematics(q, moment);
+        self.capture(q, moment);
+        self.capture_velocities(q, moment);
+        self.values.restart();
+        for p in &mut self.planners {
+            p.enter(moment.times, &self.values.inputs);
+        }
+        self.kinematics(q, moment);
+        let Evaluator { model, data, values, tasks, .. } = self;
+        let ValueTable { current, rates, .. } = values;
+        let state = State { model, data, q, values: current, rates, velocity: moment.velocity };
+        for task in tasks {
+            task.enter(&state);
+        }
+    }
+
+    /// Captures all values at the configuration whose kinematics are known. What has no value becomes NaN.
+    fn capture(&mut self, q: &[f64], moment: Moment) {
+        let Evaluator { model, data, values, captures, tasks, .. } = self;
+        let ValueTable { current, rates, inputs, .. } = values;
+        let state = State { model, data, q, values: current, rates, velocity: moment.velocity };
+        for capture in captures {
+            let out = &mut inputs[capture.inputs.clone()];
+            match &mut capture.source {
+                Source::Task(member, name) => {
+                    tasks[*member].actual(name, &state, out);
+                }
+                Source::Velocity(..) => {}
+                Source::State(expression) => {
+                    expression.forget();
+                    let found = expression.forward(&state).is_ok();
+                    for (i, x) in out.iter_mut().enumerate() {
+                        *x = if found { expression.value(i) } else { f64::NAN };
+                    }
+                }
+            }
+        }
+    }
+
+    /// Captures how fast values of tasks move: by central differences along the velocity.
+    fn capture_velocities(&mut self, q: &[f64], moment: Moment) {
+        let Evaluator { model, data, values, captures, tasks, beside, .. } = self;
+        let ValueTable { current, rates, inputs, .. } = values;
+        for capture in captures.iter() {
+            let Source::Velocity(member, name, width) = &capture.source else { continue };
+            let mut sides = [[0.0; 7]; 2];
+            for (numbers, h) in sides.iter_mut().zip([-velocity::STEP, velocity::STEP]) {
+                beside.copy_from_slice(q);
+                model.integrate(beside, moment.velocity, h);
+                model.forward(beside, data);
+                let state = State { model, data, q: beside, values: current, rates, velocity: moment.velocity };
+                tasks[*member].actual(name, &state, &mut numbers[..*width]);
+            }
+            let [before, after] = &sides;
+            velocity::between(&before[..*width], &after[..*width], &mut inputs[capture.inputs.clone()]);
+        }
+    }
+}

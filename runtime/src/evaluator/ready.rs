@@ -1,0 +1,199 @@
+//! Making a stack ready: tasks and where their numbers stand, the problem that they fill, planners and captures.
+
+use std::collections::BTreeSet;
+
+use robot::{Data, Model};
+use solver::{LevelShape, Problem};
+use stdlib_tasks::task::{BuildError, Nature, Task};
+
+use super::{Built, Evaluator, LIMIT_TOLERANCE, Led, Member, build_tasks, capture};
+use crate::coasting::Coasting;
+use crate::planning::{self, Planning};
+use crate::program::{Capture, Program, ProgramError, StackProgram, TaskProgram};
+use crate::values::ValueTable;
+
+/// The places of the table of values that some tasks read: those of other stacks are not worked out, and are nobody's
+/// fault.
+fn places<'p>(tasks: impl Iterator<Item = &'p TaskProgram>) -> BTreeSet<usize> {
+    let slots = tasks.flat_map(|t| t.params.values()).flat_map(|b| b.slots());
+    slots.flat_map(|s| s.at..s.at + s.len).collect()
+}
+
+/// The position limits of joints, with the tolerance for standing on one.
+fn limits(model: &Model) -> Vec<(usize, f64, f64)> {
+    let limited = model.dofs.iter().filter(|d| d.lower.is_finite() || d.upper.is_finite());
+    limited.filter_map(|d| Some((d.q_index?, d.lower - LIMIT_TOLERANCE, d.upper + LIMIT_TOLERANCE))).collect()
+}
+
+/// Writes the coefficients of rows that never change, once for all ticks.
+fn write_constant(task: &dyn Task, member: &Member, locked: &[usize], problem: &mut Problem) {
+    let Some(dofs) = task.degrees_of_freedom() else { return };
+    let level = &mut problem.levels[member.level];
+    for (row, dof) in member.rows.clone().zip(dofs) {
+        if !locked.contains(&dof) {
+            level.row_mut(row)[dof] = 1.0;
+        }
+    }
+    level.fix(member.rows.clone());
+}
+
+/// The tasks of a stack and where their numbers stand, before there is a problem.
+struct Layout {
+    tasks: Vec<Box<dyn Task>>,
+    members: Vec<Member>,
+    shapes: Vec<LevelShape>,
+    /// For each task of the stack, the largest speed of each degree of freedom that it was told.
+    speeds: Vec<Vec<f64>>,
+}
+
+impl Layout {
+    /// Of a stack, or of one of its tasks only.
+    fn new(program: &Program, stack: &StackProgram, only: Option<usize>) -> Result<Layout, ProgramError> {
+        let model = &program.robot.model;
+        let built = build_tasks(model, program.robot.period, &program.values.initial, &program.tasks, stack);
+        let speeds: Vec<Vec<f64>> = built.iter().map(|b| b.speed.clone()).collect();
+        let (mut tasks, mut members, mut shapes) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut margins, mut measures) = (0, 0);
+        let mut built = built.into_iter();
+        for (level, l) in stack.levels.iter().enumerate() {
+            let mut rows = 0;
+            for m in &l.members {
+                let p = &program.tasks[m.task];
+                let place = format!("tasks[{}]", m.task);
+                let failed = |e: BuildError| crate::program::error(&place, e.message);
+                let Some(Built { task, .. }) = built.next() else { continue };
+                if only.is_some_and(|o| o != m.task) {
+                    continue;
+                }
+                let task = task.map_err(failed)?;
+                let Some(kind) = stdlib_tasks::find(&p.kind) else { continue };
+                let (row_info, measure_info) = (task.rows(), task.measures());
+                let limits = if kind.nature == Nature::Limit { row_info.len() } else { 0 };
+                let mut idle = if m.idle.is_empty() { Vec::new() } else { vec![false; row_info.len()] };
+                for i in &m.idle {
+                    match idle.get_mut(i.row) {
+                        Some(is) => *is = true,
+                        None => return Err(crate::program::error(&place, "an idle row does not exist".to_string())),
+                    }
+                }
+                members.push(Member {
+                    name: p.name.clone(),
+                    kind: kind.name,
+                    nature: kind.nature,
+                    level,
+                    rows: rows..rows + row_info.len(),
+                    margins: margins..margins + limits,
+                    measures: measures..measures + measure_info.len(),
+                    row_info,
+                    measure_info,
+                    program_index: m.task,
+                    slots: places(std::iter::once(p)).into_iter().collect(),
+                    constant: task.degrees_of_freedom().is_some(),
+                    idle,
+                });
+                if let Some(last) = members.last() {
+                    rows = last.rows.end;
+                    margins = last.margins.end;
+                    measures = last.measures.end;
+                }
+                tasks.push(task);
+            }
+            shapes.push(LevelShape { rows, hard: l.hard, damping: l.damping });
+        }
+        Ok(Layout { tasks, members, shapes, speeds })
+    }
+
+    /// The problem that the tasks fill, with weights and with the coefficients that never change.
+    fn problem(&self, nv: usize, stack: &StackProgram, only: Option<usize>) -> Problem {
+        let mut problem = Problem::new(nv, &self.shapes);
+        let weights =
+            stack.levels.iter().flat_map(|l| &l.members).filter(|m| only.is_none_or(|o| o == m.task)).map(|m| m.weight);
+        for (member, weight) in self.members.iter().zip(weights) {
+            problem.levels[member.level].weight[member.rows.clone()].fill(weight);
+        }
+        for (member, task) in self.members.iter().zip(&self.tasks) {
+            write_constant(task.as_ref(), member, &stack.locked, &mut problem);
+        }
+        problem
+    }
+}
+
+impl Evaluator {
+    /// Makes a stack of a checked program ready, together with the problem that it fills.
+    ///
+    /// # Errors
+    /// A task cannot be built, which a compiled program excludes.
+    pub fn new(program: &Program, stack: usize) -> Result<(Evaluator, Problem), ProgramError> {
+        Evaluator::of(program, &program.stacks[stack], None)
+    }
+
+    /// One task of a stack by itself, built as the stack has it. Its problem has the stack's levels, but for the rows of
+    /// other tasks.
+    ///
+    /// # Errors
+    /// The task cannot be built, which a compiled program excludes.
+    pub fn alone(program: &Program, stack: &StackProgram, task: usize) -> Result<(Evaluator, Problem), ProgramError> {
+        Evaluator::of(program, stack, Some(task))
+    }
+
+    fn of(
+        program: &Program,
+        stack_program: &StackProgram,
+        only: Option<usize>,
+    ) -> Result<(Evaluator, Problem), ProgramError> {
+        let model = program.robot.model.clone();
+        let layout = Layout::new(program, stack_program, only)?;
+        let problem = layout.problem(model.nv(), stack_program, only);
+        let Layout { mut tasks, members, speeds, .. } = layout;
+        let margins = members.last().map_or(0, |m| m.margins.end);
+        let measures = members.last().map_or(0, |m| m.measures.end);
+        let mut coasting = Coasting::new(&problem, &stack_program.locked);
+        members.iter().zip(&tasks).for_each(|(member, task)| coasting.fix(member, task.as_ref()));
+        let planned = planning::planners(program, stack_program);
+        let mut wanted = places(members.iter().map(|m| &program.tasks[m.program_index]));
+        let mut led = Led::default();
+        for m in members.iter().filter(|m| planning::planner_of(program, m.program_index).is_some()) {
+            led.values.extend(m.slots.iter().map(|&at| (at, 0.0, 0.0)));
+        }
+        let mut planners = Vec::new();
+        for (guard, protected) in planned.iter().filter(|_| only.is_none()) {
+            let at = |index: usize| members.iter().position(|m: &Member| m.program_index == index);
+            let (Some(g), Some(t)) = (at(*guard), at(*protected)) else { continue };
+            let both = ((g, *guard), (t, *protected));
+            let speed = speeds.get(g).map_or(&[][..], Vec::as_slice);
+            let planner = Planning::new(program, stack_program, both, tasks[t].as_mut(), speed)?;
+            wanted.retain(|at| planner.places.binary_search(at).is_err());
+            wanted.extend(Planning::reads(program, *guard));
+            planners.push(planner);
+        }
+        let values = ValueTable::new(&program.values, &wanted, &program.interface);
+        let tables = || std::iter::once(&values).chain(planners.iter().map(|p| &p.values));
+        let needed = |c: &&Capture| (c.at..c.at + c.len).any(|k| tables().any(|t| t.is_read(k)));
+        let needs: BTreeSet<usize> = tables().flat_map(|t| t.needs().iter().copied()).collect();
+        let evaluator = Evaluator {
+            data: Data::new(&model),
+            captures: program
+                .values
+                .captures
+                .iter()
+                .filter(needed)
+                .filter_map(|c| capture::ready(c, &model, &members))
+                .collect(),
+            needs: needs.into_iter().collect(),
+            led,
+            values,
+            planners,
+            undefined: vec![false; tasks.len()],
+            tasks,
+            members,
+            coasting,
+            locked: stack_program.locked.clone(),
+            margins: vec![f64::INFINITY; margins],
+            measures: vec![0.0; measures],
+            limits: limits(&model),
+            beside: vec![0.0; model.nq()],
+            model,
+        };
+        Ok((evaluator, problem))
+    }
+}

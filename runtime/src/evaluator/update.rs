@@ -1,0 +1,144 @@
+//! What an evaluator does at a tick: kinematics, values, planners, and the rows of every task.
+
+use solver::Problem;
+use stdlib_tasks::task::{Rows, State, TaskFault};
+
+use super::{Evaluator, Moment};
+use crate::fault::Fault;
+use crate::planning::Now;
+use crate::values::ValueTable;
+
+/// Numbers this close to zero are zero: products of them would be denormal, which processors handle far more slowly.
+const TINY: f64 = 1e-150;
+
+fn flush(numbers: &mut [f64]) {
+    for x in numbers {
+        *x = if x.abs() < TINY { 0.0 } else { *x };
+    }
+}
+
+impl Evaluator {
+    pub(super) fn kinematics(&mut self, q: &[f64], moment: Moment) {
+        self.model.forward(q, &mut self.data);
+        self.values.evaluate(moment.times, moment.signals);
+        let ValueTable { current, rates, .. } = &mut self.values;
+        for p in &mut self.planners {
+            p.evaluate(moment.signals, current, rates);
+        }
+        for &(at, value, rate) in self.led.values.iter().filter(|_| self.led.on) {
+            (current[at], rates[at]) = (value, rate);
+        }
+    }
+
+    /// Lets planners decide, unless those of another evaluator do.
+    fn plan(&mut self, q: &[f64], moment: Moment) -> Result<(), Fault> {
+        if self.led.on {
+            return Ok(());
+        }
+        let Evaluator { model, data, values, planners, tasks, .. } = self;
+        let ValueTable { current, rates, .. } = values;
+        let now = Now { model, data, q, velocity: moment.velocity };
+        for p in planners {
+            p.values.check(moment.signals)?;
+            p.plan(tasks[p.task].as_mut(), &now, (current, rates))?;
+            tasks[p.guard].decided(&p.internal);
+        }
+        Ok(())
+    }
+
+    /// Fills the problem for this tick. Never allocates.
+    ///
+    /// # Errors
+    /// A task could not write its rows.
+    pub fn update(&mut self, q: &[f64], moment: Moment, problem: &mut Problem) -> Result<(), Fault> {
+        self.kinematics(q, moment);
+        self.values.check(moment.signals)?;
+        self.plan(q, moment)?;
+        let Evaluator {
+            model,
+            data,
+            values,
+            tasks,
+            members,
+            locked,
+            coasting,
+            margins,
+            measures,
+            undefined,
+            planners,
+            led,
+            ..
+        } = self;
+        let ValueTable { current, rates, .. } = values;
+        coasting.begin();
+        margins.fill(f64::INFINITY);
+        let inside = self.limits.iter().all(|&(i, lower, upper)| lower <= q[i] && q[i] <= upper);
+        let state = State { model, data, q, values: current, rates, velocity: moment.velocity };
+        for (i, (task, m)) in tasks.iter_mut().zip(members.iter()).enumerate() {
+            let level = &mut problem.levels[m.level];
+            let stride = level.stride();
+            let (jacobian, lower, upper) = if m.constant {
+                let (lower, upper) = level.bounds_mut(m.rows.clone());
+                (&mut [][..], lower, upper)
+            } else {
+                let (jacobian, lower, upper) = level.block_mut(m.rows.clone());
+                jacobian.fill(0.0);
+                (jacobian, lower, upper)
+            };
+            lower.fill(f64::NEG_INFINITY);
+            upper.fill(f64::INFINITY);
+            undefined[i] = false;
+            // The proofs know of locked joints that stand.
+            let idle = if inside && !coasting.on { &m.idle[..] } else { &[] };
+            let mut rows = Rows {
+                jacobian,
+                stride,
+                lower,
+                upper,
+                margins: &mut margins[m.margins.clone()],
+                measures: &mut measures[m.measures.clone()],
+                undefined: &mut undefined[i],
+                idle,
+            };
+            match task.update(&state, &mut rows) {
+                Ok(()) => {}
+                Err(TaskFault::NotFinite { row }) => return Err(Fault::NotFinite { member: i, row }),
+                Err(TaskFault::Overlap { row }) => return Err(Fault::Overlap { member: i, row }),
+                Err(TaskFault::Gain { .. }) => return Err(Fault::Gain { member: i }),
+                Err(TaskFault::Crossed { row }) => return Err(Fault::Crossed { member: i, row }),
+            }
+            if let Some(p) = planners.iter().find(|p| p.task == i && !led.on) {
+                for (row, wanted) in p.wanted.iter().enumerate().filter(|(row, _)| p.decides(*row)) {
+                    rows.equal(row, *wanted);
+                }
+            }
+            flush(rows.jacobian);
+            flush(rows.lower);
+            flush(rows.upper);
+            coasting.keep(m, rows.jacobian, stride);
+            if !locked.is_empty() {
+                // A robot without a degree of freedom has rows without a coefficient.
+                for row in rows.jacobian.chunks_exact_mut(stride.max(1)) {
+                    for &dof in locked.iter() {
+                        row[dof] = 0.0;
+                    }
+                }
+            }
+            coasting.free(m, level);
+            for (row, _) in idle.iter().enumerate().filter(|(_, is)| **is) {
+                level.leave_out(m.rows.start + row);
+            }
+        }
+        Ok(())
+    }
+
+    /// Lets the tasks see the velocity that was chosen. Never allocates.
+    pub fn observe(&mut self, q: &[f64], v: &[f64]) {
+        let Evaluator { model, data, values, tasks, members, margins, measures, .. } = self;
+        let ValueTable { current, rates, .. } = values;
+        let state = State { model, data, q, values: current, rates, velocity: v };
+        for (task, m) in tasks.iter().zip(members.iter()) {
+            task.observe(&state, v, &mut margins[m.margins.clone()], &mut measures[m.measures.clone()]);
+        }
+    }
+}
