@@ -1,45 +1,16 @@
 //! A tick of the controller allocates nothing, from the observation to the command, in any example: a counting allocator
 //! proves it, over every tick of the run. (The reference cascade does allocate, and says so; it is not the default.)
 
-#![allow(unsafe_code, reason = "a global allocator cannot be written without")]
-
+#[path = "common/allocations.rs"]
+mod allocations;
 mod common;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use runtime::{Controller, Observation, SimulatedRobot};
-
-struct Counting;
-
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: every call is passed on to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::SeqCst);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::SeqCst);
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 // One test only: another one beside it would be counted too.
 #[test]
 fn a_tick_allocates_nothing() {
-    let before = ALLOCATIONS.load(Ordering::SeqCst);
-    drop(std::hint::black_box(Vec::<u8>::with_capacity(10)));
-    assert!(ALLOCATIONS.load(Ordering::SeqCst) > before, "the counter counts");
+    allocations::are_counted();
 
     machines();
     people();
@@ -52,9 +23,9 @@ fn a_tick_allocates_nothing() {
         let ticks = (program.run.duration / program.robot.period).round() as usize;
         for k in 0..ticks {
             let observation = Observation { time: k as f64 * program.robot.period, q: robot.measure() };
-            let before = ALLOCATIONS.load(Ordering::SeqCst);
+            let before = allocations::so_far();
             let command = controller.step(&observation);
-            assert_eq!(ALLOCATIONS.load(Ordering::SeqCst), before, "{name} allocates at tick {k}");
+            assert_eq!(allocations::so_far(), before, "{name} allocates at tick {k}");
             assert!(command.fault.is_none(), "{name}, tick {k}");
             let velocity = command.velocity.to_vec();
             robot.apply(&velocity);
@@ -72,7 +43,7 @@ fn people() {
     for k in 0..800 {
         let time = k as f64 * 0.01;
         let q = robot.measure();
-        let before = ALLOCATIONS.load(Ordering::SeqCst);
+        let before = allocations::so_far();
         if k % 200 < 150 {
             for (point, height) in [1.0, 0.7, 0.7].into_iter().enumerate() {
                 let x = if k % 100 == 50 { f64::NAN } else { 1.0 - 0.1 * time.sin() };
@@ -80,7 +51,7 @@ fn people() {
             }
         }
         let command = controller.step(&Observation { time, q });
-        assert_eq!(ALLOCATIONS.load(Ordering::SeqCst), before, "a person allocates at tick {k}");
+        assert_eq!(allocations::so_far(), before, "a person allocates at tick {k}");
         assert!(command.fault.is_none(), "tick {k}: {:?}", command.fault);
         let velocity = command.velocity.to_vec();
         uncertain += usize::from(controller.signals().uncertainty(0).is_some_and(|u| u > 0.0));
@@ -109,13 +80,13 @@ machine m { initial a  on fault(any) -> c  state a { stack near  when field(near
     for k in 0..400 {
         let time = k as f64 * 0.01;
         let q = robot.measure();
-        let before = ALLOCATIONS.load(Ordering::SeqCst);
+        let before = allocations::so_far();
         for (point, height) in [1.0, 0.7].into_iter().enumerate() {
             let at = if k == 200 { f64::NAN } else { 1.1 - 0.5 * time.sin() };
             assert!(controller.signals().set(point, &[at, 0.3, height], time));
         }
         let command = controller.step(&Observation { time, q });
-        assert_eq!(ALLOCATIONS.load(Ordering::SeqCst), before, "a field allocates at tick {k}");
+        assert_eq!(allocations::so_far(), before, "a field allocates at tick {k}");
         assert!(command.fault.is_none(), "tick {k}: {:?}", command.fault);
         let velocity = command.velocity.to_vec();
         robot.apply(&velocity);
@@ -138,11 +109,11 @@ fn planners() {
         for k in 0..800 {
             let time = k as f64 * 0.01;
             let q = robot.measure();
-            let before = ALLOCATIONS.load(Ordering::SeqCst);
+            let before = allocations::so_far();
             let x = 1.2 - 0.1 * time;
             controller.signals().set(person, &[x, 0.0, 1.2, -0.1, 0.0, 0.0], time);
             let command = controller.step(&Observation { time, q });
-            assert_eq!(ALLOCATIONS.load(Ordering::SeqCst), before, "a planner allocates at tick {k}");
+            assert_eq!(allocations::so_far(), before, "a planner allocates at tick {k}");
             assert!(command.fault.is_none(), "{stack}, tick {k}: {:?}", command.fault);
             let velocity = command.velocity.to_vec();
             near += usize::from(controller.evaluator().safety().any(|(p, _)| p.plan().margin < 0.01));
@@ -187,7 +158,7 @@ machine m {
         let time = k as f64 * 0.01;
         let q = robot.measure();
         let observation = Observation { time, q };
-        let before = ALLOCATIONS.load(Ordering::SeqCst);
+        let before = allocations::so_far();
         if k % 400 < 200 {
             controller.signals().set(0, &[0.4, 0.1, 0.5], time);
             controller.signals().set(1, &[1.0, 2.0, 3.0, 0.1, 0.2, 0.3], time);
@@ -196,7 +167,7 @@ machine m {
             controller.signals().raise(0);
         }
         let command = controller.step(&observation);
-        assert_eq!(ALLOCATIONS.load(Ordering::SeqCst), before, "the machine allocates at tick {k}");
+        assert_eq!(allocations::so_far(), before, "the machine allocates at tick {k}");
         faults += usize::from(command.fault.is_some());
         let velocity = command.velocity.to_vec();
         states.insert(controller.state_index());

@@ -1,35 +1,9 @@
 //! A tick of a monitor allocates nothing, and neither does the end: a counting allocator proves it.
 
-#![allow(unsafe_code, reason = "a global allocator cannot be written without")]
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
+#[path = "../../tests/common/allocations.rs"]
+mod allocations;
 
 use hierarq_runtime::expect::{Formula, Monitor, Node, Unit, Window};
-
-struct Counting;
-
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: every call is passed on to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::SeqCst);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::SeqCst);
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// Every operator, at the first tick alone and below another one, with windows shorter and longer than the run.
 fn formulas() -> Vec<Formula> {
@@ -65,22 +39,20 @@ fn formulas() -> Vec<Formula> {
 // One test only: another one beside it would be counted too.
 #[test]
 fn a_tick_allocates_nothing() {
-    let before = ALLOCATIONS.load(Ordering::SeqCst);
-    drop(std::hint::black_box(Vec::<u8>::with_capacity(10)));
-    assert!(ALLOCATIONS.load(Ordering::SeqCst) > before, "the counter counts");
+    allocations::are_counted();
 
     let units = [Unit::Truth; 2];
     for formula in formulas() {
         for ticks in [0, 1, 6, 300] {
             let Ok(mut monitor) = Monitor::new(&formula, &units, ticks) else { panic!("{formula:?} is refused") };
-            let before = ALLOCATIONS.load(Ordering::SeqCst);
+            let before = allocations::so_far();
             let mut taken = true;
             for k in 0..ticks {
                 let t = f64::from(k);
                 taken &= monitor.push(&[(0.3 * t).sin(), (0.07 * t).cos()]).is_ok();
             }
             let outcome = monitor.finish();
-            assert_eq!(ALLOCATIONS.load(Ordering::SeqCst), before, "{formula:?} allocates");
+            assert_eq!(allocations::so_far(), before, "{formula:?} allocates");
             assert!(taken, "{outcome:?}");
         }
     }

@@ -1,9 +1,7 @@
 //! A tick of the safety field and its planner allocates nothing: a counting allocator proves it.
 
-#![allow(unsafe_code, reason = "a global allocator cannot be written without")]
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
+#[path = "../../tests/common/allocations.rs"]
+mod allocations;
 
 use hierarq_runtime::safety::{
     Body, Chi, Damping, Deviation, DeviationKind, Direction, DistanceFunction, Field, Frame, HumanPoint, Over,
@@ -11,30 +9,6 @@ use hierarq_runtime::safety::{
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use robot::{Base, Data, LinkId, Model, Options};
-
-struct Counting;
-
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: every call is passed on to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::SeqCst);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::SeqCst);
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 struct Power;
 
@@ -51,9 +25,7 @@ fn deviation(kind: DeviationKind, row: usize, direction: Direction) -> Deviation
 // One test only: another one beside it would be counted too.
 #[test]
 fn a_tick_allocates_nothing() {
-    let before = ALLOCATIONS.load(Ordering::SeqCst);
-    drop(std::hint::black_box(Vec::<u8>::with_capacity(10)));
-    assert!(ALLOCATIONS.load(Ordering::SeqCst) > before, "the counter counts");
+    allocations::are_counted();
 
     let options = Options { base: Base::Unicycle, ..Options::default() };
     let Ok((model, _)) = Model::from_urdf(include_str!("../../examples/robots/canopies.urdf"), &options) else {
@@ -89,7 +61,7 @@ fn a_tick_allocates_nothing() {
                 strategy,
             };
             let Ok(mut planner) = SafetyPlanner::new(settings, 12, n) else { panic!("settings") };
-            let before = ALLOCATIONS.load(Ordering::SeqCst);
+            let before = allocations::so_far();
             let mut decided = true;
             for k in 0..200 {
                 let t = 0.05 * f64::from(k);
@@ -108,7 +80,7 @@ fn a_tick_allocates_nothing() {
                 // An error allocates no more than an answer.
                 let _ = planner.decide(&Tick { threshold: f64::NAN, ..tick });
             }
-            assert_eq!(ALLOCATIONS.load(Ordering::SeqCst), before, "{over:?} {strategy:?} allocates");
+            assert_eq!(allocations::so_far(), before, "{over:?} {strategy:?} allocates");
             assert!(decided && planner.plan().u_n.iter().all(|u| u.is_finite()));
         }
     }

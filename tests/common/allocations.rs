@@ -1,0 +1,44 @@
+//! An allocator that counts, for tests that prove that something allocates nothing. A binary that has this module counts
+//! in all of its threads: it holds one test only.
+
+#![allow(unsafe_code, reason = "a global allocator cannot be written without")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+struct Counting;
+
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every call is passed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::SeqCst);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::SeqCst);
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// How many allocations there were since the start of the process.
+pub fn so_far() -> usize {
+    ALLOCATIONS.load(Ordering::SeqCst)
+}
+
+/// # Panics
+/// An allocation is not counted.
+pub fn are_counted() {
+    let before = so_far();
+    drop(std::hint::black_box(Vec::<u8>::with_capacity(10)));
+    assert!(so_far() > before, "the counter counts");
+}
