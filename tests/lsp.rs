@@ -1,6 +1,8 @@
 //! The language server, spoken to by an editor of our own over the pipes of the real process.
 
 mod common;
+#[path = "lsp/document.rs"]
+mod document;
 #[path = "lsp/editor.rs"]
 mod editor;
 #[path = "lsp/fields.rs"]

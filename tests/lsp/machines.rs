@@ -3,7 +3,8 @@
 use serde_json::{Value as Json, json};
 
 use super::common;
-use super::editor::{Editor, edited, find, labels, position, under, uri};
+use super::document::Document;
+use super::editor::under;
 
 const MACHINE: &str = r#"hierarq 1
 
@@ -66,16 +67,14 @@ scenario calm {
 run { machine harvest  duration 1 s }
 "#;
 
-fn opened() -> (Editor, String) {
-    let (mut e, doc) = (Editor::ready(), uri("lsp_machine.hq"));
-    e.open(&doc, "hierarq", MACHINE);
-    (e, doc)
+fn opened() -> Document {
+    Document::open("lsp_machine.hq", MACHINE)
 }
 
 #[test]
 fn hover_and_definition() {
-    let (mut e, doc) = opened();
-    for (place, range, says) in [
+    let mut doc = opened();
+    doc.hovers(&[
         ("present(fru|it) for", "fruit", "Where the fruit is. 🤖 ü"),
         ("|signal ft", "signal", "typed input"),
         ("tim|eout 500", "timeout", "How long a value counts"),
@@ -101,13 +100,8 @@ fn hover_and_definition() {
         ("b|lend 1 s", "blend", "go over"),
         ("  |stack move_on\n", "stack", "runs in it"),
         ("machine harv|est  dur", "harvest", "initial look"),
-    ] {
-        let hover = e.at("textDocument/hover", &doc, &find(MACHINE, place));
-        assert!(!hover.is_null(), "{place}");
-        assert_eq!(under(MACHINE, &hover["range"]), range, "{place}: {hover}");
-        assert!(hover["contents"]["value"].as_str().is_some_and(|v| v.contains(says)), "{place}: {hover}");
-    }
-    for (from, to) in [
+    ]);
+    doc.definitions(&[
         ("present(fru|it) for", "signal |fruit"),
         ("stale(fr|uit)", "signal |fruit"),
         ("norm(f|t.force)", "signal |ft"),
@@ -127,21 +121,12 @@ fn hover_and_definition() {
         ("stack fol|low(speed: 2", "stack |follow(speed: rate"),
         ("follow(sp|eed: 2", "follow(|speed: rate"),
         ("machine harv|est  dur", "machine |harvest {"),
-    ] {
-        let place = e.at("textDocument/definition", &doc, &find(MACHINE, from));
-        assert_eq!(place["range"]["start"], find(MACHINE, to), "{from}: {place}");
-    }
+    ]);
 }
 
 #[test]
 fn references_and_rename() {
-    let (mut e, doc) = opened();
-    let all = |e: &mut Editor, place: &str| {
-        let params = json!({
-            "textDocument": { "uri": doc }, "position": find(MACHINE, place), "context": { "includeDeclaration": true },
-        });
-        e.result("textDocument/references", params).as_array().map_or(0, Vec::len)
-    };
+    let mut doc = opened();
     for (place, count) in [
         ("signal |fruit", 5),
         ("state |near", 5),
@@ -151,12 +136,8 @@ fn references_and_rename() {
         ("emit |seen", 2),
         ("machine |harvest {", 3),
     ] {
-        assert_eq!(all(&mut e, place), count, "{place}");
+        assert_eq!(doc.references(place, true), count, "{place}");
     }
-    let rename = |e: &mut Editor, place: &str, new: &str| {
-        let position = find(MACHINE, place);
-        e.ask("textDocument/rename", json!({ "textDocument": { "uri": doc }, "position": position, "newName": new }))
-    };
     for (place, old, new) in [
         ("signal |ft", "ft", "wrist"),
         ("state |near", "near", "close_by"),
@@ -167,10 +148,7 @@ fn references_and_rename() {
         ("reached(re|ach", "reach", "touch"),
         ("machine |harvest {", "harvest", "vintage"),
     ] {
-        let answer = rename(&mut e, place, new);
-        let renamed = edited(MACHINE, &answer["result"]["changes"][&doc]);
-        let words: Vec<&str> = renamed.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect();
-        assert!(!words.contains(&old), "{place}: {answer}\n{renamed}");
+        let (renamed, _) = doc.renamed(place, old, new);
         let (before, after) = (common::program_of(MACHINE), common::program_of(&renamed));
         let shape = |p: &runtime::Program| {
             let m = p.machine.clone().expect("a machine");
@@ -181,7 +159,7 @@ fn references_and_rename() {
         };
         assert_eq!(shape(&before), shape(&after), "the same machine, with another name in it");
     }
-    for (place, new) in [
+    doc.refused(&[
         ("on fou|nd", "seen"),
         ("signal |ft", "fruit"),
         ("state |near", "far"),
@@ -189,22 +167,14 @@ fn references_and_rename() {
         ("do cap|ture", "see"),
         ("fault(a|ny)", "all"),
         ("signal |go", "present"),
-    ] {
-        assert_eq!(rename(&mut e, place, new)["error"]["code"], -32803, "{place} -> {new}");
-    }
+    ]);
 }
 
 #[test]
 fn completion() {
-    let (mut e, doc) = opened();
-    let mut version = 1;
-    for (old, new, has, has_not) in [
-        (
-            "on go -> work",
-            "on | -> work",
-            &["go", "found", "not_found", "seen", "reached", "fault"][..],
-            &["fruit"][..],
-        ),
+    let mut doc = opened();
+    doc.completions(&[
+        ("on go -> work", "on | -> work", &["go", "found", "not_found", "seen", "reached", "fault"], &["fruit"]),
         ("fault(any)", "fault(|)", &["any", "stale", "infeasible", "limit", "deadline"], &["go"]),
         ("stale(fruit)", "stale(|)", &["fruit", "ft"], &["go", "reach"]),
         ("present(fruit) for", "present(|) for", &["fruit", "ft"], &["go", "norm"]),
@@ -233,27 +203,13 @@ fn completion() {
         ("norm(ft.force)", "norm(|)", &["ft", "fruit", "frame"], &["go"]),
         ("(in(look)", "(in(|)", &["look", "work.near"], &["near", "go"]),
         ("run { machine harvest", "run { machine |", &["harvest"], &["look"]),
-    ] {
-        assert_eq!(MACHINE.matches(old).count(), 1, "{old}");
-        let marked = MACHINE.replacen(old, new, 1);
-        let cursor = marked.find('|').expect("a cursor");
-        let text = marked.replacen('|', "", 1);
-        version += 1;
-        e.change(&doc, version, json!([{ "text": text }]));
-        let offered = labels(&e.at("textDocument/completion", &doc, &position(&text, cursor)));
-        for label in has {
-            assert!(offered.iter().any(|o| o == label), "{new}: no `{label}` in {offered:?}");
-        }
-        for label in has_not {
-            assert!(!offered.iter().any(|o| o == label), "{new}: `{label}` in {offered:?}");
-        }
-    }
+    ]);
 }
 
 #[test]
 fn symbols_tokens_and_hints() {
-    let (mut e, doc) = opened();
-    let symbols = e.result("textDocument/documentSymbol", json!({ "textDocument": { "uri": doc } }));
+    let mut doc = opened();
+    let symbols = doc.whole("textDocument/documentSymbol");
     let named = |list: &Json, name: &str| list.as_array().expect("a list").iter().find(|s| s["name"] == name).cloned();
     let machine = named(&symbols, "harvest").expect("the machine");
     let work = named(&machine["children"], "work").expect("a state");
@@ -261,10 +217,11 @@ fn symbols_tokens_and_hints() {
     assert_eq!(labels_of(&machine["children"]), ["look", "work", "stopped"]);
     assert_eq!(named(&symbols, "fruit").expect("the signal")["detail"], "signal, point?");
     let range = json!({ "start": { "line": 0, "character": 0 }, "end": { "line": 99, "character": 0 } });
-    let hints = e.result("textDocument/inlayHint", json!({ "textDocument": { "uri": doc }, "range": range }));
+    let params = json!({ "textDocument": { "uri": doc.uri }, "range": range });
+    let hints = doc.editor.result("textDocument/inlayHint", params);
     let hints: Vec<&str> = hints.as_array().expect("a list").iter().filter_map(|h| h["label"].as_str()).collect();
     assert_eq!(hints, ["= 0.5 s", "= 0.2 s", "= 0.005 m"]);
-    let tokens = e.result("textDocument/semanticTokens/full", json!({ "textDocument": { "uri": doc } }));
+    let tokens = doc.whole("textDocument/semanticTokens/full");
     let data: Vec<u64> = tokens["data"].as_array().expect("numbers").iter().filter_map(Json::as_u64).collect();
     let (mut line, mut column, mut kinds) = (0, 0, Vec::new());
     for t in data.chunks(5) {
@@ -287,13 +244,9 @@ fn labels_of(symbols: &Json) -> Vec<&str> {
 
 #[test]
 fn yaml_has_the_same() {
-    let (tree, diagnostics) = dsl::parse(dsl::SourceId(0), MACHINE, dsl::Spelling::Hq);
-    assert!(diagnostics.is_empty(), "{diagnostics:?}");
-    let text = dsl::print(&tree, dsl::Spelling::Yaml);
-    let (mut e, doc) = (Editor::ready(), uri("lsp_machine.yaml"));
-    e.open(&doc, "yaml", &text);
-    assert!(e.diagnostics(&doc, Some(1)).iter().all(|d| d["severity"] != 1));
-    for (from, to) in [
+    let mut doc = Document::open_in_yaml("lsp_machine.yaml", MACHINE);
+    assert!(doc.diagnostics().iter().all(|d| d["severity"] != 1));
+    doc.definitions(&[
         ("on: found, to: wo|rk.near", "|work:"),
         ("on: found, to: work.ne|ar", "|near:"),
         ("initial: lo|ok", "|look:"),
@@ -302,34 +255,22 @@ fn yaml_has_the_same() {
         ("present(fr|uit), for", "|fruit:"),
         ("reached(rea|ch", "|reach:"),
         ("run: { machine: harv|est", "|harvest:"),
-    ] {
-        let place = e.at("textDocument/definition", &doc, &find(&text, from));
-        assert_eq!(place["range"]["start"], find(&text, to), "{from}: {place}\n{text}");
-    }
+    ]);
     for (place, says) in [
         ("on: go, t|o: work", "leads to"),
         ("do: cap|ture", "`found` or `not_found`"),
         ("ex|it: gripper", "on leaving"),
         ("on: found, to: work.ne|ar", "state `near`"),
     ] {
-        let hover = e.at("textDocument/hover", &doc, &find(&text, place));
-        assert!(hover["contents"]["value"].as_str().is_some_and(|v| v.contains(says)), "{place}: {hover}");
+        doc.says(place, says);
     }
-    for (version, old, new, has) in [
-        (2, "on: go,", "on: |,", "reached"),
-        (3, "initial: far", "initial: |", "near"),
-        (4, "do: capture(head_camera)", "do: |", "capture"),
-        (5, "type: wrench", "type: |", "flag"),
-        (6, "fault(any)", "fault(|)", "deadline"),
-        (7, "      look:\n", "      look:\n        |\n", "transitions"),
-        (8, "on: found, to: work.near", "on: found, to: |", "work.near"),
-    ] {
-        assert_eq!(text.matches(old).count(), 1, "{old}\n{text}");
-        let marked = text.replacen(old, new, 1);
-        let cursor = marked.find('|').expect("a cursor");
-        let changed = marked.replacen('|', "", 1);
-        e.change(&doc, version, json!([{ "text": changed }]));
-        let offered = labels(&e.at("textDocument/completion", &doc, &position(&changed, cursor)));
-        assert!(offered.iter().any(|o| o == has), "{new}: no `{has}` in {offered:?}");
-    }
+    doc.completions(&[
+        ("on: go,", "on: |,", &["reached"], &[]),
+        ("initial: far", "initial: |", &["near"], &[]),
+        ("do: capture(head_camera)", "do: |", &["capture"], &[]),
+        ("type: wrench", "type: |", &["flag"], &[]),
+        ("fault(any)", "fault(|)", &["deadline"], &[]),
+        ("      look:\n", "      look:\n        |\n", &["transitions"], &[]),
+        ("on: found, to: work.near", "on: found, to: |", &["work.near"], &[]),
+    ]);
 }

@@ -1,9 +1,7 @@
 //! What the server says about safety planners: the task that one protects, its field, and what it tells.
 
-use serde_json::json;
-
 use super::common;
-use super::editor::{Editor, edited, find, labels, position, under, uri};
+use super::document::Document;
 
 const SPEC: &str = r#"hierarq 1
 
@@ -35,67 +33,45 @@ scenario calm {
 }
 "#;
 
-fn opened() -> (Editor, String) {
-    let (mut e, doc) = (Editor::ready(), uri("lsp_planner.hq"));
-    e.open(&doc, "hierarq", SPEC);
-    (e, doc)
+fn opened() -> Document {
+    Document::open("lsp_planner.hq", SPEC)
 }
 
 #[test]
 fn hover_and_definition() {
-    let (mut e, doc) = opened();
-    assert!(e.diagnostics(&doc, Some(1)).is_empty());
-    for (place, range, says) in [
+    let mut doc = opened();
+    assert!(doc.diagnostics().is_empty());
+    doc.hovers(&[
         ("safety_planner(rea|ch)", "reach", "To and fro."),
         ("  field near|ness", "nearness", "How far away people are."),
         ("mo|st 0.2 m", "most", "greatest deviation"),
         ("always gua|rd.scaling", "guard", "task"),
-    ] {
-        let hover = e.at("textDocument/hover", &doc, &find(SPEC, place));
-        assert!(!hover.is_null(), "{place}");
-        assert_eq!(under(SPEC, &hover["range"]), range, "{place}: {hover}");
-        assert!(hover["contents"]["value"].as_str().is_some_and(|v| v.contains(says)), "{place}: {hover}");
-    }
-    for (from, to) in [
+    ]);
+    doc.definitions(&[
         ("safety_planner(rea|ch)", "task |reach"),
         ("  field near|ness", "safety_field |nearness"),
         ("always gua|rd.scaling", "task |guard"),
-    ] {
-        let found = e.at("textDocument/definition", &doc, &find(SPEC, from));
-        assert_eq!(found["range"]["start"], find(SPEC, to), "{from}: {found}");
-    }
+    ]);
 }
 
 #[test]
 fn rename() {
-    let (mut e, doc) = opened();
+    let mut doc = opened();
     for (place, old, new) in [("task |reach", "reach", "move"), ("safety_field |nearness", "nearness", "room")] {
-        let params = json!({ "textDocument": { "uri": doc }, "position": find(SPEC, place), "newName": new });
-        let answer = e.ask("textDocument/rename", params);
-        let renamed = edited(SPEC, &answer["result"]["changes"][&doc]);
-        assert!(!renamed.contains(old), "{place}: {answer}\n{renamed}");
+        let (renamed, _) = doc.renamed(place, old, new);
+        assert!(!renamed.contains(old), "{place}:\n{renamed}");
         common::program_of(&renamed);
     }
 }
 
 #[test]
 fn completion() {
-    let (mut e, doc) = opened();
-    let mut version = 1;
-    for (old, new, has) in [
-        ("safety_planner(reach)", "safety_planner(|)", "reach"),
-        ("  field nearness", "  field |", "nearness"),
-        ("  min 0.5 m\n", "  min 0.5 m\n  |\n", "internal"),
-        ("guard.scaling", "guard.|", "deviation"),
-        ("speed 0.4 m/s  most 0.2 m", "speed 0.4 m/s  |", "return"),
-    ] {
-        assert_eq!(SPEC.matches(old).count(), 1, "{old}");
-        let marked = SPEC.replacen(old, new, 1);
-        let cursor = marked.find('|').expect("a cursor");
-        let text = marked.replacen('|', "", 1);
-        version += 1;
-        e.change(&doc, version, json!([{ "text": text }]));
-        let offered = labels(&e.at("textDocument/completion", &doc, &position(&text, cursor)));
-        assert!(offered.iter().any(|o| o == has), "{new}: no `{has}` in {offered:?}");
-    }
+    let mut doc = opened();
+    doc.completions(&[
+        ("safety_planner(reach)", "safety_planner(|)", &["reach"], &[]),
+        ("  field nearness", "  field |", &["nearness"], &[]),
+        ("  min 0.5 m\n", "  min 0.5 m\n  |\n", &["internal"], &[]),
+        ("guard.scaling", "guard.|", &["deviation"], &[]),
+        ("speed 0.4 m/s  most 0.2 m", "speed 0.4 m/s  |", &["return"], &[]),
+    ]);
 }

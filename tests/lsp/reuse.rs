@@ -1,40 +1,35 @@
 //! Imports, parameters and repetition in the editor.
 
 use super::common;
-use super::editor::{Editor, edited, find, labels, text, under, uri};
+use super::document::Document;
+use super::editor::{Editor, edited, find, text, under, uri};
 use serde_json::{Value as Json, json};
 
 /// Where what is marked leads: the address, and the text there.
-fn leads(e: &mut Editor, doc: &str, spec: &str, from: &str) -> (String, String) {
-    let place = e.at("textDocument/definition", doc, &find(spec, from));
+fn leads(doc: &mut Document, from: &str) -> (String, String) {
+    let place = doc.at("textDocument/definition", from);
     let address = place["uri"].as_str().unwrap_or("nowhere").to_string();
     let path = address.trim_start_matches("file://").to_string();
     let there = std::fs::read_to_string(path).unwrap_or_default();
-    let there = if there.is_empty() { spec.to_string() } else { there };
+    let there = if there.is_empty() { doc.text.clone() } else { there };
     (address, under(&there, &place["range"]).to_string())
 }
 
 #[test]
 fn definitions_lead_into_imported_files() {
-    let mut e = Editor::ready();
-    let (spec, doc) = (text("both_arms.hq"), uri("both_arms.hq"));
-    e.open(&doc, "hierarq", &spec);
-    assert_eq!(e.diagnostics(&doc, Some(1)), Vec::<Json>::new());
+    let mut doc = Document::open("both_arms.hq", &text("both_arms.hq"));
+    assert_eq!(doc.diagnostics(), Vec::<Json>::new());
     let library = uri("common/canopies.hq");
     for (from, name) in [
         ("hard { torso_cl|ear", "torso_clear"),
         ("import \"common/canopies.hq\" { canop|ies", "canopies"),
         ("limits hard { position|_limits", "position_limits"),
     ] {
-        assert_eq!(leads(&mut e, &doc, &spec, from), (library.clone(), name.to_string()), "{from}");
+        assert_eq!(leads(&mut doc, from), (library.clone(), name.to_string()), "{from}");
     }
-    assert_eq!(leads(&mut e, &doc, &spec, "import \"common/|canopies.hq").0, library);
-    let hover = e.at("textDocument/hover", &doc, &find(&spec, "hard { torso_cl|ear"));
-    assert!(
-        hover["contents"]["value"].as_str().is_some_and(|v| v.contains("between arms  and [column, chest]")),
-        "{hover}"
-    );
-    for (from, to) in [
+    assert_eq!(leads(&mut doc, "import \"common/|canopies.hq").0, library);
+    doc.says("hard { torso_cl|ear", "between arms  and [column, chest]");
+    doc.definitions(&[
         ("offset*swi|ng", "let |swing"),
         ("frame_position(si|de)", "swing_out(|side: arm"),
         ("gain ga|in\n", "point, |gain: rate"),
@@ -43,10 +38,7 @@ fn definitions_lead_into_imported_files() {
         ("left_only from bo|th", "stack |both {"),
         ("replace mot|ion", "level |motion"),
         ("[re|ach, 0, 0])  swing", "param |reach"),
-    ] {
-        let place = e.at("textDocument/definition", &doc, &find(&spec, from));
-        assert_eq!((&place["uri"], &place["range"]["start"]), (&json!(doc), &find(&spec, to)), "{from}");
-    }
+    ]);
 }
 
 #[test]
@@ -70,46 +62,29 @@ fn a_file_that_others_import_from_is_no_mistake() {
 
 #[test]
 fn hover_knows_ranges_and_tasks_that_are_given_to_others() {
-    let mut e = Editor::ready();
     for (name, place) in [("both_arms.hq", "m  ma|x 0.1 m"), ("both_arms.yaml", "m, ma|x: 0.1 m")] {
-        let (spec, doc) = (text(name), uri(name));
-        e.open(&doc, name.rsplit('.').next().expect("an ending"), &spec);
-        let hover = e.at("textDocument/hover", &doc, &find(&spec, place));
-        assert!(hover["contents"]["value"].as_str().is_some_and(|v| v.contains("largest value")), "{name}: {hover}");
+        Document::open(name, &text(name)).says(place, "largest value");
     }
     let spec = text("both_arms.hq").replacen("stack both {", "stack both(what: task) {", 1).replacen(
         "from both ",
         "from both(hold(right)) ",
         1,
     );
-    let doc = uri("other_arms.hq");
-    e.open(&doc, "hierarq", &spec);
-    let hover = e.at("textDocument/hover", &doc, &find(&spec, "both(ho|ld(right))"));
-    assert_eq!(under(&spec, &hover["range"]), "hold");
-    assert!(hover["contents"]["value"].as_str().is_some_and(|v| v.contains("**hold**")), "{hover}");
+    Document::open("other_arms.hq", &spec).hovers(&[("both(ho|ld(right))", "hold", "**hold**")]);
 }
 
 #[test]
 fn completion_knows_what_could_be_imported() {
-    let mut e = Editor::ready();
-    let (spec, doc) = (text("both_arms.hq"), uri("both_arms.hq"));
-    e.open(&doc, "hierarq", &spec);
-    for (version, old, new, has) in [
-        (2, "head_clear, arms_apart }", "|, arms_apart }", "deck"),
-        (3, "side: arm", "side: |", "angular_speed"),
-        (4, "from both", "from |", "both"),
-        (5, "replace motion", "replace |", "posture"),
-        (6, "stack left_only", "le|\n\nstack left_only", "let"),
-        (7, "hold(right)", "hold(|)", "left"),
-        (8, "head_clear  arms_apart }", "|  arms_apart }", "torso_clear"),
-    ] {
-        let marked = spec.replacen(old, new, 1);
-        let cursor = marked.find('|').expect("a cursor");
-        let changed = marked.replacen('|', "", 1);
-        e.change(&doc, version, json!([{ "text": changed }]));
-        let offered = labels(&e.at("textDocument/completion", &doc, &super::editor::position(&changed, cursor)));
-        assert!(offered.iter().any(|o| o == has), "{new}: no `{has}` in {offered:?}");
-    }
+    let mut doc = Document::open("both_arms.hq", &text("both_arms.hq"));
+    doc.completions(&[
+        ("head_clear, arms_apart }", "|, arms_apart }", &["deck"], &[]),
+        ("side: arm", "side: |", &["angular_speed"], &[]),
+        ("from both", "from |", &["both"], &[]),
+        ("replace motion", "replace |", &["posture"], &[]),
+        ("stack left_only", "le|\n\nstack left_only", &["let"], &[]),
+        ("hold(right)", "hold(|)", &["left"], &[]),
+        ("head_clear  arms_apart }", "|  arms_apart }", &["torso_clear"], &[]),
+    ]);
 }
 
 #[test]

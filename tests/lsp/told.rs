@@ -1,9 +1,7 @@
 //! What the server says about what a scenario tells the controller, and about variables and sensors.
 
-use serde_json::json;
-
 use super::common;
-use super::editor::{Editor, edited, find, labels, position, uri};
+use super::document::Document;
 
 const TOLD: &str = r#"hierarq 1
 
@@ -50,9 +48,8 @@ run { machine pick  duration 1 s }
 
 #[test]
 fn names_in_scenarios_are_renamed_with_the_others() {
-    let (mut e, doc) = (Editor::ready(), uri("lsp_told.hq"));
-    e.open(&doc, "hierarq", TOLD);
-    assert!(e.diagnostics(&doc, Some(1)).iter().all(|d| d["severity"] != 1));
+    let mut doc = Document::open("lsp_told.hq", TOLD);
+    assert!(doc.diagnostics().iter().all(|d| d["severity"] != 1));
     for (place, old, new) in [
         ("signal |fruit", "fruit", "bunch"),
         ("  sets { fr|uit", "fruit", "bunch"),
@@ -65,13 +62,7 @@ fn names_in_scenarios_are_renamed_with_the_others() {
         ("set(|tries,", "tries", "attempts"),
         ("eventually (tr|ies", "tries", "attempts"),
     ] {
-        let answer = e.ask(
-            "textDocument/rename",
-            json!({ "textDocument": { "uri": doc }, "position": find(TOLD, place), "newName": new }),
-        );
-        let renamed = edited(TOLD, &answer["result"]["changes"][&doc]);
-        let words: Vec<&str> = renamed.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect();
-        assert!(!words.contains(&old), "{place}: {answer}\n{renamed}");
+        let (renamed, _) = doc.renamed(place, old, new);
         let (before, after) = (common::program_of(TOLD), common::program_of(&renamed));
         assert_eq!(before.values, after.values);
         assert_eq!(before.scenarios[0].world, after.scenarios[0].world);
@@ -80,10 +71,9 @@ fn names_in_scenarios_are_renamed_with_the_others() {
 
 #[test]
 fn names_are_offered_where_a_scenario_or_an_action_takes_them() {
-    let (mut e, doc) = (Editor::ready(), uri("lsp_offered.hq"));
-    e.open(&doc, "hierarq", TOLD);
-    let all = [
-        ("never in(stopped)", "never in(|)", &["look", "there", "stopped"][..], &["fruit"][..]),
+    let mut doc = Document::open("lsp_offered.hq", TOLD);
+    doc.completions(&[
+        ("never in(stopped)", "never in(|)", &["look", "there", "stopped"], &["fruit"]),
         ("never fault(deadline)", "never fault(|)", &["deadline", "stale"], &["fruit"]),
         ("fault(stale(ft))", "fault(stale(|))", &["fruit", "ft"], &["go"]),
         ("fault(stale(ft))", "fault(|)", &["stale", "any"], &["go"]),
@@ -98,19 +88,5 @@ fn names_are_offered_where_a_scenario_or_an_action_takes_them() {
         ("frame tool", "frame |", &["tool", "link_4"], &["joint_1"]),
         ("low_pass 20 Hz", "|", &["bias", "low_pass"], &["frame"]),
         ("enter tare(ft)", "enter |", &["tare", "set", "clear", "say"], &["fruit"]),
-    ];
-    for (version, (old, new, has, has_not)) in (2..).zip(all) {
-        assert_eq!(TOLD.matches(old).count(), 1, "{old}");
-        let marked = TOLD.replacen(old, new, 1);
-        let cursor = marked.find('|').expect("a cursor");
-        let changed = marked.replacen('|', "", 1);
-        e.change(&doc, version, json!([{ "text": changed }]));
-        let offered = labels(&e.at("textDocument/completion", &doc, &position(&changed, cursor)));
-        for label in has {
-            assert!(offered.iter().any(|o| o == label), "{new}: no `{label}` in {offered:?}");
-        }
-        for label in has_not {
-            assert!(!offered.iter().any(|o| o == label), "{new}: `{label}` in {offered:?}");
-        }
-    }
+    ]);
 }
