@@ -5,6 +5,7 @@ mod headless;
 mod items;
 mod levels;
 mod machines;
+mod parts;
 mod reuse;
 mod scenarios;
 mod states;

@@ -1,7 +1,7 @@
 //! Declarations that use others: `import`, `let`, `for`, and what stands behind a name: parameters, `from`.
 
 use super::Reader;
-use super::items::Parts;
+use super::parts::Parts;
 use crate::calls;
 use crate::explain::{self, After};
 use crate::expr::Place;

@@ -1,8 +1,15 @@
 //! Expressions: from the flat operator lists of the grammar to trees of [`Value`].
 
+mod literals;
+mod operators;
+
+pub(crate) use literals::{quantity, unescape};
+use literals::{unit, with_unit};
+use operators::{Token, climb, operator};
+
 use crate::grammar::{Pair, Rule};
 use crate::limits::{MAX_HEIGHT, MAX_OPERATORS};
-use crate::tree::{BinaryOp, Number, Unit, Value, ValueKind};
+use crate::tree::{BinaryOp, Value, ValueKind};
 use crate::{Diagnostic, SourceId, Span, Spanned};
 
 /// Where the text that pest saw lies in the source.
@@ -38,14 +45,6 @@ impl Place {
 /// A value that could not be read.
 pub(crate) fn missing(span: Span) -> Value {
     Value { kind: ValueKind::Missing, span }
-}
-
-/// One element of a flat operator list.
-enum Token {
-    Sign(Span),
-    Not(Span),
-    Op(BinaryOp, Span),
-    Operand(Value, u32),
 }
 
 /// Builds the blocks that may stand in a list (`[{ a x }, { a y }]`); expressions have none.
@@ -187,75 +186,6 @@ fn wrap(tokens: &mut [Token], f: impl FnOnce(Value) -> Value) {
     }
 }
 
-fn with_unit(of: Value, unit: Unit) -> Value {
-    let span = of.span.to(unit.span);
-    Value { kind: ValueKind::Unit(Box::new(of), unit), span }
-}
-
-/// The operator of a sign or word; `None` for `==` and `!=`, which the language does not have.
-fn operator(text: &str) -> Option<BinaryOp> {
-    use BinaryOp::{Add, And, Div, Greater, GreaterEqual, Less, LessEqual, Mul, Or, Pow, Sub};
-    [Add, Sub, Mul, Div, Pow, Less, LessEqual, Greater, GreaterEqual, And, Or].into_iter().find(|op| op.text() == text)
-}
-
-/// Precedence of the operators: how tightly they hold their left and right side.
-fn binding(op: BinaryOp) -> (u8, u8) {
-    match op {
-        BinaryOp::Or => (1, 2),
-        BinaryOp::And => (3, 4),
-        BinaryOp::Less | BinaryOp::LessEqual | BinaryOp::Greater | BinaryOp::GreaterEqual => (6, 7),
-        BinaryOp::Add | BinaryOp::Sub => (8, 9),
-        BinaryOp::Mul | BinaryOp::Div => (10, 11),
-        BinaryOp::Pow => (15, 14),
-    }
-}
-
-const NOT: u8 = 5;
-const SIGN: u8 = 12;
-
-/// Precedence climbing over a list that the grammar has found to be well formed. A comparison of a comparison goes to
-/// `chain`.
-fn climb(
-    tokens: &mut std::iter::Peekable<impl Iterator<Item = Token>>,
-    least: u8,
-    whole: Span,
-    chain: &mut Option<Span>,
-) -> (Value, u32) {
-    let (mut left, mut height) = match tokens.next() {
-        Some(Token::Operand(value, height)) => (value, height),
-        Some(Token::Sign(span)) => {
-            let (value, height) = climb(tokens, SIGN, whole, chain);
-            let span = span.to(value.span);
-            (Value { kind: ValueKind::Negate(Box::new(value)), span }, height + 1)
-        }
-        Some(Token::Not(span)) => {
-            let (value, height) = climb(tokens, NOT, whole, chain);
-            let span = span.to(value.span);
-            (Value { kind: ValueKind::Not(Box::new(value)), span }, height + 1)
-        }
-        _ => (missing(whole), 1),
-    };
-    let mut compared = false;
-    while let Some(Token::Op(op, span)) = tokens.peek() {
-        let (op, span) = (*op, *span);
-        let (before, after) = binding(op);
-        if before < least {
-            break;
-        }
-        tokens.next();
-        if op.compares() && compared {
-            chain.get_or_insert(span);
-        }
-        compared = op.compares();
-        let (right, right_height) = climb(tokens, after, whole, chain);
-        height = height.max(right_height) + 1;
-        let all = left.span.to(right.span);
-        let kind = ValueKind::Binary(Spanned::new(op, span), Box::new(left), Box::new(right));
-        left = Value { kind, span: all };
-    }
-    (left, height)
-}
-
 /// An argument with its name, and its height.
 fn by_name(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: BlockReader<'_>) -> (Value, u32) {
     let span = place.of(&pair);
@@ -315,105 +245,4 @@ fn operand(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Bl
         }
         _ => (missing(span), 1),
     }
-}
-
-/// A node `quantity`: a number, and its unit if it has one.
-pub(crate) fn quantity(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>) -> Value {
-    let mut value = missing(place.of(&pair));
-    for part in pair.into_inner() {
-        if part.as_rule() == Rule::number {
-            value = number(&part, place, diags);
-        } else {
-            value = with_unit(value, unit(part, place, diags));
-        }
-    }
-    value
-}
-
-/// A number; one beyond the range of `f64` is reported.
-pub(crate) fn number(pair: &Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>) -> Value {
-    let span = place.of(pair);
-    let text = pair.as_str();
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() => {
-            Value { kind: ValueKind::Number(Number { value, text: text.to_owned() }), span }
-        }
-        _ => {
-            diags.push(
-                Diagnostic::error("HQ0111", span, "this number is too large")
-                    .note("numbers go up to about 1.8e308")
-                    .help("check the exponent"),
-            );
-            missing(span)
-        }
-    }
-}
-
-/// A unit; powers beyond 99 are reported.
-fn unit(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>) -> Unit {
-    let span = place.of(&pair);
-    let mut factors = Vec::new();
-    for factor in pair.into_inner() {
-        let sign = if factor.as_rule() == Rule::unit_over { -1 } else { 1 };
-        let (mut symbol, mut power) = (String::new(), 1i32);
-        for part in factor.into_inner() {
-            if part.as_rule() == Rule::unit_symbol {
-                symbol = part.as_str().to_owned();
-            } else {
-                power = part.as_str().parse().ok().filter(|p: &i32| p.abs() <= 99).unwrap_or_else(|| {
-                    diags.push(
-                        Diagnostic::error("HQ0112", place.of(&part), "the power of a unit is at most 99")
-                            .help("write a small whole number, as in `m^2`"),
-                    );
-                    1
-                });
-            }
-        }
-        factors.push((symbol, sign * power));
-    }
-    Unit { factors, span }
-}
-
-/// What a text literal says; unknown escapes are reported and kept as written.
-pub(crate) fn unescape(pair: &Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>) -> String {
-    let raw = pair.as_str();
-    let base = pair.as_span().start() + 1;
-    let body = raw.get(1..raw.len().saturating_sub(1)).unwrap_or("");
-    let mut out = String::with_capacity(body.len());
-    let mut chars = body.char_indices().peekable();
-    while let Some((at, c)) = chars.next() {
-        if c != '\\' {
-            out.push(c);
-            continue;
-        }
-        match chars.next() {
-            Some((_, 'n')) => out.push('\n'),
-            Some((_, 't')) => out.push('\t'),
-            Some((_, 'r')) => out.push('\r'),
-            Some((_, c @ ('"' | '\\'))) => out.push(c),
-            Some((next, c)) => {
-                let code = body[next..].strip_prefix("u{").and_then(|r| r.split_once('}')).map(|r| r.0);
-                let decoded = code
-                    .filter(|hex| hex.len() <= 6)
-                    .and_then(|hex| Some((hex.len(), char::from_u32(u32::from_str_radix(hex, 16).ok()?)?)));
-                if let (true, Some((digits, decoded))) = (c == 'u', decoded) {
-                    out.push(decoded);
-                    for _ in 0..digits + 2 {
-                        chars.next();
-                    }
-                } else {
-                    out.push('\\');
-                    out.push(c);
-                    let span = place.span(base + at, base + next + c.len_utf8());
-                    diags.push(
-                        Diagnostic::error("HQ0120", span, format!("`\\{c}` means nothing in a text"))
-                            .here("unknown escape")
-                            .help("a backslash itself is written `\\\\`"),
-                    );
-                }
-            }
-            None => out.push('\\'),
-        }
-    }
-    out
 }

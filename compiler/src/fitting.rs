@@ -1,0 +1,114 @@
+//! Whether a value fits the dimension that is needed, and what to write where it does not.
+
+use dsl::tree::{BinaryOp, Value, ValueKind};
+use dsl::{Diagnostic, Span, Spanned};
+use stdlib_tasks::dimension::{Dimension, NONE, RATE, TIME};
+
+use crate::expr::{Graph, Kind, Typed, bracketed};
+use crate::units;
+
+/// Whether a value fits a dimension; a diagnostic otherwise, a warning for a bare number that is read as an angle.
+/// A bare number is SI for every other dimension. `what` is the parameter in backquotes, or empty.
+pub fn fits(graph: &Graph, typed: &Typed, wanted: Dimension, what: &str) -> Option<Diagnostic> {
+    let zero = typed.nodes.iter().all(|&n| graph.constant(n) == Some(0.0));
+    if matches!(typed.kind, Kind::Rotation | Kind::Pose)
+        || wanted == typed.dimension
+        || (zero && typed.dimension == NONE)
+    {
+        return None;
+    }
+    if typed.bare {
+        return (wanted.rad != 0).then(|| bare_angle(graph, typed, wanted));
+    }
+    if wanted.accepts(typed.dimension) { None } else { Some(wrong_dimension(typed, wanted, what)) }
+}
+
+/// The diagnostic for a value of another dimension than is needed. `what` is the parameter in backquotes, or empty.
+pub fn wrong_dimension(typed: &Typed, wanted: Dimension, what: &str) -> Diagnostic {
+    let (is, needed) = (typed.dimension.describe(), wanted.describe());
+    let message = if what.is_empty() {
+        format!("{needed} is needed here, and this is {is}")
+    } else {
+        format!("{what} is {needed}, and this is {is}")
+    };
+    let d = Diagnostic::error("HQ0301", typed.span, message).here(is);
+    let unit = units::written(wanted);
+    if wanted == NONE {
+        d.help("leave the unit out, or divide by a value of the same unit")
+    } else if typed.dimension == NONE {
+        d.help(format!("give it a unit, such as `{unit}`"))
+    } else if wanted == RATE && typed.dimension == TIME {
+        d.help("a time T is the rate 1/T: write `100 Hz` for 10 ms")
+    } else {
+        d.help(format!("write a number in `{unit}`"))
+    }
+}
+
+/// The help for `1/2 m`, where the unit belongs to the 2 alone, if the unit behind the whole has the dimension.
+pub fn unit_of_divisor(value: &Value, wanted: Dimension) -> Option<String> {
+    let ValueKind::Binary(op, left, right) = &value.kind else { return None };
+    let ValueKind::Unit(_, unit) = &right.kind else { return None };
+    let (_, dimension) = units::meaning(unit).ok()?;
+    let fits = op.value == BinaryOp::Div && wanted.accepts(dimension) && wanted != NONE;
+    let meant = bracketed(op.value, left, right).filter(|_| fits)?;
+    Some(format!("a unit belongs to the number before it: write `{meant}`"))
+}
+
+/// A wrong unit behind a list is one mistake, and not one for each of its items.
+pub fn one_unit(diagnostics: &mut Vec<Diagnostic>, before: usize, value: &Value, items: usize) {
+    let new = diagnostics.get_mut(before..).unwrap_or_default();
+    let all = items == new.len() && new.iter().all(|d| d.code == "HQ0301" && d.message == new[0].message);
+    if let (ValueKind::Unit(..), true, Some(first)) = (&value.kind, all, new.first_mut()) {
+        first.primary.span = value.span;
+        diagnostics.truncate(before + 1);
+    }
+}
+
+/// The warning for a bare number that is read as an angle; a stronger one where it is more than a turn.
+pub fn bare_angle(graph: &Graph, typed: &Typed, wanted: Dimension) -> Diagnostic {
+    let unit = units::written(wanted);
+    let degrees = unit.replacen("rad", "deg", 1);
+    let largest = typed.nodes.iter().filter_map(|&n| graph.constant(n)).fold(0.0_f64, |a, x| a.max(x.abs()));
+    let turns = largest / (2.0 * std::f64::consts::PI);
+    if turns > 1.0 {
+        Diagnostic::warning("HQ0305", typed.span, format!("without a unit this is read as {largest} {unit}"))
+            .here(format!("{turns:.1} turns{}", unit.trim_start_matches("rad")))
+            .note("angles without a unit are radians, and this one looks like degrees")
+            .help(format!("write `{degrees}` behind it, or `{unit}` if it is meant"))
+    } else {
+        Diagnostic::warning("HQ0305", typed.span, format!("without a unit this is read as `{unit}`"))
+            .help(format!("write `{unit}` behind it, or `{degrees}` if degrees are meant"))
+    }
+}
+
+/// Several bare angles in one list or call are one slip: the warnings since `from` become one for the whole of it.
+pub fn merge_bare(diagnostics: &mut Vec<Diagnostic>, from: usize, span: Span) {
+    let mut bare: Vec<Diagnostic> = diagnostics.extract_if(from.., |d| d.code == "HQ0305").collect();
+    let most = bare.iter().position(|d| !d.notes.is_empty()).unwrap_or(0);
+    if bare.len() > 1 {
+        let mut one = bare.swap_remove(most);
+        one.primary.span = span;
+        one.message = one.message.replace("without a unit this is", "without a unit these numbers are");
+        if let Some((start, rest)) = one.message.split_once("read as ").filter(|_| !one.notes.is_empty()) {
+            one.message = format!("{start}read as radians, one of them as {rest}");
+        }
+        one.help = one.help.map(|h| h.replace("behind it", "behind them"));
+        diagnostics.push(one);
+    } else {
+        diagnostics.append(&mut bare);
+    }
+}
+
+/// Whether a value from the command line may stand in the place of a parameter's own.
+pub(crate) fn replaces(graph: &Graph, new: &Typed, own: &Typed, name: &Spanned<String>) -> Option<Diagnostic> {
+    let what = format!("`{}`", name.value);
+    let d = if new.kind != own.kind {
+        let text = format!("{what} is {}, and this is {}", own.kind.describe(), new.kind.describe());
+        Some(Diagnostic::error("HQ0304", new.span, text))
+    } else if own.bare {
+        None
+    } else {
+        fits(graph, new, own.dimension, &what)
+    };
+    d.map(|d| d.label(name.span, "declared here"))
+}
