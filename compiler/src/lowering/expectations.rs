@@ -10,7 +10,9 @@ use runtime::world::is_bound_to_its_stack;
 use stdlib_tasks::dimension::TIME;
 
 use super::Lowerer;
-use super::predicates::{Shape, Watch, measure, number, predicate};
+use super::predicates::{measure, number, predicate};
+use super::shapes::Shape;
+use super::watch::Watch;
 use crate::binding::TaskScope;
 use crate::constants::Constants;
 use crate::names::list;

@@ -16,12 +16,15 @@ mod predicates;
 mod run;
 mod scenario;
 mod sensors;
+mod shapes;
 mod signals;
 mod stack;
+mod transitions;
 mod triggers;
 mod values;
 mod variables;
 mod walks;
+mod watch;
 mod wording;
 mod world;
 

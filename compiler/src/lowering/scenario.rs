@@ -9,7 +9,7 @@ use stdlib_tasks::dimension::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, Dim
 
 use super::Lowerer;
 use super::declared::twice;
-use super::predicates::shapes;
+use super::shapes::shapes;
 use crate::constants::{Constants, joint_dimension};
 use crate::expand::Expanded;
 use crate::forms::{block_of, check_keys, text_of};

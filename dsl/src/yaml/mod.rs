@@ -9,7 +9,9 @@ mod repeat;
 mod reuse;
 mod scalars;
 mod scenarios;
+mod signals;
 mod syntax;
+mod transitions;
 
 use crate::comments::Pool;
 use crate::explain::{self, clip};

@@ -1,0 +1,179 @@
+//! Checks that look at the finished program: gains against the period, the start against the limits, freedom left.
+
+mod start;
+
+use std::collections::BTreeSet;
+
+use dsl::{Diagnostic, Span};
+use runtime::build_tasks;
+use runtime::program::Program;
+use stdlib_tasks::bound::Bound;
+use stdlib_tasks::dimension::{ANGLE, ANGULAR_VELOCITY, LENGTH, RATE, VELOCITY};
+use stdlib_tasks::task::BuildError;
+
+use crate::binding::Number;
+use crate::codes;
+use crate::lowering::Places;
+use crate::one_place;
+use crate::planners;
+use crate::pointless;
+use crate::ranges::Ground;
+use crate::units::shown;
+use crate::{bounds, braking};
+use crate::{jumps, reach};
+
+/// Checks a program that has no errors so far.
+pub(crate) fn program(ground: &Ground, program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+    let before = diagnostics.len();
+    planners::check(program, places, diagnostics);
+    reach::limits(ground, program, places, diagnostics);
+    jumps::check(ground, program, places, diagnostics);
+    let values = &program.values.initial;
+    wider(program, places, diagnostics);
+    let mut reported: Vec<(usize, String)> = Vec::new();
+    for (i, stack) in program.stacks.iter().enumerate() {
+        if let Some(refusal) = bounds::pairs(program, stack, places) {
+            diagnostics.push(refusal);
+            continue;
+        }
+        let model = &program.robot.model;
+        let built = build_tasks(model, program.robot.period, &program.values.initial, &program.tasks, stack);
+        let members = stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, m)));
+        let rows = built.iter().flat_map(|b| &b.task).map(|t| t.rows().len()).sum();
+        if let Some(refusal) = bounds::rows(rows, i, places) {
+            diagnostics.push(refusal);
+            continue;
+        }
+        let mut complete = true;
+        for (task, (level, m)) in built.iter().zip(members) {
+            match &task.task {
+                Ok(task) => {
+                    for gain in task.gains(&program.values.initial) {
+                        let once = (m.task, "gain".to_string());
+                        if gain * program.robot.period > 1.0 + 1e-12 && !reported.contains(&once) {
+                            reported.push(once);
+                            diagnostics.push(overshoot(gain, values, program.robot.period, places, m.task));
+                        }
+                    }
+                }
+                Err(e) => {
+                    complete = false;
+                    let once = (m.task, e.param.clone());
+                    if !reported.contains(&once) {
+                        reported.push(once);
+                        let d = cannot_build(e, places, m.task);
+                        diagnostics.push(if e.param == "sampled_margin" {
+                            loose_speeds(d, program, (i, level), places)
+                        } else {
+                            d
+                        });
+                    }
+                }
+            }
+        }
+        if complete && diagnostics[before..].iter().all(|d| d.severity == dsl::Severity::Warning) {
+            start::start(program, i, places, diagnostics);
+        }
+    }
+    let mut told = BTreeSet::new();
+    if diagnostics[before..].iter().all(|d| d.severity == dsl::Severity::Warning) {
+        braking::check(program, places, diagnostics);
+        one_place::check(program, places, diagnostics);
+        told = pointless::program(program, places, diagnostics);
+    }
+    reach::targets(ground, program, places, &told, diagnostics);
+}
+
+fn place(places: &Places, task: usize, param: &str) -> Span {
+    let t = &places.tasks[task];
+    t.spans.get(param).copied().unwrap_or(t.span)
+}
+
+/// Where a number of a task was written; the parameter, or the task's type, where it is a default.
+fn number(places: &Places, task: usize, param: &str, is: impl Fn(&Number) -> bool) -> Span {
+    let t = &places.tasks[task];
+    let written = t.numbers.iter().find(|n| n.written && is(n));
+    written.map_or_else(|| place(places, task, param), |n| n.span)
+}
+
+/// The parameter that sets a limit, where only one of them was written.
+fn limit(places: &Places, task: usize) -> Span {
+    let t = &places.tasks[task];
+    let written = ["d_min", "min", "max", "lower", "upper"].iter().filter_map(|p| t.spans.get(*p)).collect::<Vec<_>>();
+    match written.as_slice() {
+        [one] => **one,
+        _ => t.span,
+    }
+}
+
+fn overshoot(gain: f64, values: &[f64], period: f64, places: &Places, task: usize) -> Diagnostic {
+    let at = number(places, task, "gain", |n| n.dimension == RATE && values.get(n.slot.at) == Some(&gain));
+    codes::overshoot(at, gain, (period, places.rate), places.tasks[task].kind.nature)
+}
+
+/// Limits that a task sets beyond those of the robot: its rows then let through what the joint cannot do.
+fn wider(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+    let dofs = &program.robot.model.dofs;
+    for (i, task) in program.tasks.iter().enumerate() {
+        let params: &[&str] = match task.kind.as_str() {
+            "joint_position_limits" => &["lower", "upper"],
+            "joint_velocity_limits" => &["max"],
+            _ => continue,
+        };
+        for param in params {
+            let Some(Bound::PerJoint(list)) = task.params.get(*param) else { continue };
+            let beyond = list.iter().filter_map(|(dof, slot)| {
+                let (d, x) = (dofs.get(*dof)?, *program.values.initial.get(slot.at)?);
+                let own = match *param {
+                    "lower" => d.lower,
+                    "upper" => d.upper,
+                    _ => d.velocity,
+                };
+                let wide = if *param == "lower" { x < own } else { x > own };
+                (wide && own.is_finite()).then_some((d, slot, x, own))
+            });
+            let beyond: Vec<_> = beyond.collect();
+            let Some((d, slot, x, own)) = beyond.first() else { continue };
+            let dimension = match (d.unit, *param) {
+                (robot::DofUnit::Metre, "max") => VELOCITY,
+                (robot::DofUnit::Metre, _) => LENGTH,
+                (robot::DofUnit::Radian, "max") => ANGULAR_VELOCITY,
+                (robot::DofUnit::Radian, _) => ANGLE,
+            };
+            let (x, own) = (shown(*x, dimension), shown(*own, dimension));
+            let at = number(places, i, param, |n| n.slot.at == slot.at);
+            let more = if beyond.len() > 1 { format!(", and {} more joints", beyond.len() - 1) } else { String::new() };
+            diagnostics.push(
+                Diagnostic::warning("HQ0506", at, format!("`{}` is wider than the limit of the robot", param))
+                    .here(format!("{x}; `{}` has {own}{more}", d.name))
+                    .note("the rows allow what the joint cannot do, and the robot then falls behind its reference")
+                    .help(format!("stay within {own}, or change the robot's `limits` if the URDF is wrong")),
+            );
+        }
+    }
+}
+
+fn cannot_build(e: &BuildError, places: &Places, task: usize) -> Diagnostic {
+    let d = Diagnostic::error("HQ0503", place(places, task, &e.param), e.message.clone());
+    match &e.help {
+        Some(h) => d.help(h.clone()),
+        None => d,
+    }
+}
+
+/// Points at speed limits of the stack that do not count for a wall on this level, because they are soft or stand below.
+fn loose_speeds(mut d: Diagnostic, program: &Program, (stack, level): (usize, usize), places: &Places) -> Diagnostic {
+    let levels = program.stacks[stack].levels.iter().zip(&places.stacks[stack].1);
+    for (k, (l, span)) in levels.enumerate() {
+        let limits = l.members.iter().any(|m| program.tasks[m.task].kind == "joint_velocity_limits");
+        let why = if !limits || (l.hard && k <= level) {
+            continue;
+        } else if l.hard {
+            "the speed limits of this level do not count: it stands below"
+        } else {
+            "the speed limits of this level do not count: it is soft and may give way"
+        };
+        d = d.label(*span, why);
+    }
+    d
+}

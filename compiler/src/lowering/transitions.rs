@@ -1,0 +1,222 @@
+//! Transitions: what one waits for, where it leads, and how long the command goes over.
+
+use dsl::tree::{Transition, Value, ValueKind};
+use dsl::{Diagnostic, Span};
+use runtime::program::{FaultPattern, TransitionProgram, Trigger};
+use stdlib_tasks::dimension::TIME;
+use stdlib_tasks::task::Nature;
+
+use super::Lowerer;
+use super::machine::{Flat, Surroundings, TransitionPlace};
+use super::triggers::{self, Known};
+use crate::binding::Condition;
+use crate::constants::Constants;
+use crate::forms::{check_keys, text_of};
+use crate::names::{list, suggest};
+use crate::sections::TRANSITION;
+
+impl Lowerer<'_> {
+    /// The transitions of a state, and where they were written.
+    pub(super) fn transitions(
+        &mut self,
+        i: usize,
+        flat: &[Flat],
+        around: &Surroundings,
+    ) -> (Vec<TransitionProgram>, Vec<TransitionPlace>) {
+        let (mut out, mut places) = (Vec::new(), Vec::new());
+        for t in &flat[i].body.transitions {
+            check_keys(&t.settings, &TRANSITION, self.diagnostics);
+            let target = self.target(i, t, flat);
+            let found = self.trigger(t, around);
+            let blend = self.blend(i, t, flat);
+            let (Some(target), Some((trigger, condition, at))) = (target, found) else { continue };
+            let text = super::wording::trigger(t);
+            out.push(TransitionProgram { trigger, text, target, blend: blend.unwrap_or(0.0) });
+            let (constant, demands) = condition.map_or((None, Vec::new()), |c| {
+                (c.constant, c.demands.into_iter().filter_map(|at| self.interface.signal_of(at)).collect())
+            });
+            places.push(TransitionPlace {
+                trigger: at,
+                target: t.target.span,
+                blend: blend.is_some(),
+                constant,
+                demands,
+            });
+        }
+        (out, places)
+    }
+
+    /// The state that a transition leads to: one beside the state in which it stands, or inside that, or further out.
+    fn target(&mut self, i: usize, t: &Transition, flat: &[Flat]) -> Option<usize> {
+        let name = t.target.value.as_str();
+        if name.is_empty() {
+            return None;
+        }
+        let (first, rest) = name.split_once('.').map_or((name, None), |(a, b)| (a, Some(b)));
+        let full = |parent: usize, name: &str| match parent {
+            0 => name.to_string(),
+            p => format!("{}.{name}", flat[p].name),
+        };
+        let child = |parent: usize, name: &str| {
+            let wanted = full(parent, name);
+            (0..flat.len()).find(|&k| flat[k].parent == Some(parent) && flat[k].name == wanted)
+        };
+        let mut around = Some(i);
+        while let Some(parent) = around {
+            if let Some(found) = child(parent, first) {
+                let found = match rest {
+                    None => Some(found),
+                    Some(rest) => rest.split('.').try_fold(found, child),
+                };
+                if found.is_some() {
+                    return found;
+                }
+                break;
+            }
+            around = flat[parent].parent;
+        }
+        let names: Vec<&str> = flat[1..].iter().map(|f| f.name.as_str()).collect();
+        self.unknown_state(name, t.target.span, &names);
+        None
+    }
+
+    /// How long the command goes over: what the transition says, or the state that it leads from, or those around that. None where nothing does.
+    fn blend(&mut self, i: usize, t: &Transition, flat: &[Flat]) -> Option<f64> {
+        let mut own = t.settings.get("blend");
+        let mut around = Some(i);
+        while let (None, Some(k)) = (own, around) {
+            own = flat[k].body.settings.get("blend");
+            around = flat[k].parent;
+        }
+        let e = own?;
+        let before = self.diagnostics.len();
+        let found = self.duration(&e.value, "a blend");
+        // One of a state is said once, with the first transition.
+        let repeated =
+            (0..before).any(|k| before < self.diagnostics.len() && self.diagnostics[k] == self.diagnostics[before]);
+        if repeated {
+            self.diagnostics.truncate(before);
+        }
+        found
+    }
+
+    /// A constant time of zero or more, in s.
+    fn duration(&mut self, value: &Value, what: &str) -> Option<f64> {
+        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+        let x = constants.scalar(value, TIME, self.diagnostics)?;
+        if x < 0.0 {
+            let d =
+                Diagnostic::error("HQ0308", value.span, format!("{what} takes no negative time, and this is {x} s"));
+            self.push(d.help("write a time from 0 s"));
+            return None;
+        }
+        Some(x)
+    }
+
+    fn trigger(&mut self, t: &Transition, around: &Surroundings) -> Option<(Trigger, Option<Condition>, Span)> {
+        match &t.trigger {
+            dsl::tree::Trigger::Missing => None,
+            dsl::tree::Trigger::After(value) => {
+                Some((Trigger::After(self.duration(value, "`after`")?), None, value.span))
+            }
+            dsl::tree::Trigger::When { condition, hold } => {
+                let hold = match hold {
+                    Some(value) => self.duration(value, "`for`")?,
+                    None => 0.0,
+                };
+                let found = self.binder(around.robot).condition(condition)?;
+                let trigger = Trigger::When { condition: found.expression.clone(), hold };
+                Some((trigger, Some(found), condition.span))
+            }
+            dsl::tree::Trigger::On(value) => Some((self.on(value, around)?, None, value.span)),
+        }
+    }
+
+    fn on(&mut self, value: &Value, around: &Surroundings) -> Option<Trigger> {
+        match &value.kind {
+            ValueKind::Call(function, args) if function.value == "fault" => {
+                let pattern = self.pattern(args, value.span, around)?;
+                Some(Trigger::Fault(pattern))
+            }
+            ValueKind::Call(function, args) if function.value == "reached" => self.reached(args, value.span, around),
+            ValueKind::Call(function, _) => {
+                let text = format!("`{}(..)` is nothing that happens", function.value);
+                let d = Diagnostic::error("HQ0201", function.span, text);
+                self.push(d.help(
+                    "write `on EVENT`, `on reached(TASK, ..)` or `on fault(KIND)`; for a condition write `when`",
+                ));
+                None
+            }
+            ValueKind::Missing => None,
+            _ => {
+                let Some(name) = text_of(value) else {
+                    let d = Diagnostic::error("HQ0304", value.span, "`on` waits for an event, and this is none");
+                    self.push(d.help("for a condition write `when`"));
+                    return None;
+                };
+                let name = crate::forms::target(name);
+                if let Some(event) = self.interface.event(name) {
+                    return Some(Trigger::Event(event));
+                }
+                let d = Diagnostic::error("HQ0702", value.span, format!("nothing provides the event `{name}`"));
+                let names: Vec<&str> = self.interface.events.iter().map(String::as_str).collect();
+                let d = d.note("a state that waits for it alone would wait for ever");
+                let d = match suggest(name, names.iter().copied()) {
+                    Some(near) => d.help(format!("did you mean `{near}`?")),
+                    None if names.is_empty() => d.help(format!(
+                        "declare what the host raises, `signal {name} : event`; or begin an action that has it as outcome"
+                    )),
+                    None => d.help(format!(
+                        "events are {}; declare one that the host raises with `signal {name} : event`",
+                        list(names.iter().copied(), 12)
+                    )),
+                };
+                self.push(d);
+                None
+            }
+        }
+    }
+
+    fn pattern(&mut self, args: &[Value], at: Span, around: &Surroundings) -> Option<FaultPattern> {
+        let known = Known {
+            signals: self.interface.signals.iter().map(|s| s.name.as_str()).collect(),
+            humans: self.interface.humans.iter().map(|h| (h.name.as_str(), h.points.as_slice())).collect(),
+            tasks: &around.tasks,
+            levels: around.levels.as_deref(),
+            limits: (around.bound.iter()).map(|b| b.as_ref().is_none_or(|b| b.kind.nature == Nature::Limit)).collect(),
+        };
+        triggers::pattern(args, at, &known).map_err(|d| self.diagnostics.extend(d.map(|d| *d))).ok()
+    }
+
+    fn reached(&mut self, args: &[Value], at: Span, around: &Surroundings) -> Option<Trigger> {
+        let task = match triggers::task_of(args.first(), at, &around.tasks) {
+            Ok(task) => task,
+            Err(d) => {
+                self.push(*d);
+                return None;
+            }
+        };
+        let bound = around.bound.get(task)?.as_ref()?;
+        if bound.kind.nature == Nature::Limit {
+            let text = format!("`{}` is a limit, and has no target that could be reached", around.tasks[task]);
+            let d = Diagnostic::error("HQ0703", args[0].span, text).label(bound.span, "declared here");
+            self.push(d.help("name a task with a target; for a limit write `on fault(limit(TASK))`"));
+            return None;
+        }
+        let measures = self.measures(bound, around)?;
+        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+        let given: Option<Vec<_>> =
+            (args[1..].iter()).map(|v| constants.constant(v, self.diagnostics).map(|typed| (typed, v))).collect();
+        let given = given?;
+        let numbers: Vec<_> = (given.iter())
+            .map(|(typed, v)| (typed.clone(), typed.nodes.first().and_then(|&n| self.graph.constant(n)), v.span))
+            .collect();
+        match triggers::tolerances(&numbers, &measures, around.tasks[task], at) {
+            Ok(tolerances) => Some(Trigger::Reached { task, tolerances }),
+            Err(d) => {
+                self.push(*d);
+                None
+            }
+        }
+    }
+}

@@ -1,0 +1,283 @@
+//! The scope of an expectation: what is measured while a scenario runs, by name, and what expressions know anyway.
+
+use std::collections::BTreeSet;
+
+use dsl::tree::{Value, ValueKind};
+use dsl::{Diagnostic, Span, Spanned};
+use runtime::FaultKind;
+use runtime::program::{MachineProgram, Measure, Program};
+use stdlib_tasks::dimension::{Dimension, NONE, RATE, VELOCITY};
+use stdlib_tasks::task::Nature;
+
+use super::predicates::measure;
+use super::shapes::Shape;
+use crate::binding::TaskScope;
+use crate::constants::joint_dimension;
+use crate::expr::{Axes, Frame, Graph, Kind, Meaning, Now, Scope, Start, Symbol, Typed};
+use crate::forms::path_of;
+use crate::names::{list, suggest};
+use crate::robot_binding::unknown_joint;
+
+/// The scope of an expectation.
+pub(super) struct Watch<'s> {
+    /// What every expression may name.
+    pub inner: TaskScope<'s>,
+    /// The program, but for its scenarios.
+    pub program: &'s Program,
+    /// See [`super::shapes::shapes`].
+    pub shapes: &'s [Option<Shape>],
+    /// What is measured. The numbers of measures stand behind those of signals.
+    pub measures: &'s mut Vec<Measure>,
+    /// Measures of which only the sign means something.
+    pub mixed: &'s mut BTreeSet<usize>,
+    /// That there is a fault: a node, for the name `fault`.
+    pub fault: usize,
+    /// Tasks that were named.
+    pub named: &'s mut BTreeSet<usize>,
+}
+
+/// What is wrong; none where it was reported elsewhere.
+type Refused = Option<Box<Diagnostic>>;
+
+fn refuse<T>(d: Diagnostic) -> Result<T, Refused> {
+    Err(Some(Box::new(d)))
+}
+
+/// A name that nothing has, with the nearest that something has.
+fn unknown<'n>(what: &str, name: &str, at: Span, names: impl Iterator<Item = &'n str> + Clone) -> Diagnostic {
+    let d = Diagnostic::error("HQ0201", at, format!("there is no {what} `{name}`"));
+    match suggest(name, names.clone()) {
+        Some(near) => d.help(format!("did you mean `{near}`?")),
+        None if names.clone().next().is_none() => d.help(format!("this spec has no {what}")),
+        None => d.help(format!("there is {}", list(names, 12))),
+    }
+}
+
+fn typed(node: usize, kind: Kind, dimension: Dimension, span: Span) -> Typed {
+    Typed { kind, dimension, nodes: vec![node], bare: false, axes: Axes::default(), span }
+}
+
+impl Watch<'_> {
+    /// The task that a path begins with, and what is left of the path.
+    fn task<'p>(&self, path: &'p str, at: Span) -> Result<(usize, &'p str), Refused> {
+        let tasks = &self.program.tasks;
+        let rest = |name: &str| {
+            let rest = path.strip_prefix(name)?;
+            if rest.is_empty() { Some(rest) } else { rest.strip_prefix('.') }
+        };
+        let found = tasks.iter().enumerate().filter_map(|(i, t)| Some((t.name.len(), i, rest(&t.name)?))).max();
+        match found {
+            Some((_, i, rest)) => Ok((i, rest)),
+            None => {
+                let name = path.split('.').next().unwrap_or(path);
+                refuse(unknown("task", name, at, tasks.iter().map(|t| t.name.as_str())))
+            }
+        }
+    }
+
+    fn margin(&mut self, path: &str, at: Span) -> Result<(Measure, Dimension), Refused> {
+        let (task, rest) = self.task(path, at)?;
+        self.named.insert(task);
+        let name = &self.program.tasks[task].name;
+        let Some(shape) = &self.shapes[task] else { return Err(None) };
+        if shape.nature != Nature::Limit {
+            let d = Diagnostic::error("HQ0304", at, format!("`{name}` is a target, and only limits have a margin"));
+            return refuse(d.help(format!("write `error({name})`")));
+        }
+        if !rest.is_empty() {
+            let d = Diagnostic::error("HQ0201", at, format!("the margin of `{name}` has no part `{rest}`"));
+            return refuse(d.help(format!("write `margin({name})` for the smallest of its rows")));
+        }
+        Ok((Measure::Margin(task), shape.margin.unwrap_or(NONE)))
+    }
+
+    fn error(&mut self, path: &str, at: Span) -> Result<(Measure, Dimension), Refused> {
+        let (task, rest) = self.task(path, at)?;
+        self.named.insert(task);
+        let name = &self.program.tasks[task].name;
+        let Some(shape) = &self.shapes[task] else { return Err(None) };
+        if shape.nature != Nature::Target {
+            let d = Diagnostic::error("HQ0304", at, format!("`{name}` is a limit, and only targets have an error"));
+            return refuse(d.help(format!("write `margin({name})`")));
+        }
+        let parts = || shape.parts.iter().map(|p| p.0.as_str());
+        let several = || format!("its parts are {}: write `error({name}.PART)`", list(parts(), 12));
+        if rest.is_empty() {
+            let Some((_, first)) = shape.parts.first() else {
+                let d = Diagnostic::error("HQ0304", at, format!("`{name}` reports no error"));
+                return refuse(d.help("compare what it is about by an expression"));
+            };
+            if shape.parts.iter().any(|p| p.1 != *first) {
+                let text = format!("the errors of `{name}` have several units, and no common size");
+                return refuse(Diagnostic::error("HQ0304", at, text).help(several()));
+            }
+            let part = (shape.parts.len() == 1).then_some(0);
+            return Ok((Measure::Error { task, part }, *first));
+        }
+        // The frame may be left out where there is only one: `position` for `tool.position`.
+        let end = |p: &str| p.rsplit('.').next() == Some(rest);
+        let alone = if parts().filter(|p| end(p)).count() == 1 { parts().position(end) } else { None };
+        match parts().position(|p| p == rest).or(alone) {
+            Some(part) => Ok((Measure::Error { task, part: Some(part) }, shape.parts[part].1)),
+            None => {
+                let d = Diagnostic::error("HQ0201", at, format!("the error of `{name}` has no part `{rest}`"));
+                refuse(match suggest(rest, parts().flat_map(|p| [p, p.rsplit('.').next().unwrap_or(p)])) {
+                    Some(near) => d.help(format!("did you mean `{near}`?")),
+                    None if shape.parts.len() > 1 => d.help(several()),
+                    None => d.help(format!("write `error({name})`")),
+                })
+            }
+        }
+    }
+
+    /// A state by its path, or by the end of it where that is said of one state only.
+    fn state(&self, path: &str, at: Span) -> Result<Measure, Refused> {
+        let Some(MachineProgram { states, .. }) = &self.program.machine else {
+            let d = Diagnostic::error("HQ0201", at, "there are no states, because this spec has no machine");
+            return refuse(d.help("declare one: `machine NAME { initial STATE  state STATE { .. } }`"));
+        };
+        let names = || states.iter().skip(1).map(|s| s.name.as_str());
+        let end = format!(".{path}");
+        let of =
+            |good: &dyn Fn(&str) -> bool| (1..states.len()).filter(|&i| good(&states[i].name)).collect::<Vec<usize>>();
+        match (of(&|n| n == path).as_slice(), of(&|n| n.ends_with(&end)).as_slice()) {
+            ([state], _) | ([], [state]) => Ok(Measure::In(*state)),
+            ([], [_, _, ..]) => {
+                let d = Diagnostic::error("HQ0201", at, format!("several states are called `{path}`"));
+                refuse(d.help("write the path, `OUTER.INNER`"))
+            }
+            _ => refuse(unknown("state", path, at, names())),
+        }
+    }
+
+    fn speed(&self, path: &str, at: Span) -> Result<(Measure, Dimension), Refused> {
+        let model = &self.inner.robot.model;
+        let dof = model.dof(path).filter(|&d| model.dofs[d].q_index.is_some());
+        let tip = || self.inner.robot.arms.iter().find(|a| a.name == path).map(|a| a.tip);
+        if let (None, Some(link)) = (dof, model.link(path).or_else(tip)) {
+            return Ok((Measure::PointSpeed(link), VELOCITY));
+        }
+        let Some(dof) = dof else {
+            return refuse(unknown_joint(model, path, at, &[], &self.inner.robot.joint_groups.locked));
+        };
+        match joint_dimension(model, dof).times(RATE) {
+            Some(dimension) => Ok((Measure::Speed(dof), dimension)),
+            None => Err(None),
+        }
+    }
+
+    fn of(
+        &mut self,
+        function: &Spanned<String>,
+        args: &[Value],
+        span: Span,
+    ) -> Result<(Measure, Kind, Dimension), Refused> {
+        let form = match function.value.as_str() {
+            "margin" => "margin(TASK)",
+            "error" => "error(TASK)` or `error(TASK.PART)",
+            "in" => "in(STATE)",
+            "fault" => "fault(KIND)",
+            _ => "speed(JOINT)` or `speed(FRAME)",
+        };
+        let [argument] = args else {
+            let text = format!("`{}` takes one name, not {} arguments", function.value, args.len());
+            return refuse(Diagnostic::error("HQ0310", span, text).help(format!("the form is `{form}`")));
+        };
+        let (at, Some(path)) = (argument.span, path_of(argument)) else {
+            if matches!(argument.kind, ValueKind::Missing) {
+                return Err(None);
+            }
+            let d = Diagnostic::error("HQ0304", argument.span, "a name is needed here");
+            return refuse(d.help(format!("the form is `{form}`; a name with other signs in it stands in quotes")));
+        };
+        let scalar = |(measure, dimension)| (measure, Kind::Scalar, dimension);
+        let truth = |measure| (measure, Kind::Truth, NONE);
+        match function.value.as_str() {
+            "margin" => self.margin(&path, at).map(scalar),
+            "error" => self.error(&path, at).map(scalar),
+            "in" => self.state(&path, at).map(truth),
+            "speed" => self.speed(&path, at).map(scalar),
+            _ if path == "any" => Ok(truth(Measure::Fault(None))),
+            _ => match FaultKind::ALL.into_iter().find(|k| k.word() == path) {
+                Some(kind) => Ok(truth(Measure::Fault(Some(kind)))),
+                None => refuse(unknown("kind of fault", &path, at, FaultKind::ALL.into_iter().map(FaultKind::word))),
+            },
+        }
+    }
+}
+
+impl Scope for Watch<'_> {
+    fn name(&mut self, name: &str) -> Meaning {
+        match self.inner.name(name) {
+            Meaning::Unknown if name == "fault" => {
+                let value = typed(self.fault, Kind::Truth, NONE, Span::default());
+                Meaning::Value(Symbol { value, declared: Span::default() })
+            }
+            meaning => meaning,
+        }
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.inner.names()
+    }
+
+    fn presence(&mut self, name: &str) -> Option<usize> {
+        self.inner.presence(name)
+    }
+
+    fn initial(&mut self, _: &mut Graph, _: &Value, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
+        diagnostics.push(
+            Diagnostic::error("HQ0311", span, "`initial(..)` has no meaning in an expectation")
+                .note("it captures a value when a stack becomes active, and an expectation belongs to no stack")
+                .help("write the value that is meant as a constant"),
+        );
+        None
+    }
+
+    fn start(
+        &mut self,
+        _: &mut Graph,
+        _: Option<&Value>,
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Start> {
+        diagnostics.push(
+            Diagnostic::error("HQ0312", span, "a trajectory has no meaning in an expectation")
+                .note("it begins when a stack is entered, and an expectation belongs to no stack")
+                .help("expect something of the robot: `error(TASK) < 1 cm`, or where `frame(F).position` is"),
+        );
+        None
+    }
+
+    fn frame(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame> {
+        self.inner.frame(name, diagnostics)
+    }
+
+    fn now(&mut self, graph: &mut Graph, what: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
+        self.inner.now(graph, what, span, diagnostics)
+    }
+
+    fn measured(
+        &mut self,
+        graph: &mut Graph,
+        function: &Spanned<String>,
+        args: &[Value],
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Typed> {
+        match self.of(function, args, span) {
+            Ok((wanted, kind, dimension)) => {
+                let mixed = matches!(&wanted, Measure::Margin(t) if self.shapes[*t].as_ref().is_some_and(|s| s.margin.is_none()));
+                let node = measure(graph, self.program, self.measures, wanted);
+                if mixed {
+                    self.mixed.insert(node);
+                }
+                Some(typed(node, kind, dimension, span))
+            }
+            Err(d) => {
+                diagnostics.extend(d.map(|d| *d));
+                None
+            }
+        }
+    }
+}
