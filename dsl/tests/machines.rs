@@ -222,7 +222,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn formulas_keep_their_meaning(formula in trees::formula()) {
+    fn formulas_keep_their_meaning(formula in trees::scenarios::formula()) {
         let expect = Expect { label: None, formula, span: Span::default(), comments: Default::default() };
         let name = Spanned::new("s".to_owned(), Span::default());
         let scenario = Scenario { name, body: Default::default(), expects: vec![expect] };

@@ -55,7 +55,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(120))]
 
     #[test]
-    fn expressions_keep_their_meaning(value in trees::expr()) {
+    fn expressions_keep_their_meaning(value in trees::expressions::expr()) {
         use hierarq_dsl::tree::{Item, ItemKind, Param, Spec};
         use hierarq_dsl::{Span, Spanned};
         let param = Param { name: Spanned::new("a".into(), Span::default()), value, range: Default::default() };

@@ -1,0 +1,136 @@
+//! Stacks: levels, tasks, and the rows that they write.
+
+use std::fmt::Write;
+
+use solver::Structure;
+use stdlib_tasks::task::Nature;
+
+use super::{number, parameters, wrapped};
+use crate::controller::{Controller, Observation};
+use crate::evaluator::{Evaluator, Member, build_tasks};
+use crate::program::{IdleRow, Program, StackProgram};
+
+/// A stack: its levels and tasks, with what is known of their rows before any tick.
+pub(super) fn stack(p: &Program, index: usize, stack: &StackProgram, out: &mut String) -> std::fmt::Result {
+    writeln!(out, "\nstack {}", stack.name)?;
+    if !stack.locked.is_empty() {
+        let names: Vec<&str> = stack.locked.iter().map(|&d| p.robot.model.dofs[d].name.as_str()).collect();
+        writeln!(out, "  locked {}", names.join(", "))?;
+    }
+    let Ok((evaluator, problem)) = Evaluator::new(p, index) else {
+        return writeln!(out, "  cannot be built");
+    };
+    let built = build_tasks(&p.robot.model, p.robot.period, &p.values.initial, &p.tasks, stack);
+    let freedom = freedom(p, index);
+    let mut members = evaluator.members().iter().zip(built);
+    for (i, level) in stack.levels.iter().enumerate() {
+        let mut flags = String::new();
+        if level.hard {
+            flags.push_str("  hard");
+        }
+        if level.damping > 0.0 {
+            let _ = write!(flags, "  damping {}", level.damping);
+        }
+        let left = freedom.get(i).map_or_else(|| "?".to_string(), usize::to_string);
+        writeln!(
+            out,
+            "  level {} {}{flags}  {} rows, freedom left at home {left}",
+            i + 1,
+            level.name,
+            problem.levels[i].rows()
+        )?;
+        structure(&problem.levels[i], out)?;
+        for member in &level.members {
+            let Some((m, task)) = members.next() else { break };
+            let kind = if m.nature == Nature::Limit { "inequalities" } else { "equalities" };
+            let weight = if member.weight == 1.0 { String::new() } else { format!("  weight {}", member.weight) };
+            writeln!(out, "    {}: {}  {} {kind}{weight}", m.name, m.kind, m.rows.len())?;
+            let Ok(task) = task.task else { continue };
+            let mut gains = task.gains(&p.values.initial);
+            gains.dedup();
+            if !gains.is_empty() {
+                let products: Vec<String> = gains.iter().map(|g| number(g * p.robot.period)).collect();
+                let gains: Vec<String> = gains.iter().map(|g| number(*g)).collect();
+                writeln!(out, "      gain {} /s, gain × period {}", gains.join(", "), products.join(", "))?;
+            }
+            parameters(p, &p.tasks[m.program_index], !gains.is_empty(), out)?;
+            let (loss, reserve) = (worst(&task.sampled_loss()), worst(&task.reserve()));
+            if let Some(loss) = loss {
+                let bound = if loss.is_finite() {
+                    format!("{} mm", number(loss * 1e3))
+                } else {
+                    "unbounded: no hard level limits the speeds".to_string()
+                };
+                writeln!(
+                    out,
+                    "      sampled-time loss at most {bound}, held in reserve {} mm",
+                    number(reserve.unwrap_or(0.0) * 1e3)
+                )?;
+            }
+            let names: Vec<&str> = m.row_info.iter().map(|r| r.name.as_str()).collect();
+            if m.nature == Nature::Limit {
+                wrapped("rows", &names, out)?;
+            }
+            idle(m, &member.idle, out)?;
+        }
+    }
+    Ok(())
+}
+
+/// Degrees of freedom left after each level at the home configuration.
+fn freedom(p: &Program, stack: usize) -> Vec<usize> {
+    let Ok(mut controller) = Controller::for_stack(p, stack) else { return Vec::new() };
+    if controller.step(&Observation { time: 0.0, q: &p.robot.home }).fault.is_some() {
+        return Vec::new();
+    }
+    (0..controller.solution().levels.len()).map(|level| controller.freedom(level)).collect()
+}
+
+fn worst(list: &[f64]) -> Option<f64> {
+    list.iter().copied().reduce(f64::max)
+}
+
+/// What is known of the rows of a level before any tick: which of them are bounds of single joints, and how many joints
+/// have more than one.
+fn structure(level: &solver::Level, out: &mut String) -> std::fmt::Result {
+    let mut bounds = vec![0_usize; level.columns()];
+    let (mut constant, mut zero) = (0, 0);
+    for s in level.structure() {
+        match s {
+            Structure::Bound { column, .. } => bounds[*column] += 1,
+            Structure::Constant { .. } => zero += 1,
+            Structure::Open | Structure::Absent => continue,
+        }
+        constant += 1;
+    }
+    if constant == 0 {
+        return Ok(());
+    }
+    let joints = bounds.iter().filter(|n| **n > 0).count();
+    write!(out, "    {constant} constant rows: {} bounds on {joints} joints", constant - zero)?;
+    if bounds.iter().any(|n| *n > 1) {
+        write!(out, ", those on one joint merged while they leave an interval")?;
+    }
+    if zero > 0 {
+        write!(out, "; {zero} rows of locked joints")?;
+    }
+    writeln!(out)
+}
+
+/// Rows that are left out, and why that is right.
+fn idle(m: &Member, idle: &[IdleRow], out: &mut String) -> std::fmt::Result {
+    if idle.is_empty() {
+        return Ok(());
+    }
+    let unit = m.dimension().map_or_else(String::new, |d| format!(" {d}/s"));
+    let one = |r: &IdleRow| {
+        let name = m.row_info.get(r.row).map_or("?", |i| i.name.as_str());
+        format!("{name} (falls by at most {}{unit}, and {} are allowed)", number(r.fastest), number(r.allowed))
+    };
+    let list: Vec<String> = idle.iter().map(one).collect();
+    wrapped(
+        "never active inside the joints' limits, left out:",
+        &list.iter().map(String::as_str).collect::<Vec<_>>(),
+        out,
+    )
+}
