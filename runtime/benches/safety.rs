@@ -7,6 +7,7 @@ use hierarq_runtime::safety::{
 };
 use nalgebra::{DMatrix, Vector3};
 use robot::{Base, Data, LinkId, Model, Options};
+use solver::{LevelShape, Problem};
 
 fn main() {
     divan::main();
@@ -68,9 +69,9 @@ fn update(bencher: Bencher, chi: &str) {
     bencher.bench_local(|| field.update(&scene.model, &scene.data, black_box(&scene.people)));
 }
 
-/// All of a tick, with the row active.
-#[divan::bench]
-fn tick(bencher: Bencher) {
+/// All of a tick, with the row active, below speed limits of all joints, of which none, some, or many act.
+#[divan::bench(args = [f64::INFINITY, 0.05, 0.02])]
+fn tick(bencher: Bencher, fastest: f64) {
     let scene = scene();
     let mut field = field(&scene, Chi::Distance);
     let n = scene.model.nv();
@@ -98,18 +99,28 @@ fn tick(bencher: Bencher) {
         damping: Damping::default(),
         strategy: Strategy::Program,
     };
-    let mut planner = match SafetyPlanner::new(settings, 12, n) {
+    let shape = LevelShape { rows: n, hard: true, damping: 0.0 };
+    let mut planner = match SafetyPlanner::new(settings, 12, n, &[shape]) {
         Ok(planner) => planner,
         Err(e) => panic!("{e}"),
     };
+    let mut problem = Problem::new(n, &[shape]);
+    for i in 0..n {
+        problem.levels[0].row_mut(i)[i] = 1.0;
+        (problem.levels[0].lower[i], problem.levels[0].upper[i]) = (-fastest, fastest);
+    }
     let (eta, feedback) = ([0.1; 12], [0.02; 12]);
+    let (above, still) = (problem.levels, vec![0.0; n]);
     bencher.bench_local(|| {
         let seen = field.update(&scene.model, &scene.data, black_box(&scene.people));
         let task = TaskRows { jacobian: &scene.jacobian, stride: n, eta: &eta, feedback: &feedback };
         let frames = [Frame::default(); 4];
-        let tick = Tick { field: &field, threshold: field.value(), threshold_rate: 0.0, task, frames: &frames };
+        let threshold = field.value();
+        let tick = Tick { field: &field, threshold, threshold_rate: 0.0, task, frames: &frames, above: &above };
         let decided = planner.decide(black_box(&tick));
+        // The hierarchy gives nothing at all: where there are limits, the planner decides once more.
+        let again = planner.reconsider(black_box(&tick), &still);
         planner.advance();
-        (seen, decided)
+        (seen, decided, again)
     });
 }

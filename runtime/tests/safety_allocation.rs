@@ -9,6 +9,7 @@ use hierarq_runtime::safety::{
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use robot::{Base, Data, LinkId, Model, Options};
+use solver::{LevelShape, Problem};
 
 struct Power;
 
@@ -34,6 +35,15 @@ fn a_tick_allocates_nothing() {
     let links: Vec<LinkId> = (0..model.links.len() as u32).map(LinkId).collect();
     let n = model.nv();
     let data = Data::new(&model);
+    // Speeds within bounds, some of which act, and a row that always holds.
+    let shape = LevelShape { rows: n + 1, hard: true, damping: 0.0 };
+    let mut above = Problem::new(n, &[shape]).levels;
+    let still = vec![0.0; n];
+    for i in 0..n {
+        above[0].row_mut(i)[i] = 1.0;
+        (above[0].lower[i], above[0].upper[i]) = (-0.05, 0.05);
+    }
+    above[0].set(n, &vec![0.3; n], 0.0, 0.0);
     let jacobian: Vec<f64> = (0..12 * n).map(|i| (0.7 * i as f64).sin()).collect();
     let chis: [fn() -> Chi; 4] = [
         || Chi::Distance,
@@ -60,9 +70,9 @@ fn a_tick_allocates_nothing() {
                 damping: Damping::default(),
                 strategy,
             };
-            let Ok(mut planner) = SafetyPlanner::new(settings, 12, n) else { panic!("settings") };
+            let Ok(mut planner) = SafetyPlanner::new(settings, 12, n, &[shape]) else { panic!("settings") };
             let before = allocations::so_far();
-            let mut decided = true;
+            let (mut decided, mut limited) = (true, 0);
             for k in 0..200 {
                 let t = 0.05 * f64::from(k);
                 let person = |i: f64| HumanPoint {
@@ -74,13 +84,19 @@ fn a_tick_allocates_nothing() {
                 let task = TaskRows { jacobian: &jacobian, stride: n, eta: &eta, feedback: &feedback };
                 let frame = Frame { rotation: UnitQuaternion::identity(), direction: Vector3::new(t.sin(), 1.0, 0.2) };
                 let threshold = field.value() + 0.02 * (3.0 * t).sin();
-                let tick = Tick { field: &field, threshold, threshold_rate: 0.01, task, frames: &[frame; 3] };
+                let frames = &[frame; 3];
+                let tick = Tick { field: &field, threshold, threshold_rate: 0.01, task, frames, above: &above };
                 decided &= planner.decide(&tick).is_ok();
+                // The hierarchy gives nothing at all.
+                let again = planner.reconsider(&tick, &still);
+                decided &= again.is_ok();
+                limited += usize::from(again == Ok(true));
                 planner.advance();
                 // An error allocates no more than an answer.
                 let _ = planner.decide(&Tick { threshold: f64::NAN, ..tick });
             }
             assert_eq!(allocations::so_far(), before, "{over:?} {strategy:?} allocates");
+            assert!(limited > 20 || strategy != Strategy::Program, "bounds act");
             assert!(decided && planner.plan().u_n.iter().all(|u| u.is_finite()));
         }
     }

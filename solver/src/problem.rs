@@ -94,6 +94,11 @@ impl Level {
         }
     }
 
+    /// What was known of it before any number.
+    pub fn shape(&self) -> LevelShape {
+        LevelShape { rows: self.rows, hard: self.hard, damping: self.damping }
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.rows

@@ -45,6 +45,8 @@ pub struct Evaluator {
     beside: Vec<f64>,
     /// Where joints must stand for idle rows to be idle: index in the configuration, lowest, highest position.
     limits: Vec<(usize, f64, f64)>,
+    /// All joints stand inside them, where proofs about idle rows hold.
+    inside: bool,
 }
 
 /// What an evaluator takes over from that of the controller, where it looks at another configuration: what the controller's

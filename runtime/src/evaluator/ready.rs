@@ -144,7 +144,7 @@ impl Evaluator {
         let model = program.robot.model.clone();
         let layout = Layout::new(program, stack_program, only)?;
         let problem = layout.problem(model.nv(), stack_program, only);
-        let Layout { mut tasks, members, speeds, .. } = layout;
+        let Layout { mut tasks, members, shapes, speeds } = layout;
         let margins = members.last().map_or(0, |m| m.margins.end);
         let measures = members.last().map_or(0, |m| m.measures.end);
         let mut coasting = Coasting::new(&problem, &stack_program.locked);
@@ -161,7 +161,8 @@ impl Evaluator {
             let (Some(g), Some(t)) = (at(*guard), at(*protected)) else { continue };
             let both = ((g, *guard), (t, *protected));
             let speed = speeds.get(g).map_or(&[][..], Vec::as_slice);
-            let planner = Planning::new(program, stack_program, both, tasks[t].as_mut(), speed)?;
+            let above = &shapes[..members[t].level];
+            let planner = Planning::new(program, stack_program, both, tasks[t].as_mut(), speed, above)?;
             wanted.retain(|at| planner.places.binary_search(at).is_err());
             wanted.extend(Planning::reads(program, *guard));
             planners.push(planner);
@@ -191,6 +192,7 @@ impl Evaluator {
             margins: vec![f64::INFINITY; margins],
             measures: vec![0.0; measures],
             limits: limits(&model),
+            inside: false,
             beside: vec![0.0; model.nq()],
             model,
         };

@@ -30,20 +30,42 @@ impl Evaluator {
         }
     }
 
-    /// Lets planners decide, unless those of another evaluator do.
-    fn plan(&mut self, q: &[f64], moment: Moment) -> Result<(), Fault> {
+    /// Lets the planners of tasks on a level decide, unless those of another evaluator do. The levels above are written.
+    fn plan(&mut self, level: usize, q: &[f64], moment: Moment, problem: &Problem) -> Result<(), Fault> {
         if self.led.on {
             return Ok(());
         }
-        let Evaluator { model, data, values, planners, tasks, .. } = self;
+        let Evaluator { model, data, values, planners, tasks, members, .. } = self;
         let ValueTable { current, rates, .. } = values;
         let now = Now { model, data, q, velocity: moment.velocity };
-        for p in planners {
+        for p in planners.iter_mut().filter(|p| members[p.task].level == level) {
             p.values.check(moment.signals)?;
-            p.plan(tasks[p.task].as_mut(), &now, (current, rates))?;
+            p.see(tasks[p.task].as_mut(), &now, (current, rates))?;
+            p.decide(&problem.levels[..level], current, rates)?;
             tasks[p.guard].decided(&p.internal);
         }
         Ok(())
+    }
+
+    /// Lets planners see the velocity `x` that the hierarchy made of their plans. Where one decides once more, the rows that
+    /// follow from it are written anew, and the answer is that the problem is to be solved once more.
+    ///
+    /// # Errors
+    /// A task could not write its rows.
+    pub fn reconsider(&mut self, q: &[f64], moment: Moment, problem: &mut Problem, x: &[f64]) -> Result<bool, Fault> {
+        let mut again = false;
+        for k in 0..self.planners.len() {
+            let p = &mut self.planners[k];
+            let (task, guard) = (p.task, p.guard);
+            let above = &problem.levels[..self.members[task].level];
+            if p.reconsider(above, x, &self.values.current, &mut self.values.rates)? {
+                again = true;
+                self.tasks[guard].decided(&p.internal);
+                self.write(task, q, moment, problem)?;
+                self.write(guard, q, moment, problem)?;
+            }
+        }
+        Ok(again)
     }
 
     /// Fills the problem for this tick. Never allocates.
@@ -53,81 +75,79 @@ impl Evaluator {
     pub fn update(&mut self, q: &[f64], moment: Moment, problem: &mut Problem) -> Result<(), Fault> {
         self.kinematics(q, moment);
         self.values.check(moment.signals)?;
-        self.plan(q, moment)?;
-        let Evaluator {
-            model,
-            data,
-            values,
-            tasks,
-            members,
-            locked,
-            coasting,
-            margins,
-            measures,
-            undefined,
-            planners,
-            led,
-            ..
-        } = self;
+        self.coasting.begin();
+        self.margins.fill(f64::INFINITY);
+        self.inside = self.limits.iter().all(|&(i, lower, upper)| lower <= q[i] && q[i] <= upper);
+        let mut level = None;
+        for i in 0..self.members.len() {
+            let own = self.members[i].level;
+            if level != Some(own) {
+                level = Some(own);
+                self.plan(own, q, moment, problem)?;
+            }
+            self.write(i, q, moment, problem)?;
+        }
+        Ok(())
+    }
+
+    /// The rows of one task.
+    fn write(&mut self, i: usize, q: &[f64], moment: Moment, problem: &mut Problem) -> Result<(), Fault> {
+        let Evaluator { model, data, values, tasks, coasting, margins, measures, undefined, .. } = self;
         let ValueTable { current, rates, .. } = values;
-        coasting.begin();
-        margins.fill(f64::INFINITY);
-        let inside = self.limits.iter().all(|&(i, lower, upper)| lower <= q[i] && q[i] <= upper);
+        let (m, task) = (&self.members[i], &mut tasks[i]);
         let state = State { model, data, q, values: current, rates, velocity: moment.velocity };
-        for (i, (task, m)) in tasks.iter_mut().zip(members.iter()).enumerate() {
-            let level = &mut problem.levels[m.level];
-            let stride = level.stride();
-            let (jacobian, lower, upper) = if m.constant {
-                let (lower, upper) = level.bounds_mut(m.rows.clone());
-                (&mut [][..], lower, upper)
-            } else {
-                let (jacobian, lower, upper) = level.block_mut(m.rows.clone());
-                jacobian.fill(0.0);
-                (jacobian, lower, upper)
-            };
-            lower.fill(f64::NEG_INFINITY);
-            upper.fill(f64::INFINITY);
-            undefined[i] = false;
-            // The proofs know of locked joints that stand.
-            let idle = if inside && !coasting.on { &m.idle[..] } else { &[] };
-            let mut rows = Rows {
-                jacobian,
-                stride,
-                lower,
-                upper,
-                margins: &mut margins[m.margins.clone()],
-                measures: &mut measures[m.measures.clone()],
-                undefined: &mut undefined[i],
-                idle,
-            };
-            match task.update(&state, &mut rows) {
-                Ok(()) => {}
-                Err(TaskFault::NotFinite { row }) => return Err(Fault::NotFinite { member: i, row }),
-                Err(TaskFault::Overlap { row }) => return Err(Fault::Overlap { member: i, row }),
-                Err(TaskFault::Gain { .. }) => return Err(Fault::Gain { member: i }),
-                Err(TaskFault::Crossed { row }) => return Err(Fault::Crossed { member: i, row }),
+        let level = &mut problem.levels[m.level];
+        let stride = level.stride();
+        let (jacobian, lower, upper) = if m.constant {
+            let (lower, upper) = level.bounds_mut(m.rows.clone());
+            (&mut [][..], lower, upper)
+        } else {
+            let (jacobian, lower, upper) = level.block_mut(m.rows.clone());
+            jacobian.fill(0.0);
+            (jacobian, lower, upper)
+        };
+        lower.fill(f64::NEG_INFINITY);
+        upper.fill(f64::INFINITY);
+        undefined[i] = false;
+        // The proofs know of locked joints that stand.
+        let idle = if self.inside && !coasting.on { &m.idle[..] } else { &[] };
+        let mut rows = Rows {
+            jacobian,
+            stride,
+            lower,
+            upper,
+            margins: &mut margins[m.margins.clone()],
+            measures: &mut measures[m.measures.clone()],
+            undefined: &mut undefined[i],
+            idle,
+        };
+        match task.update(&state, &mut rows) {
+            Ok(()) => {}
+            Err(TaskFault::NotFinite { row }) => return Err(Fault::NotFinite { member: i, row }),
+            Err(TaskFault::Overlap { row }) => return Err(Fault::Overlap { member: i, row }),
+            Err(TaskFault::Gain { .. }) => return Err(Fault::Gain { member: i }),
+            Err(TaskFault::Crossed { row }) => return Err(Fault::Crossed { member: i, row }),
+        }
+        if let Some(p) = self.planners.iter().find(|p| p.task == i && !self.led.on) {
+            for (row, wanted) in p.wanted.iter().enumerate().filter(|(row, _)| p.decides(*row)) {
+                rows.equal(row, *wanted);
             }
-            if let Some(p) = planners.iter().find(|p| p.task == i && !led.on) {
-                for (row, wanted) in p.wanted.iter().enumerate().filter(|(row, _)| p.decides(*row)) {
-                    rows.equal(row, *wanted);
+        }
+        flush(rows.jacobian);
+        flush(rows.lower);
+        flush(rows.upper);
+        coasting.keep(m, rows.jacobian, stride);
+        if !self.locked.is_empty() {
+            // A robot without a degree of freedom has rows without a coefficient.
+            for row in rows.jacobian.chunks_exact_mut(stride.max(1)) {
+                for &dof in &self.locked {
+                    row[dof] = 0.0;
                 }
             }
-            flush(rows.jacobian);
-            flush(rows.lower);
-            flush(rows.upper);
-            coasting.keep(m, rows.jacobian, stride);
-            if !locked.is_empty() {
-                // A robot without a degree of freedom has rows without a coefficient.
-                for row in rows.jacobian.chunks_exact_mut(stride.max(1)) {
-                    for &dof in locked.iter() {
-                        row[dof] = 0.0;
-                    }
-                }
-            }
-            coasting.free(m, level);
-            for (row, _) in idle.iter().enumerate().filter(|(_, is)| **is) {
-                level.leave_out(m.rows.start + row);
-            }
+        }
+        coasting.free(m, level);
+        for (row, _) in idle.iter().enumerate().filter(|(_, is)| **is) {
+            level.leave_out(m.rows.start + row);
         }
         Ok(())
     }

@@ -12,13 +12,14 @@ use std::ops::Range;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use robot::{Data, Model};
+use solver::Level;
 use stdlib_tasks::bound::Slot;
 use stdlib_tasks::expression::Evaluation;
 use stdlib_tasks::task::{Rows, State, Task, TaskFault};
 
 use crate::fault::Fault;
 use crate::program::{Program, Times};
-use crate::safety::{Field, Frame, HumanPoint, SafetyPlanner, TaskRows, Tick};
+use crate::safety::{Field, Frame, HumanPoint, SafetyError, SafetyPlanner, TaskRows, Tick};
 use crate::values::ValueTable;
 pub use settings::deviates;
 pub(crate) use settings::{planner_of, planners, protected_by};
@@ -54,6 +55,8 @@ pub(crate) struct Planning {
     pub values: ValueTable,
     /// Their places.
     pub places: Vec<usize>,
+    /// Their rates along the clock.
+    along_clock: Vec<f64>,
     /// When the stack was entered.
     entered: Times,
     planner: SafetyPlanner,
@@ -177,8 +180,8 @@ impl Planning {
         }
     }
 
-    /// Decides about this tick. The protected task's values become those of the safe target.
-    pub fn plan(
+    /// Looks at the people and at the protected task. The task's values become those of the safe target.
+    pub fn see(
         &mut self,
         task: &mut dyn Task,
         now: &Now,
@@ -217,6 +220,36 @@ impl Planning {
             }
             self.locked.iter().for_each(|&dof| row[dof] = 0.0);
         }
+        self.along_clock.clear();
+        self.along_clock.extend(self.places.iter().map(|&at| rates[at]));
+        Ok(())
+    }
+
+    /// Decides about this tick, of which it has seen everything, and about which the levels above are written.
+    pub fn decide(&mut self, above: &[Level], current: &[f64], rates: &mut [f64]) -> Result<(), Fault> {
+        self.ask(above, current, rates, |planner, tick| planner.decide(tick).map(|()| true)).map(drop)
+    }
+
+    /// Sees the velocity `x` that the hierarchy made of it; whether it decided once more.
+    pub fn reconsider(
+        &mut self,
+        above: &[Level],
+        x: &[f64],
+        current: &[f64],
+        rates: &mut [f64],
+    ) -> Result<bool, Fault> {
+        self.ask(above, current, rates, |planner, tick| planner.reconsider(tick, x))
+    }
+
+    /// Asks the planner, and carries out what it decides, if it does.
+    fn ask(
+        &mut self,
+        above: &[Level],
+        current: &[f64],
+        rates: &mut [f64],
+        decide: impl FnOnce(&mut SafetyPlanner, &Tick) -> Result<bool, SafetyError>,
+    ) -> Result<bool, Fault> {
+        let p = &self.probe;
         let rows = TaskRows { jacobian: &p.jacobian, stride: p.nv, eta: &p.eta, feedback: &p.feedback };
         let tick = Tick {
             field: &self.field,
@@ -224,8 +257,12 @@ impl Planning {
             threshold_rate: rates[self.threshold],
             task: rows,
             frames: &self.frames,
+            above,
         };
-        self.planner.decide(&tick).map_err(|_| guard)?;
+        let decided = decide(&mut self.planner, &tick).map_err(|_| Fault::NotFinite { member: self.guard, row: 0 })?;
+        if !decided {
+            return Ok(false);
+        }
         let plan = self.planner.plan();
         let velocity = if self.evasive { &plan.velocity } else { &plan.u_n };
         self.internal.copy_from_slice(velocity);
@@ -237,8 +274,10 @@ impl Planning {
                 false => plan.rate[i] + p.feedback[i],
             };
         }
-        self.places.iter().for_each(|&at| rates[at] *= plan.u_c);
-        Ok(())
+        for (&at, rate) in self.places.iter().zip(&self.along_clock) {
+            rates[at] = rate * plan.u_c;
+        }
+        Ok(true)
     }
 
     /// Writes the safe target in place of the nominal one, and finds directions. `None` where a direction has no value.

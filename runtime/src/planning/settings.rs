@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 use robot::{Data, Model};
+use solver::LevelShape;
 use stdlib_tasks::bound::{Bound, BoundParams, Slot};
 use stdlib_tasks::expression::Evaluation;
 use stdlib_tasks::kinds::safety_planner::{DeviationParams, Internal, Params, Scaling};
@@ -112,7 +113,8 @@ pub fn deviates(model: &Model, home: &[f64], values: &[f64], task: &mut dyn Task
 
 impl Planning {
     /// Makes a planner of a stack ready. `(guard, task)` are the places of both tasks among those of the stack, with their
-    /// indices in the program; `speed` the speeds that hold above the planner.
+    /// indices in the program; `speed` the speeds that hold above the planner, `above` the shapes of the levels above the protected
+    /// task.
     ///
     /// # Errors
     /// Its settings mean nothing, which a compiled program excludes.
@@ -122,6 +124,7 @@ impl Planning {
         (guard, task): ((usize, usize), (usize, usize)),
         protected: &mut dyn Task,
         speed: &[f64],
+        above: &[LevelShape],
     ) -> Result<Planning, ProgramError> {
         let model = &program.robot.model;
         let place = format!("tasks[{}]", guard.1);
@@ -191,7 +194,7 @@ impl Planning {
             damping: Damping::default(),
             strategy,
         };
-        let planner = SafetyPlanner::new(settings, probe.rows, model.nv()).map_err(|e| bad(e.to_string()))?;
+        let planner = SafetyPlanner::new(settings, probe.rows, model.nv(), above).map_err(|e| bad(e.to_string()))?;
         let places: BTreeSet<usize> =
             target.values().flat_map(|b| b.slots()).flat_map(|s| s.at..s.at + s.len).collect();
         let name = &program.tasks[guard.1].name;
@@ -203,6 +206,7 @@ impl Planning {
             points: program_field.points.clone(),
             field,
             values: ValueTable::new(&program.values, &places, &program.interface),
+            along_clock: Vec::with_capacity(places.len()),
             places: places.into_iter().collect(),
             entered: Times::default(),
             planner,

@@ -55,7 +55,7 @@ pub struct TaskRows<'a> {
 
 impl<'a> TaskRows<'a> {
     /// Row `i` of the Jacobian, n numbers.
-    fn row(&self, i: usize, n: usize) -> &'a [f64] {
+    pub(super) fn row(&self, i: usize, n: usize) -> &'a [f64] {
         &self.jacobian[i * self.stride..i * self.stride + n]
     }
 }

@@ -40,7 +40,7 @@
 //!     damping: Damping::default(),
 //!     strategy: Strategy::Program,
 //! };
-//! let mut planner = SafetyPlanner::new(settings, 3, n)?;
+//! let mut planner = SafetyPlanner::new(settings, 3, n, &[])?;
 //! planner.restart(0.0);
 //!
 //! // At each tick: kinematics, people, and the task's rows with its target at the planner's clock.
@@ -56,7 +56,7 @@
 //! let feedback = (target + planner.offset(0) - data.position(tip)) * 20.0;
 //! let task = TaskRows { jacobian: &jacobian, stride: n, eta: &eta, feedback: feedback.as_slice() };
 //! let frames = [Frame::default()];
-//! planner.decide(&Tick { field: &field, threshold: 0.9, threshold_rate: 0.0, task, frames: &frames })?;
+//! planner.decide(&Tick { field: &field, threshold: 0.9, threshold_rate: 0.0, task, frames: &frames, above: &[] })?;
 //! let plan = planner.plan();
 //! // rows of the task: J v = plan.rate + feedback; a level below it: v = plan.u_n. Then:
 //! assert!(plan.u_c <= 1.0 && plan.u_alpha[0] >= 0.0);
@@ -66,6 +66,7 @@
 
 mod decomposition;
 mod deviation;
+mod limited;
 mod one_row;
 mod planner;
 mod strategy;

@@ -8,16 +8,24 @@
 //! ```
 //!
 //! nearest to `u_c = 1`, `u_a = 0`, `u_n = k_n dF/dq` (4.31), inside bounds (4.28), (4.29). The row is soft: `w` says
-//! how far the demand could not be met.
+//! how far the demand could not be met. Where levels above the task would withhold what it asks
+//! for, they are taken into the program ([`limited`]).
+//!
+//! [`limited`]: LimitedProgram
 
 use nalgebra::{UnitQuaternion, Vector3};
+use solver::{Level, LevelShape};
 
 use crate::safety::decomposition::{Damping, Decomposition, Push, TaskRows, axpy};
 use crate::safety::deviation::{Course, Deviation, Frame};
+use crate::safety::limited::{LimitedProgram, Now, breaks};
 use crate::safety::one_row::{OneRowProgram, Outcome};
 use crate::safety::strategy::{Strategy, task_share};
 use stdlib_tasks::field::Field;
 use stdlib_tasks::field::{SafetyError, finite, gain, setting};
+
+/// What levels above may withhold of the field's rate without another plan being made, in the field's unit a second.
+const WITHHELD: f64 = 1e-6;
 
 /// The diagonal of Q and the weight of the slack, thesis (4.27); the deviations carry their own.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,6 +80,8 @@ pub struct Tick<'a> {
     pub task: TaskRows<'a>,
     /// One for each deviation.
     pub frames: &'a [Frame],
+    /// The levels above the protected task, as they are at this tick. The baselines do not look at them.
+    pub above: &'a [Level],
 }
 
 /// What was decided. All buffers belong to the planner.
@@ -79,6 +89,8 @@ pub struct Tick<'a> {
 pub struct Plan {
     /// h = F - F_min.
     pub margin: f64,
+    /// The least rate of the field that is asked for, `F_min' - k_f h`.
+    pub need: f64,
     /// The clock's speed, 0 to 1.
     pub u_c: f64,
     /// The deviation inputs, m/s or rad/s.
@@ -107,18 +119,24 @@ pub struct SafetyPlanner {
     springs: Vec<f64>,
     work: Vec<f64>,
     x: Vec<f64>,
+    limited: LimitedProgram,
     parts: Decomposition,
     program: OneRowProgram,
     plan: Plan,
 }
 
 impl SafetyPlanner {
-    /// A planner for a task of `rows` rows on a robot with `dofs` degrees of freedom.
+    /// A planner for a task of `rows` rows, below levels of the shapes `above`, on a robot with `dofs` degrees of freedom.
     ///
     /// # Errors
     /// [`SafetyError::Setting`], [`SafetyError::Overshoot`] for a gain or stiffness that overshoots within the period,
     /// [`SafetyError::Shape`] for deviations outside the rows or sharing some, and for speeds that do not fit.
-    pub fn new(settings: PlannerSettings, rows: usize, dofs: usize) -> Result<SafetyPlanner, SafetyError> {
+    pub fn new(
+        settings: PlannerSettings,
+        rows: usize,
+        dofs: usize,
+        above: &[LevelShape],
+    ) -> Result<SafetyPlanner, SafetyError> {
         let s = &settings;
         setting("period", s.period, s.period > 0.0 && s.period.is_finite(), "positive and finite")?;
         gain("field gain", s.gain, s.period)?;
@@ -156,6 +174,7 @@ impl SafetyPlanner {
         }
         let plan = Plan {
             margin: f64::INFINITY,
+            need: f64::NEG_INFINITY,
             u_c: 0.0,
             u_alpha: vec![0.0; k],
             u_n: vec![0.0; dofs],
@@ -172,6 +191,7 @@ impl SafetyPlanner {
             work: vec![0.0; rows],
             x: vec![0.0; 1 + k + dofs],
             courses,
+            limited: LimitedProgram::new(rows, k, dofs, above),
             parts,
             program,
             plan,
@@ -224,7 +244,16 @@ impl SafetyPlanner {
         if tick.frames.len() != self.courses.len() {
             return Err(SafetyError::Shape { name: "frames" });
         }
-        self.parts.factorise(&tick.task, field.gradient())?;
+        self.plan.margin = field.value() - tick.threshold;
+        self.plan.need = tick.threshold_rate - self.settings.gain * self.plan.margin;
+        self.divide(tick)?;
+        self.choose(tick)?;
+        self.follow(tick)
+    }
+
+    /// What each input does to the field.
+    fn divide(&mut self, tick: &Tick) -> Result<(), SafetyError> {
+        self.parts.factorise(&tick.task, tick.field.gradient())?;
         self.springs.fill(0.0);
         for ((course, frame), push) in self.courses.iter_mut().zip(tick.frames).zip(&mut self.pushes) {
             course.see(frame, self.parts.task_gradient())?;
@@ -234,10 +263,7 @@ impl SafetyPlanner {
                 *s = course.of.stiffness * e;
             }
         }
-        self.parts.split(&tick.task, &self.pushes, &self.springs, field.human_rate())?;
-        self.plan.margin = field.value() - tick.threshold;
-        self.choose(tick)?;
-        self.follow(tick)
+        self.parts.split(&tick.task, &self.pushes, &self.springs, tick.field.human_rate())
     }
 
     /// The inputs.
@@ -256,7 +282,7 @@ impl SafetyPlanner {
                 program.row[0] = self.parts.mu_1;
                 program.row[1..=k].copy_from_slice(&self.parts.mu_2);
                 program.row[1 + k..].copy_from_slice(&self.parts.mu_3);
-                program.need = tick.threshold_rate - s.gain * plan.margin - self.parts.mu_4;
+                program.need = plan.need - self.parts.mu_4;
                 program.nominal[1 + k..].copy_from_slice(&plan.u_n);
                 for (i, course) in self.courses.iter().enumerate() {
                     [program.lower[1 + i], program.upper[1 + i]] = course.bounds(s.gain, s.period);
@@ -278,8 +304,8 @@ impl SafetyPlanner {
         Ok(())
     }
 
-    /// The rates and the velocity that follow from the inputs.
-    fn follow(&mut self, tick: &Tick) -> Result<(), SafetyError> {
+    /// The rates that follow from the inputs.
+    fn rates(&mut self, tick: &Tick) {
         let plan = &mut self.plan;
         for (i, rate) in plan.rate.iter_mut().enumerate() {
             *rate = tick.task.eta[i] * plan.u_c - self.springs[i];
@@ -287,6 +313,12 @@ impl SafetyPlanner {
         for (push, u) in self.pushes.iter().zip(&plan.u_alpha) {
             axpy(*u, push.along.as_slice(), &mut plan.rate[push.row..push.row + 3]);
         }
+    }
+
+    /// The rates and the velocity that follow from the inputs.
+    fn follow(&mut self, tick: &Tick) -> Result<(), SafetyError> {
+        self.rates(tick);
+        let plan = &mut self.plan;
         for ((w, rate), feedback) in self.work.iter_mut().zip(&plan.rate).zip(tick.task.feedback) {
             *w = rate + feedback;
         }
@@ -301,6 +333,49 @@ impl SafetyPlanner {
         plan.field_rate = tick.field.rate(&plan.velocity);
         finite("plan", &plan.velocity)?;
         finite("plan", &plan.rate)
+    }
+
+    /// Sees the velocity `x` that the hierarchy made of the plan of this tick. Where levels above the task withheld some of
+    /// the rate that the field needs, decides once more, below these levels. Whether there is a plan that does better.
+    /// Never allocates.
+    ///
+    /// # Errors
+    /// Those of [`SafetyPlanner::decide`]; the plan is then not to be used.
+    pub fn reconsider(&mut self, tick: &Tick, x: &[f64]) -> Result<bool, SafetyError> {
+        let plan = &self.plan;
+        let short = plan.need - tick.field.rate(x);
+        let is_program = matches!(self.settings.strategy, Strategy::Program);
+        if !is_program || short <= plan.outcome.slack + WITHHELD || !breaks(tick.above, &plan.velocity) {
+            return Ok(false);
+        }
+        let now = Now {
+            above: tick.above,
+            task: tick.task,
+            pushes: &self.pushes,
+            springs: &self.springs,
+            gradient: tick.field.gradient(),
+            need: plan.need - tick.field.human_rate(),
+            program: &self.program,
+            parts: &self.parts,
+        };
+        let Some((velocity, inputs)) = self.limited.solve(&now) else { return Ok(false) };
+        let rate = tick.field.rate(velocity);
+        let slack = (plan.need - rate).max(0.0);
+        if slack.is_nan() || slack + WITHHELD > short {
+            return Ok(false);
+        }
+        let plan = &mut self.plan;
+        let within = |i: usize| inputs[i].clamp(self.program.lower[i], self.program.upper[i]);
+        plan.u_c = within(0);
+        plan.u_alpha.iter_mut().enumerate().for_each(|(i, u)| *u = within(1 + i));
+        plan.u_n.copy_from_slice(velocity);
+        plan.velocity.copy_from_slice(velocity);
+        plan.field_rate = rate;
+        plan.outcome = Outcome { multiplier: self.settings.weights.slack * slack, slack };
+        self.rates(tick);
+        finite("plan", &self.plan.velocity)?;
+        finite("plan", &self.plan.rate)?;
+        Ok(true)
     }
 
     /// Moves the clock and the deviations on by one period, as decided.

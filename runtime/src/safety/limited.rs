@@ -1,0 +1,161 @@
+//! The planner's program below levels that hold limits.
+//!
+//! The one-row program ([`OneRowProgram`]) is that of a robot whose task comes first. Where limits stand above the task it may
+//! ask for a motion that the hierarchy then withholds, and with it the rate of the field. So the limits
+//! `lower <= A v <= upper` belong into the program. With the velocity `v` among the unknowns it is a hierarchy again:
+//!
+//! ```text
+//! 1..   the levels above the task, as they are, and the box of u_c, u_a
+//! then  J v - eta u_c - Psi u_a = K e - T de                          the task, on the path that the inputs choose
+//! then  |N v| <= v_max                                                internal speeds
+//! last  min q_c (u_c - 1)^2 + sum q_a u_a^2 + q_n |N (v - k_n g)|^2 + q_w w^2,    g . v + w >= need
+//! ```
+//!
+//! `N v` is the internal motion `N u_n` of the one-row program, and where no limit acts the two have the same optimum. The hierarchy of the
+//! controller, which is asked for the task's rows at these inputs and for `v` below them, has no other answer than this `v`:
+//! it meets the levels above, nothing meets the task better at these inputs, and what is left is met exactly. Levels
+//! between the task and the planner are not looked at; what they take is told as withheld.
+//!
+//! The task stands above the field here, as it does in the hierarchy, so that its inputs give way before its rows do: the
+//! clock slows where limits hold the task back. That is asked for while the field is short of what it needs, and only then.
+
+use solver::{ActiveSet, HierarchicalSolver, Level, LevelShape, Problem, Solution, Status};
+
+use crate::safety::decomposition::{Decomposition, Push, TaskRows, dot};
+use crate::safety::one_row::OneRowProgram;
+
+/// A row counts as broken beyond this, in its own unit a second.
+const BROKEN: f64 = 1e-9;
+
+/// Whether a velocity breaks a row of the levels above.
+pub(super) fn breaks(above: &[Level], v: &[f64]) -> bool {
+    above.iter().any(|level| {
+        (0..level.rows()).any(|i| {
+            let (lower, upper) = (level.lower[i], level.upper[i]);
+            if lower == f64::NEG_INFINITY && upper == f64::INFINITY {
+                return false;
+            }
+            let speed = dot(level.row(i), v);
+            speed < lower - BROKEN || speed > upper + BROKEN
+        })
+    })
+}
+
+/// What the program is made of at a tick.
+pub(super) struct Now<'a> {
+    /// The levels above the task.
+    pub above: &'a [Level],
+    /// The task's rows.
+    pub task: TaskRows<'a>,
+    /// What the deviation inputs do to them.
+    pub pushes: &'a [Push],
+    /// T de
+    pub springs: &'a [f64],
+    /// g
+    pub gradient: &'a [f64],
+    /// The least `g . v` that is asked for.
+    pub need: f64,
+    /// The one-row program of this tick: weights, nominal values and boxes of u_c, u_a, u_n.
+    pub program: &'a OneRowProgram,
+    /// The factorisation of this tick, for N.
+    pub parts: &'a Decomposition,
+}
+
+/// The program with its storage. Unknowns: the velocity, then u_c, then u_a.
+#[derive(Clone, Debug)]
+pub(super) struct LimitedProgram {
+    dofs: usize,
+    inputs: usize,
+    rows: usize,
+    problem: Problem,
+    solution: Solution,
+    solver: ActiveSet,
+    /// A column of N, and room.
+    column: Vec<f64>,
+    nothing: Vec<f64>,
+}
+
+impl LimitedProgram {
+    /// For a task of `rows` rows with `k` deviation inputs on a robot with `dofs` degrees of freedom, below these levels.
+    pub fn new(rows: usize, k: usize, dofs: usize, above: &[LevelShape]) -> LimitedProgram {
+        let soft = |rows| LevelShape { rows, hard: false, damping: 0.0 };
+        let inputs = 1 + k;
+        let mut shapes = vec![LevelShape { rows: inputs, hard: true, damping: 0.0 }];
+        shapes.extend(above);
+        shapes.extend([soft(rows), soft(dofs), soft(1 + inputs + dofs)]);
+        let mut problem = Problem::new(dofs + inputs, &shapes);
+        let last = shapes.len() - 1;
+        for i in 0..inputs {
+            problem.levels[0].row_mut(i)[dofs + i] = 1.0;
+            problem.levels[last].row_mut(1 + i)[dofs + i] = 1.0;
+        }
+        LimitedProgram {
+            dofs,
+            inputs,
+            rows,
+            solution: Solution::new(&problem),
+            solver: ActiveSet::new(&problem),
+            problem,
+            column: vec![0.0; dofs],
+            nothing: vec![0.0; rows],
+        }
+    }
+
+    /// The velocity and the inputs u_c, u_a; none where the levels above cannot be met, or are of another shape. Never
+    /// allocates.
+    pub fn solve(&mut self, now: &Now) -> Option<(&[f64], &[f64])> {
+        let (n, m, inputs) = (self.dofs, self.rows, self.inputs);
+        let levels = &mut self.problem.levels;
+        let fits = |from: &Level, to: &Level| from.columns() == n && from.rows() == to.rows();
+        if levels.len() != now.above.len() + 4 || !now.above.iter().zip(&levels[1..]).all(|(a, b)| fits(a, b)) {
+            return None;
+        }
+        let program = now.program;
+        levels[0].lower.copy_from_slice(&program.lower[..inputs]);
+        levels[0].upper.copy_from_slice(&program.upper[..inputs]);
+        for (from, to) in now.above.iter().zip(&mut levels[1..]) {
+            for i in 0..from.rows() {
+                to.row_mut(i)[..n].copy_from_slice(from.row(i));
+            }
+            to.lower.copy_from_slice(&from.lower);
+            to.upper.copy_from_slice(&from.upper);
+            to.weight.copy_from_slice(&from.weight);
+        }
+        let [.., task, internal, last] = &mut levels[..] else { return None };
+        for i in 0..m {
+            let row = task.row_mut(i);
+            row[..n].copy_from_slice(now.task.row(i, n));
+            row[n] = -now.task.eta[i];
+            row[n + 1..n + inputs].fill(0.0);
+            for (k, push) in now.pushes.iter().enumerate() {
+                if let Some(along) = i.checked_sub(push.row).filter(|d| *d < 3) {
+                    row[n + 1 + k] = -push.along[along];
+                }
+            }
+            let wanted = now.task.feedback[i] - now.springs[i];
+            (task.lower[i], task.upper[i]) = (wanted, wanted);
+        }
+        last.row_mut(0)[..n].copy_from_slice(now.gradient);
+        (last.lower[0], last.upper[0], last.weight[0]) = (now.need, f64::INFINITY, program.slack_weight);
+        for i in 0..inputs {
+            (last.lower[1 + i], last.upper[1 + i]) = (program.nominal[i], program.nominal[i]);
+            last.weight[1 + i] = program.weight[i];
+        }
+        for i in 0..n {
+            self.column.fill(0.0);
+            self.column[i] = 1.0;
+            self.nothing.fill(0.0);
+            now.parts.law(&now.task, &mut self.nothing, &mut self.column);
+            let at = 1 + inputs + i;
+            internal.row_mut(i)[..n].copy_from_slice(&self.column);
+            last.row_mut(at)[..n].copy_from_slice(&self.column);
+            let nominal = dot(&self.column, &program.nominal[inputs..]);
+            (last.lower[at], last.upper[at]) = (nominal, nominal);
+            last.weight[at] = program.weight[inputs + i];
+            let fastest = program.upper[inputs + i];
+            (internal.lower[i], internal.upper[i]) = (-fastest, fastest);
+        }
+        self.solver.solve(&self.problem, &mut self.solution);
+        (self.solution.status == Status::Optimal).then(|| self.solution.x.split_at(n))
+    }
+}
