@@ -27,6 +27,7 @@ pub const EXAMPLES: &[&str] = &[
     "trajectories",
     "safety_planner",
     "give_way",
+    "beside_harvest",
 ];
 
 /// A file of the `examples` folder.

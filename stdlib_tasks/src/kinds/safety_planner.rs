@@ -154,7 +154,8 @@ min  q_c (u_c - 1)^2 + sum q u^2 + q_n |u_n - k_n dF/dq|^2 + q_w w^2\n\
      mu_1 u_c + mu_2 u + mu_3 u_n + w >= F_min' - k_f (F - F_min) - mu_4\n\
 ```\n\n\
 where `F' = mu_1 u_c + mu_2 u + mu_3 u_n + mu_4` is what each of them does to the field, exactly. The program has one row and \
-a slack, so it always has a solution, which is found in one pass. What is guaranteed, and what is not, stands in \
+a slack, so it always has a solution, which is found in one pass. Where levels above the protected task would withhold \
+what it asks for, they are taken into the program. What is guaranteed, and what is not, stands in \
 [Safety field and planner](mathematics/safety_field.md).\n\n\
 `t` and `time` in the target of the protected task are its own clock, and trajectories in it step with that clock. On \
 entering the stack the clock stands where `t` does, at 0, without a deviation. A signal in the target must not move by itself \
