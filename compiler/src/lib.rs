@@ -39,4 +39,3 @@ pub use expand::{Texts, files, parameter_types};
 pub use idle::leave_out;
 pub use lowering::{Compiled, Input, ParamValue, VERBS, Verb, compile, compile_among, params, signal_types};
 pub use report::{Report, Style};
-pub use runtime::PLANNER_OUTPUTS;

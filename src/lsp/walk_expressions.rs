@@ -89,7 +89,8 @@ impl Walker<'_> {
                     && self.has(Class::Task, name)
                     && !self.found.types.contains_key(name)
                 {
-                    self.marked(&field.value, || Slot::Words(&compiler::PLANNER_OUTPUTS));
+                    let kind = self.found.kinds.get(name).and_then(|kind| stdlib_tasks::find(kind));
+                    self.marked(&field.value, || Slot::Tells(kind.map_or(&[], |k| k.tells)));
                     self.note(name, inner.span, What::Declared(Class::Task, name.to_string()));
                     return;
                 }

@@ -11,13 +11,13 @@ mod in_place;
 mod machine;
 mod measures;
 mod params;
-mod planners;
 mod predicates;
 mod run;
 mod scenario;
 mod sensors;
 mod signals;
 mod stack;
+mod told;
 mod triggers;
 mod values;
 mod variables;
@@ -224,7 +224,6 @@ impl<'a> Lowerer<'a> {
         if !expanded.usable {
             return None;
         }
-        self.planners(&declared.tasks);
         let later = self.named_values(expanded, &declared);
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         let robot = declared.robots.first().and_then(|r| {

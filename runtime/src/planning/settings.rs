@@ -6,11 +6,11 @@ use nalgebra::Vector3;
 use robot::{Data, Model};
 use stdlib_tasks::bound::{Bound, BoundParams, Slot};
 use stdlib_tasks::expression::Evaluation;
-use stdlib_tasks::kinds::safety_planner::{DeviationParams, Internal, Params, Scaling};
+use stdlib_tasks::kinds::safety_planner::{DeviationParams, Internal, Params, Scaling, TELLS};
 use stdlib_tasks::params::{Input, Operand};
 use stdlib_tasks::task::{State, Task};
 
-use super::{Along, Deviated, OUTPUTS, Planning, Probe};
+use super::{Along, Deviated, Planning, Probe};
 use crate::program::{Program, ProgramError, StackProgram, TaskProgram, Times, error};
 use crate::safety::{
     Damping, Deviation, DeviationKind, Direction, Frame, HumanPoint, PlannerSettings, SafetyPlanner, Strategy, Weights,
@@ -214,7 +214,7 @@ impl Planning {
             wanted: vec![0.0; probe.rows],
             probe,
             internal: vec![0.0; model.nv()],
-            signals: OUTPUTS.map(|o| program.interface.signal(&format!("{name}.{o}"))),
+            signals: TELLS.map(|t| program.interface.signal(&format!("{name}.{}", t.name))),
         })
     }
 }

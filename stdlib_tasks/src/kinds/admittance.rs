@@ -87,6 +87,7 @@ wrench { force [20, 0, 0] N * smoothstep(t/(1 s)) }\n}",
         Actual { name: "target.position", ty: ActualType::Vector(LENGTH) },
         Actual { name: "target.orientation", ty: ActualType::Rotation },
     ],
+    tells: &[],
     build,
 };
 

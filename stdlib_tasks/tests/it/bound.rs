@@ -125,6 +125,7 @@ pub fn valid(name: &'static str, model: &Model) -> Case {
         "speed_separation" => case
             .with("parts", Bound::Geometries(vec![a, b]))
             .number("from", &[2.0, 0.5, 1.0])
+            .with("method", Bound::Choice("slow".to_string()))
             .with("human", Bound::Choice("measured".to_string()))
             .number("human_speed", &[1.6])
             .number("reaction", &[0.1])
