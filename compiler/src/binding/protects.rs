@@ -17,11 +17,12 @@ impl Binder<'_> {
         let Some(name) = text_of(value) else {
             return self.wrong(value, info, "the name of a declared task");
         };
-        // A task of another file stands beside those of that file.
-        let own = self.tasks.get(owner.task).map_or("", |t| t.0.as_str());
-        let beside = own.rsplit_once('.').map(|(file, _)| format!("{file}.{name}"));
-        let find = |name: &str| self.tasks.iter().position(|t| t.0 == name);
-        let found = beside.as_deref().and_then(find).or_else(|| find(name));
+        // A task of another file may have another name in the program.
+        let program = match &value.kind {
+            ValueKind::Name(name) => target(name),
+            _ => name,
+        };
+        let found = self.tasks.iter().position(|t| t.0 == program);
         let Some((index, (_, definition))) = found.and_then(|i| Some((i, self.tasks.get(i)?))) else {
             let names: Vec<&str> = self.tasks.iter().map(|t| t.0.as_str()).filter(|n| !n.contains('.')).collect();
             let d = Diagnostic::error("HQ0201", value.span, format!("there is no task `{name}`"));

@@ -7,6 +7,7 @@ use dsl::holes::{self, Factor, Part};
 use dsl::tree::{Block, Comments, Entry, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 
+use super::module::{declared, parameters};
 use super::{Class, Expander};
 use crate::forms::{KEY_SEPARATOR, items_of, text_of, written};
 use crate::names::suggest;
@@ -238,7 +239,7 @@ impl Expander<'_> {
         Value { kind, span }
     }
 
-    /// What a name stands for: an argument, or the name that a value has in the program.
+    /// What a name stands for: an argument, or the name that a value or else a task has in the program.
     fn named(&mut self, name: &str, span: Span, frame: &mut Frame) -> Value {
         match frame.bound.get(name) {
             Some(Bound::Value(value) | Bound::Joints(value)) => {
@@ -254,7 +255,10 @@ impl Expander<'_> {
             None => {}
         }
         let name = self.filled(name, true, span, frame);
-        let target = if frame.resolve { self.value_name(frame.module, &name, span) } else { None };
+        let target = match frame.resolve {
+            true => self.value_name(frame.module, &name, span).or_else(|| self.task_name(frame.module, &name)),
+            false => None,
+        };
         let kind = match target {
             Some(target) if target != name => ValueKind::Name(format!("{name}@{target}")),
             _ => ValueKind::Name(name),
@@ -322,6 +326,14 @@ impl Expander<'_> {
             body: self.block(&d.body, frame),
             span: self.at(d.span, frame),
         }
+    }
+
+    /// The name that a task has in the program, if the name is that of a task without parameters.
+    fn task_name(&self, module: usize, name: &str) -> Option<String> {
+        let (m, i) = self.find(module, Class::Task, name).ok()?;
+        let kind = &self.modules[m].items[i].kind;
+        let (_, own) = declared(kind).filter(|_| parameters(kind).is_empty())?;
+        Some(self.program_name(m, Class::Task, &own.value))
     }
 
     /// The name that a value has in the program, if the name is that of a value.
