@@ -247,6 +247,10 @@ impl List<'_> {
                 self.names(mentions, Class::Arm, 0);
                 self.slot(mentions, &Slot::Geometry);
             }
+            Slot::PartOrPerson => {
+                self.slot(mentions, &Slot::Geometry);
+                self.names(mentions, Class::Human, 0);
+            }
             Slot::Geometry => {
                 for class in [Class::Point, Class::Segment, Class::Group] {
                     self.names(mentions, class, 0);

@@ -148,6 +148,8 @@ pub(super) enum Slot {
     Limits(&'static Trajectory, Vec<String>),
     /// Words, as keys or values.
     Words(&'static [&'static str]),
+    /// A part of the robot, or a person.
+    PartOrPerson,
     /// What a task tells.
     Tells(&'static [Told]),
     /// A task type.

@@ -6,7 +6,7 @@ use stdlib_tasks::task::Actual;
 
 use super::mentions::{Class, MARKER, Slot, Walker, What};
 use super::vocabulary::{CALLED, WRENCH_FIELDS, find};
-use super::walk::word;
+use super::walk::{items, word};
 
 impl Walker<'_> {
     /// An expression outside tasks, where nothing can be captured.
@@ -73,7 +73,7 @@ impl Walker<'_> {
                     }
                     ("distance", parts) => parts.iter().for_each(|p| match &p.kind {
                         ValueKind::Call(..) => self.typed(p, actuals),
-                        _ => self.geometries(p),
+                        _ => items(p).iter().for_each(|one| self.part_or_person(one)),
                     }),
                     (name, args) => match TRAJECTORIES.iter().find(|t| t.name == name) {
                         Some(of) => self.trajectory(of, args, actuals),
@@ -118,6 +118,14 @@ impl Walker<'_> {
             ValueKind::Block(_) => self.anything(value),
             ValueKind::Number(_) | ValueKind::Text(_) | ValueKind::Missing => {}
         }
+    }
+
+    /// A part of the robot, a person or a point of one.
+    fn part_or_person(&mut self, value: &Value) {
+        if word(value).is_some_and(|name| self.marked(name, || Slot::PartOrPerson)) || self.human_name(value) {
+            return;
+        }
+        self.geometries(value);
     }
 
     /// The arguments of a trajectory.

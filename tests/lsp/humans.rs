@@ -10,6 +10,7 @@ const HUMANS: &str = r#"hierarq 1
 robot arm {
   urdf "robots/arm7.urdf"
   rate 100 Hz
+  points { tip tool }
   home { joint_2 0.4 rad  joint_4 1.6 rad  joint_6 1.1 rad }
 }
 
@@ -31,6 +32,7 @@ scenario calm {
   duration 1 s
   humans { operator { value [2, 0, 0] m  shape { chest [0, 0, 1.2] m  hand [0, 0, 0.9] m } } }
   expect always norm(operator.hand) > 1 m
+  expect always distance(tip, operator.hand) > 0.1 m
 }
 
 run { stack work  duration 1 s }
@@ -70,6 +72,8 @@ fn hover_and_definition() {
         ("[[che|st, hand]]", "points [|chest"),
         ("shape { che|st", "points [|chest"),
         ("norm(operator.ha|nd) >", "[chest, |hand]\n  links"),
+        ("distance(tip, oper|ator.hand)", "human |operator"),
+        ("distance(tip, operator.ha|nd)", "[chest, |hand]\n  links"),
     ] {
         let place = e.at("textDocument/definition", &doc, &find(HUMANS, from));
         assert_eq!(place["range"]["start"], find(HUMANS, to), "{from}: {place}");
@@ -85,7 +89,7 @@ fn references_and_rename() {
         });
         e.result("textDocument/references", params).as_array().map_or(0, Vec::len)
     };
-    assert_eq!((all("human |operator"), all("points [|chest"), all("[chest, |hand]\n  links")), (8, 5, 5));
+    assert_eq!((all("human |operator"), all("points [|chest"), all("[chest, |hand]\n  links")), (9, 5, 6));
     for (place, old, new) in [
         ("human |operator", "operator", "helper"),
         ("[chest, |hand]\n  links", "hand", "wrist"),
@@ -121,6 +125,8 @@ fn completion() {
         ("uncertainty(operator)", "uncertainty(|)", &["operator"], &["away"]),
         ("present(operator)", "present(|)", &["operator"], &["away"]),
         ("norm(operator.hand)", "norm(|)", &["operator", "frame"], &[]),
+        ("distance(tip, operator.hand)", "distance(tip, |)", &["operator", "tip"], &["away"]),
+        ("distance(tip, operator.hand)", "distance(tip, operator.|)", &["hand"], &["tip"]),
         ("  lost hold", "  lost |", &["fault", "hold"], &["measured"]),
         ("  lost hold", "  |", &["lost", "velocity", "growth"], &["timeout", "rate"]),
         ("[[chest, hand]]", "[[chest, |]]", &["chest", "hand"], &["tool"]),

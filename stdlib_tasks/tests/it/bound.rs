@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use hierarq_stdlib_tasks::KINDS;
 use hierarq_stdlib_tasks::bound::{Arm, Bound, Geometry, Slot};
 use hierarq_stdlib_tasks::dimension::LENGTH;
-use hierarq_stdlib_tasks::expression::{Above, Expression, Leaf, Op, Plane};
+use hierarq_stdlib_tasks::expression::{Above, Away, Expression, Leaf, Op, Plane};
 use hierarq_stdlib_tasks::params::{Input, Presence};
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -214,6 +214,8 @@ fn anything(model: &Model) -> impl Strategy<Value = Bound> + use<> {
             }
         ),
         1 => Just(Leaf::Com),
+        1 => (geometry.clone(), prop::array::uniform2(prop::array::uniform3(0usize..9)))
+            .prop_map(|(part, ends)| Leaf::Away(Box::new(Away { part, ends }))),
     ];
     let outputs = prop_oneof![prop::collection::vec(0usize..8, 1), prop::collection::vec(0usize..8, 0..5)];
     let expression =
