@@ -31,6 +31,7 @@ pub mod report;
 mod robot_binding;
 pub mod sections;
 mod spelling;
+mod standing;
 mod starts;
 pub mod units;
 mod window;

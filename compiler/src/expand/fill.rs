@@ -7,7 +7,6 @@ use dsl::holes::{self, Factor, Part};
 use dsl::tree::{Block, Comments, Entry, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 
-use super::module::{declared, parameters};
 use super::{Class, Expander};
 use crate::forms::{KEY_SEPARATOR, items_of, text_of, written};
 use crate::names::suggest;
@@ -326,14 +325,6 @@ impl Expander<'_> {
             body: self.block(&d.body, frame),
             span: self.at(d.span, frame),
         }
-    }
-
-    /// The name that a task has in the program, if the name is that of a task without parameters.
-    fn task_name(&self, module: usize, name: &str) -> Option<String> {
-        let (m, i) = self.find(module, Class::Task, name).ok()?;
-        let kind = &self.modules[m].items[i].kind;
-        let (_, own) = declared(kind).filter(|_| parameters(kind).is_empty())?;
-        Some(self.program_name(m, Class::Task, &own.value))
     }
 
     /// The name that a value has in the program, if the name is that of a value.
