@@ -205,6 +205,8 @@ pub struct Rows<'a> {
     pub undefined: &'a mut bool,
     /// Rows that are known to have no say: only their margins are wanted. Empty where all have one.
     pub idle: &'a [bool],
+    /// The rows are only looked at: whatever the task remembers from tick to tick stays as it is.
+    pub trial: bool,
 }
 
 impl Rows<'_> {
@@ -265,6 +267,11 @@ pub trait Task: Send {
 
     /// Whether the task asks for something that it took from the robot when its stack was entered, beside its parameters.
     fn remembers_entry(&self) -> bool {
+        false
+    }
+
+    /// Whether the rows depend on how the task's target moved at the tick before, beside its parameters and rates now.
+    fn remembers_target(&self) -> bool {
         false
     }
 

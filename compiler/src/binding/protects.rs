@@ -120,6 +120,18 @@ impl Binder<'_> {
                     block_of(&e.value, &format!("`{path}`"), self.diagnostics)
                         .and_then(|b| self.group(owner, if turns { TURN } else { PATH }, b, &what, e.key.span))
                 }
+                ParamType::Expression(_) => {
+                    let text = format!("`{path}` of task `{name}` is an expression of any kind, and cannot deviate");
+                    self.diagnostics.push(
+                        Diagnostic::error("HQ0609", e.key.span, text)
+                            .note("a deviation turns or moves a target in the world, and a written value may be anything")
+                            .help(
+                                "track a frame with `frame_position(F) { position .. }` or `frame_pose(F)`, whose targets \
+                                 deviate; or leave `deviate` out: the clock and the motion in its null space give way",
+                            ),
+                    );
+                    None
+                }
                 _ => {
                     let text =
                         format!("`{path}` of task `{name}` is no position and no orientation, and cannot deviate");

@@ -99,6 +99,7 @@ impl Evaluator {
                 measures: &mut measures[m.measures.clone()],
                 undefined: &mut undefined[i],
                 idle,
+                trial: false,
             };
             match task.update(&state, &mut rows) {
                 Ok(()) => {}

@@ -114,6 +114,7 @@ impl Probe {
             measures: &mut self.measures,
             undefined: &mut undefined,
             idle: &[],
+            trial: true,
         };
         task.update(state, &mut rows)
     }

@@ -73,6 +73,10 @@ fn at_path<'b>(params: &'b BoundParams, path: &str) -> Option<&'b Bound> {
 
 /// The first of the three rows that follow the rate of a parameter one to one; none where there are no such rows.
 pub fn deviates(model: &Model, home: &[f64], values: &[f64], task: &mut dyn Task, slot: Slot) -> Option<usize> {
+    // What it remembers is how the path moved, and not how the path that it leaves it for does.
+    if task.remembers_target() {
+        return None;
+    }
     let mut data = Data::new(model);
     model.forward(home, &mut data);
     let mut values = values.to_vec();

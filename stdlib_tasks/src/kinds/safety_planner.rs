@@ -172,6 +172,9 @@ a slack, so it always has a solution, which is found in one pass. What is guaran
 `t` and `time` in the target of the protected task are its own clock, and trajectories in it step with that clock. On \
 entering the stack the clock stands where `t` does, at 0, without a deviation. A signal in the target must not move by itself \
 (a tracked point of a person does).\n\n\
+`admittance` and `hand_guiding` may be protected. Their wrench and the velocity that they go on from are those of now; what the \
+clock scales is the motion of the target, so that `hand_guiding`, which has none, gives way in its null space alone, and `method stop` \
+does not hold it. Targets with a mass behind them do not deviate, and neither do expressions that `track` follows.\n\n\
 `method evasive` is `v = m v_task + (I - m J^+ J) k_n dF/dq` with `m` from 1 to 0 in a band about `min`; `method stop` stops the \
 clock while the field is not above `min`. Both are there to be compared with.\n\n\
 The error is the Euclidean norm of `u_n - v`; levels above take from it what they need.\n\n\
