@@ -99,6 +99,8 @@ pub(super) enum What {
     Kind(&'static TaskKind),
     /// A parameter of a task type.
     Parameter(&'static TaskKind, &'static ParamInfo),
+    /// What a task of a type tells.
+    Told(&'static TaskKind, &'static Told),
     /// A key or a word of the language.
     Key(&'static Key),
     /// A function or a name that is built in.

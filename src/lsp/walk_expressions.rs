@@ -90,7 +90,12 @@ impl Walker<'_> {
                     && !self.found.types.contains_key(name)
                 {
                     let kind = self.found.kinds.get(name).and_then(|kind| stdlib_tasks::find(kind));
-                    self.marked(&field.value, || Slot::Tells(kind.map_or(&[], |k| k.tells)));
+                    if !self.marked(&field.value, || Slot::Tells(kind.map_or(&[], |k| k.tells)))
+                        && let Some(kind) = kind
+                        && let Some(told) = kind.tells.iter().find(|t| t.name == field.value)
+                    {
+                        self.note(&field.value, field.span, What::Told(kind, told));
+                    }
                     self.note(name, inner.span, What::Declared(Class::Task, name.to_string()));
                     return;
                 }

@@ -53,6 +53,8 @@ fn hover_and_definition() {
         ("  field near|ness", "nearness", "How far away people are."),
         ("mo|st 0.2 m", "most", "greatest deviation"),
         ("always gua|rd.scaling", "guard", "task"),
+        ("guard.scal|ing > 0.5", "scaling", "how fast the clock goes"),
+        ("separation.ro|om >", "room", "it is to stand"),
     ] {
         let hover = e.at("textDocument/hover", &doc, &find(SPEC, place));
         assert!(!hover.is_null(), "{place}");
