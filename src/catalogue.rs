@@ -118,6 +118,12 @@ pub fn page(kind: &TaskKind) -> String {
         let names: Vec<&str> = kind.actuals.iter().map(|a| if a.name == "*" { "angle.ARM" } else { a.name }).collect();
         let _ = writeln!(out, "\nFor initial(..): {}", names.join(", "));
     }
+    if !kind.tells.is_empty() {
+        out.push_str("\nTells, behind the task's name; conditions, expectations and logs read it\n");
+        for told in kind.tells {
+            let _ = writeln!(out, "  .{}: number in {}\n      {}", told.name, unit(told.dimension), told.is);
+        }
+    }
     let _ = write!(out, "\nExample\n{}\n", kind.example.lines().map(|l| format!("  {l}\n")).collect::<String>());
     out
 }
@@ -146,6 +152,7 @@ pub fn json(kind: &TaskKind) -> Json {
         "example": kind.example,
         "positional": kind.positional,
         "params": params,
+        "tells": kind.tells.iter().map(|t| json!({ "name": t.name, "unit": unit(t.dimension), "is": t.is })).collect::<Vec<_>>(),
     })
 }
 
@@ -183,6 +190,13 @@ pub fn markdown() -> String {
                 .map(|a| format!("`{}`", if a.name == "*" { "angle.ARM" } else { a.name }))
                 .collect();
             let _ = writeln!(out, "\nFor `initial(..)`: {}.", names.join(", "));
+        }
+        if !kind.tells.is_empty() {
+            out.push_str("\nWhile a stack with it runs, a task `NAME` of this type tells what conditions, expectations and logs may read:\n\n");
+            out.push_str("| value | unit | is |\n|---|---|---|\n");
+            for told in kind.tells {
+                let _ = writeln!(out, "| `NAME.{}` | {} | {} |", told.name, unit(told.dimension), told.is);
+            }
         }
         let _ = write!(out, "\n```hq\n{}\n```\n", kind.example);
     }

@@ -65,13 +65,14 @@ fn fields() {
     let program = common::program_of(
         "hierarq 1
 robot arm { urdf \"robots/arm7.urdf\"  rate 100 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad }  points { tip tool } }
-human walker { points [chest, hand]  lost hold }
+human walker { points [chest, hand]  links [[chest, hand]]  lost hold }
 safety_field nearness { of walker  distance 1 m * (1 - exp(-d/(1 m)))  points soft_minimum(8 /m) }
 task apart = keep(field(nearness)) { min 0.4 m }
 task slow = speed_separation(tip) { from walker.hand  human measured  reaction 0.1 s  stopping 0.3 s  intrusion 0.1 m }
+task clear = keep(distance(tip, walker)) { min 0.2 m }
 task stay = hold(tool)
 task limits = joint_velocity_limits
-stack near { level limits hard { limits }  level people { apart  slow }  level motion { stay } }
+stack near { level limits hard { limits }  level people { apart  slow  clear }  level motion { stay } }
 machine m { initial a  on fault(any) -> c  state a { stack near  when field(nearness) < 0.45 m -> b }
   state b { stack near  when field(nearness) > 0.5 m -> a }  final state c }",
     );

@@ -244,3 +244,38 @@ fn both_spellings_say_the_same() {
     };
     assert_eq!(read("nearness.hq", dsl::Spelling::Hq), read("nearness.yaml", dsl::Spelling::Yaml));
 }
+
+/// A task that only watches leaves the robot its speed until the distance of the standard is used up; the machine then
+/// stops it. A robot that brakes as slowly as was said stands before the person, who comes as fast as was said, is there.
+#[test]
+fn what_only_watches_stops_in_time_and_not_before() {
+    let program = common::program_of(
+        "hierarq 1
+robot arm { urdf \"robots/arm7.urdf\"  rate 200 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad }  points { tip tool } }
+human walker { points [hand]  velocity measured }
+task limits = joint_velocity_limits
+task go = frame_position(tool) { position initial(position) + [0.3, 0, 0] m * smoothstep((t - 0.5 s)/(1.5 s))  gain 5 /s }
+task still = joint_velocity { velocity { all 0 rad/s } }
+task separation = speed_separation(tip) {
+  method watch  from walker.hand  human_speed 0.5 m/s  reaction 20 ms  stopping 0.3 s  intrusion 0.1 m
+}
+stack standing { level limits hard { limits  separation }  level motion { still } }
+stack work from standing { replace motion { go } }
+machine m {
+  initial moving
+  on fault(any) -> failed
+  state moving { stack work  when separation.distance < separation.required -> stop blend 0.25 s }
+  state stop { stack standing  when separation.room > 0.2 m for 0.2 s -> moving blend 0 s }
+  final state failed
+}
+scenario s { machine m  duration 3 s
+  humans { walker { path [{ at 0 s  value [1.7, 0, 0.34] m }, { at 2 s  value [0.7, 0, 0.34] m }]  shape { hand [0, 0, 0] m } } }
+  expect \"at full speed\" eventually (in(moving) and speed(tool) > 0.15 m/s and separation.distance > separation.required - 5 mm)
+  expect \"it tells no more than there is\" always (separation.distance - norm(frame(tool).position - walker.hand) < 1 mm)
+  expect \"it is stopped\" eventually in(stop)
+  expect \"and stands in time\" always (speed(tool) < 1 mm/s or norm(frame(tool).position - walker.hand) > 0.1 m)
+  expect never fault
+}",
+    );
+    holds(&program);
+}

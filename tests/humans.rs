@@ -263,3 +263,41 @@ fn who_asks_whether_a_held_person_is_seen_still_needs_them() {
         assert_eq!(controller.signals().is_present(0), time <= 0.2, "{time}");
     }
 }
+
+/// The distance to a point of a person is what `norm` of the difference is, and so is its row: the same commands.
+#[test]
+fn a_distance_to_a_point_is_that_of_two_positions() {
+    let by_norm = coming("velocity measured", "");
+    let text = ROBOT
+        .replace("home {", "points { tip tool }  home {")
+        .replace("norm(frame(tool).position - walker.hand)", "distance(tip, walker)");
+    let by_distance = common::program_of(&format!(
+        "{text}human walker {{ points [hand]  velocity measured }}
+scenario s {{ duration 4.6 s  humans {{ walker {{ path [{{ at 0 s  value [1.7, 0, 0.34] m }}, {{ at 4.4 s  value [0.6, 0, 0.34] m }}] }} }} }}"
+    ));
+    let (a, b) = (run(&by_norm), run(&by_distance));
+    let apart = a.commands.iter().flatten().zip(b.commands.iter().flatten()).map(|(x, y)| (x - y).abs());
+    assert!(apart.fold(0.0, f64::max) < 1e-9);
+}
+
+/// A forearm sweeps towards the tool, nearest somewhere between wrist and elbow: the velocity of that place counts. With
+/// the velocity of neither end known, the robot is late by the speed over the gain.
+#[test]
+fn a_segment_of_a_person_is_kept_away_as_fast_as_it_comes() {
+    let least_of = |velocity: &str| {
+        let program = common::program_of(&format!(
+            "{ROBOT}human walker {{ points [hand, elbow]  links [[hand, elbow]]  velocity {velocity} }}
+scenario s {{ duration 4.6 s  humans {{ walker {{ path [{{ at 0 s  value [1.7, 0, 0.34] m }}, {{ at 4.4 s  value [0.6, 0, 0.34] m }}]
+  shape {{ hand [0, 0.1, 0.1] m  elbow [0, -0.2, -0.2] m }} }} }} }}"
+        )
+        .replace("home {", "points { tip tool }  home {")
+        .replace("norm(frame(tool).position - walker.hand)", "distance(tip, walker)"));
+        let seen = run(&program);
+        assert!(seen.faults.iter().all(Option::is_none));
+        least(&seen.margins)
+    };
+    let measured = least_of("measured");
+    assert!(measured > -1e-3, "{measured}");
+    let blind = least_of("none");
+    assert!((blind + 0.25 / 10.0).abs() < 0.002, "{blind}");
+}

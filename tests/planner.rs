@@ -191,6 +191,107 @@ fn far_away_the_planner_changes_nothing() {
     assert!(without.iter().all(|t| t.scaling.is_nan()), "a planner that does not run tells nothing");
 }
 
+/// The arm of [`spec`] with another task in the place of `reach`, and a wrench that a scenario may exert.
+fn other(task: &str, guard: &str, rest: &str) -> String {
+    let text = spec(200, guard, rest);
+    let from = text.find("task reach").expect("it is there");
+    let to = from + text[from..].find('\n').expect("a line");
+    format!("{}signal touch : wrench  timeout 1 s\ntask reach = {task}{}", &text[..from], &text[to..])
+}
+
+const BODY: &str = "mass { linear 20 kg  angular 3 kg m^2 }  damping { linear 253 N s/m  angular 27 N m s }";
+
+/// Target of an admittance that moves fast enough for its acceleration to count.
+fn comply() -> String {
+    format!(
+        "admittance(tool) {{ target {{ position initial(target.position) + [0, 0.15, 0] m * sin(pi*t/(1 s)) }}  {BODY}
+  stiffness {{ linear 800 N/m  angular 60 N m }}  wrench {{ force touch.force  moment touch.moment }} }}"
+    )
+}
+
+fn lead() -> String {
+    format!("hand_guiding(tool) {{ {BODY}  wrench {{ force touch.force  moment touch.moment }} }}")
+}
+
+/// A hand that pulls while the person stands at `x`.
+fn pulled(x: f64) -> String {
+    format!(
+        "humans {{ walker {{ value [{x}, 0.3, 0] m  shape {{ chest [0, 0, 1] m  hand [-0.2, 0, 0.8] m }} }} }}
+  signals {{ touch {{ value {{ force [0, 0, 0] N  moment [0, 0, 0] N m }} }} }}
+  push {{ touch [{{ from 0.5 s  to 1.5 s  force [10, 25, 0] N }}] }}"
+    )
+}
+
+/// Tasks with a mass remember how they moved. A planner asks them three times a tick, and may not be noticed by it: the
+/// robot moves as it would without, to rounding.
+#[test]
+fn far_away_a_planner_changes_nothing_for_a_mass() {
+    for task in [comply(), lead()] {
+        let settings = "min 0.5 m  internal { gain 0 }";
+        let with = run(&other(&task, settings, &format!("{STACK}\nscenario s {{ duration 3 s  {} }}", pulled(9.0))));
+        let plain = "stack plain { level motion { reach } }\nrun { stack plain }";
+        let scenario = format!("scenario s {{ stack plain  duration 3 s  {} }}", pulled(9.0));
+        let without = run(&other(&task, settings, &format!("{STACK}\n{plain}\n{scenario}")));
+        assert!(with.iter().all(|t| t.fault.is_none()) && with.len() == without.len(), "{task}");
+        let worst = with.iter().zip(&without).flat_map(|(a, b)| a.q.iter().zip(&b.q)).map(|(a, b)| (a - b).abs());
+        assert!(worst.fold(0.0, f64::max) < 1e-9, "{task}");
+        let moved = with.iter().flat_map(|t| t.q.iter().zip(&with[0].q)).map(|(a, b)| (a - b).abs());
+        assert!(moved.fold(0.0, f64::max) > 0.02, "it is led: {task}");
+    }
+}
+
+/// While the clock stands, a mass moves as one whose target stands: the speed that its target would have is none of what
+/// it goes on from.
+#[test]
+fn a_mass_whose_clock_stands_has_a_target_that_stands() {
+    let scenario = format!("duration 3 s  {}", pulled(1.2));
+    let stopped = run(&other(&comply(), "min 5 m  method stop", &format!("{STACK}\nscenario s {{ {scenario} }}")));
+    assert!(stopped.iter().all(|t| t.scaling == 0.0 && t.fault.is_none()));
+    let still = comply().replace(" + [0, 0.15, 0] m * sin(pi*t/(1 s))", "");
+    let plain = "stack plain { level motion { reach } }\nrun { stack plain }";
+    let rest = format!("{STACK}\n{plain}\nscenario s {{ stack plain  {scenario} }}");
+    let free = run(&other(&still, "min 0.1 m", &rest));
+    let worst = stopped.iter().zip(&free).flat_map(|(a, b)| a.q.iter().zip(&b.q)).map(|(a, b)| (a - b).abs());
+    assert!(worst.fold(0.0, f64::max) < 1e-9);
+    let moved = free.iter().flat_map(|t| t.q.iter().zip(&free[0].q)).map(|(a, b)| (a - b).abs());
+    assert!(moved.fold(0.0, f64::max) > 0.02, "it gives way to the hand");
+}
+
+/// Near a person the field does what the planner says of it, for tasks with a mass too: their rows are affine in the rate of
+/// the clock, and the robot gives way in time or in the null space.
+#[test]
+fn a_mass_gives_way_to_a_person() {
+    for (task, waits) in [(comply(), true), (lead(), false)] {
+        let free = run(&other(
+            &task,
+            "min 0.1 m  internal { gain 0 }",
+            &format!("{STACK}\nscenario s {{ duration 3 s  {} }}", pulled(0.95)),
+        ));
+        let threshold = least(&free) + 0.004;
+        let kept = run(&other(
+            &task,
+            &format!("min {threshold} m  scaling {{ weight 0.1 }}"),
+            &format!("{STACK}\nscenario s {{ duration 3 s  {} }}", pulled(0.95)),
+        ));
+        assert!(kept.iter().all(|t| t.fault.is_none()), "{task}");
+        // What bounds and weights did not let the inputs give settles at w / k_f.
+        let slack = kept.iter().map(|t| t.slack).fold(0.0, f64::max);
+        assert!(least(&kept) > threshold - slack / 10.0 - 1e-3, "{task}: {} {threshold} {slack}", least(&kept));
+        assert!(least(&kept) > least(&free) + 1e-3, "{task}: {} and {threshold}", least(&kept));
+        assert!(kept.iter().all(|t| t.withheld < 1e-6), "the hierarchy does what the law says: {task}");
+        assert_eq!(kept.iter().any(|t| t.scaling < 0.95), waits, "{task}");
+        for pair in kept.windows(2) {
+            let observed = (pair[1].field - pair[0].field) * 200.0;
+            assert!(
+                (observed - pair[0].rate).abs() < 5e-3,
+                "{task}: at {} s {observed} {}",
+                pair[0].time,
+                pair[0].rate
+            );
+        }
+    }
+}
+
 #[test]
 fn the_same_run_gives_the_same_bits() {
     let text = spec(200, &format!("min 0.9 m  {DEVIATE}"), &format!("{STACK}\nscenario s {{ duration 3 s  {WALK} }}"));

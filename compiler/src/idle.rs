@@ -126,6 +126,7 @@ impl<'a> View<'a> {
             measures: &mut [],
             undefined: &mut false,
             idle: &self.idle,
+            trial: true,
         };
         self.task.update(&state, &mut rows).ok()
     }

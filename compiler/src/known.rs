@@ -35,6 +35,8 @@ pub fn is_word(name: &str) -> bool {
 pub struct Human {
     /// The names of its points, each with the number that says whether it is present, and that of its uncertainty.
     pub points: Vec<(String, usize, usize)>,
+    /// Segments between two points, by the points' places.
+    pub links: Vec<(usize, usize)>,
     /// Whether its points are held when their readings stop.
     pub held: bool,
 }

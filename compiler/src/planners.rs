@@ -116,10 +116,19 @@ fn target(
     let Some(Ok(mut own)) = members.zip(built).find(|(m, _)| m.task == task).map(|(_, b)| b.task) else { return };
     for (path, slot) in all {
         if deviates(model, &program.robot.home, &program.values.initial, own.as_mut(), slot).is_none() {
-            let text =
-                format!("`{path}` of `{}` is no target that three of its rows follow, and cannot deviate", t.name);
+            let text = match own.remembers_target() {
+                true => format!("the target of `{}` has a mass behind it, and cannot deviate", t.name),
+                false => {
+                    format!("`{path}` of `{}` is no target that three of its rows follow, and cannot deviate", t.name)
+                }
+            };
             let d = Diagnostic::error("HQ0609", place(places, guard, "deviate"), text);
-            diagnostics.push(d.help("name a target position or orientation"));
+            diagnostics.push(match own.remembers_target() {
+                true => d
+                    .note("its rows go on from how fast the target moved at the tick before, which a deviation is no part of")
+                    .help("leave `deviate` out: the clock and the motion in its null space give way; or protect a `frame_pose`"),
+                false => d.help("name a target position or orientation"),
+            });
         }
     }
 }

@@ -2,7 +2,6 @@
 //! truly are.
 
 use dsl::{Diagnostic, Span};
-use robot::Base;
 use runtime::program::{Op, Program, ScenarioProgram, Subject, Times};
 use runtime::record::summary::MARGIN_TOLERANCE;
 use runtime::world::World;
@@ -16,6 +15,9 @@ use crate::units::shown;
 
 /// Poses that are looked at for the best value of a safety field.
 const POSES: usize = 400;
+
+/// How far a base is looked for at most, in m.
+const FARTHEST: f64 = 5.0;
 
 /// Warns of scenarios that start outside. `places` has the place of each: of its start, or of its name.
 pub(crate) fn check(program: &Program, places: &[Span], diagnostics: &mut Vec<Diagnostic>) {
@@ -117,6 +119,29 @@ impl Start {
         value.is_finite().then_some(value)
     }
 
+    /// By how much, along x and y and altogether in m, the base would have to start farther away from people for the field to
+    /// be at its minimum: the way on which it rises fastest at the start, to the next centimetre. None within [`FARTHEST`].
+    fn farther(&mut self, scenario: &ScenarioProgram, kept: &Kept) -> Option<([f64; 2], f64)> {
+        let mut at = |[x, y]: [f64; 2]| {
+            let mut q = scenario.start.clone();
+            *q.get_mut(0)? += x;
+            *q.get_mut(1)? += y;
+            self.at(&q)?;
+            self.value(kept)
+        };
+        const STEP: f64 = 1e-3;
+        let slope = [at([STEP, 0.0])? - at([-STEP, 0.0])?, at([0.0, STEP])? - at([0.0, -STEP])?];
+        let length = slope[0].hypot(slope[1]);
+        let direction = [slope[0] / length, slope[1] / length];
+        if !direction.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let steps = 1..=(FARTHEST * 100.0) as usize;
+        let way = |k: usize| direction.map(|x| x * k as f64 / 100.0);
+        let enough = steps.into_iter().find(|&k| at(way(k)).is_some_and(|value| value >= kept.min))?;
+        Some((way(enough), enough as f64 / 100.0))
+    }
+
     /// Warns of a safety field that is below its minimum, with the best that some poses give.
     fn fields(&self, program: &Program, scenario: &ScenarioProgram, at: Span) -> Option<Diagnostic> {
         let below = |m: &Member| {
@@ -136,24 +161,29 @@ impl Start {
         );
         let d = Diagnostic::warning("HQ0807", at, text);
         let model = &program.robot.model;
-        if model.base != Base::Fixed {
-            return Some(d.help("let the people stand farther away at the start, or ask for less"));
-        }
+        // A base that moves can be anywhere: it is left where it starts.
+        let base = model.base.nq();
         let mut search = Start::new(program, scenario)?;
         let mut rng = splitmix();
         let mut best = value;
         for _ in 0..POSES {
-            let q = model.random_configuration(&mut rng);
+            let mut q = model.random_configuration(&mut rng);
+            q.iter_mut().zip(&scenario.start).take(base).for_each(|(q, start)| *q = *start);
             if search.at(&q).is_some()
                 && let Some(value) = search.value(&kept)
             {
                 best = best.max(value);
             }
         }
-        let d = d.note(format!("of {POSES} poses within the joints' limits the best one has {}", short(best)));
-        Some(d.help(match best < min {
-            true => "no pose that was found gives so much while the people stand there: ask for less, or let them stand farther away",
-            false => "start in a pose that is farther away, or let the people stand farther away",
+        let back = if base > 0 { search.farther(scenario, &kept) } else { None };
+        let there = if base > 0 { ", the base where it starts," } else { "" };
+        let d = d.note(format!("of {POSES} poses within the joints' limits{there} the best one has {}", short(best)));
+        Some(d.help(match (best < min, back) {
+            (_, Some(([x, y], by))) => format!(
+                "start with the base {by:.2} m farther away, {x:+.2} m along x and {y:+.2} m along y; or ask for less, or let the people stand farther away"
+            ),
+            (true, None) => "no pose that was found gives so much while the people stand there: ask for less, or let them stand farther away".to_string(),
+            (false, None) => "start in a pose that is farther away, or let the people stand farther away".to_string(),
         }))
     }
 }

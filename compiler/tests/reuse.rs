@@ -261,3 +261,42 @@ fn bombs_are_refused_quickly() {
         assert!(!codes.is_empty(), "{}", &text[..60.min(text.len())]);
     }
 }
+
+/// What a task tells has its name in the file where it is read, whatever the task is called in the program.
+#[test]
+fn what_tasks_tell_has_the_name_of_its_file() {
+    let library = r#"hierarq 1
+human walker { points [chest] }
+safety_field nearness { of walker }
+task reach = frame_position(tool) { position initial(position) + [0, 0.1, 0] m * sin(t/(1 s)) }
+task guard = safety_planner(reach) { field nearness  min 0.5 m }
+let slowness = 1 - guard.scaling
+stack work { level motion { reach }  level internal { guard } }
+machine m {
+  initial a
+  on fault(any) -> c
+  state a { stack work  when guard.scaling < 0.5 -> c  when slowness > 0.7 -> c }
+  final state c
+}
+"#;
+    let (spec, _) = dsl::parse(dsl::Sources::default().add("library", library), library, Spelling::Hq);
+    let yaml = dsl::print(&spec, Spelling::Yaml);
+    let folder = folder("told", &[("hands.hq", library), ("arms.yaml", &yaml)]);
+    for (import, name) in [
+        ("import \"hands.hq\" { m }", "hands.guard.scaling"),
+        ("import \"hands.hq\" { m, guard }", "guard.scaling"),
+        ("import \"hands.hq\" { m, guard as keeper }", "keeper.scaling"),
+        ("import \"arms.yaml\" { m, reach as guard, guard as reach }", "reach.scaling"),
+    ] {
+        let p = program(&format!("hierarq 1\n{import}\n{ROBOT}"), &folder);
+        let machine = p.machine.as_ref().expect("a machine");
+        for t in &machine.states[1].transitions {
+            let runtime::program::Trigger::When { condition, .. } = &t.trigger else { panic!("{t:?}") };
+            let read = p.values.tape.only(&condition.inputs.iter().copied().collect()).signals();
+            let signals = read.into_iter().filter_map(|at| p.interface.signal_of(at));
+            let names: Vec<&str> = signals.map(|s| p.interface.signals[s].name.as_str()).collect();
+            assert_eq!(names, [name], "{import}: {}", t.text);
+            assert!(!t.text.contains('@'), "{}", t.text);
+        }
+    }
+}

@@ -27,7 +27,7 @@ pub mod world;
 pub use controller::{Command, Controller, Observation, Request};
 pub use evaluator::{Built, Evaluator, LIMIT_TOLERANCE, Member, Moment, Rest, build_tasks};
 pub use fault::{Fault, FaultKind};
-pub use planning::{OUTPUTS as PLANNER_OUTPUTS, deviates};
+pub use planning::deviates;
 pub use program::{Program, ProgramError};
 pub use signals::Signals;
 pub use simulate::{Recorder, RunError, Simulation, Tick};

@@ -160,6 +160,17 @@ impl List<'_> {
                     self.add(word, CompletionItemKind::ENUM_MEMBER, 0, "", String::new());
                 }
             }
+            Slot::Tells(all) => {
+                for told in *all {
+                    self.add(
+                        told.name,
+                        CompletionItemKind::PROPERTY,
+                        0,
+                        &told.dimension.to_string(),
+                        told.is.to_string(),
+                    );
+                }
+            }
             Slot::Kind => self.kinds(0),
             Slot::Member => {
                 self.names(mentions, Class::Task, 0);
@@ -235,6 +246,10 @@ impl List<'_> {
             Slot::Links => {
                 self.names(mentions, Class::Arm, 0);
                 self.slot(mentions, &Slot::Geometry);
+            }
+            Slot::PartOrPerson => {
+                self.slot(mentions, &Slot::Geometry);
+                self.names(mentions, Class::Human, 0);
             }
             Slot::Geometry => {
                 for class in [Class::Point, Class::Segment, Class::Group] {

@@ -16,7 +16,7 @@ use super::mentions::{Class, Mentions, What};
 use super::text::Text;
 use super::vocabulary::{FAULTS, MEASURED, TRIGGERS, find};
 use super::walk_machines::outcome_of;
-use crate::catalogue::{describe, presence};
+use crate::catalogue::{self, describe, presence};
 use crate::keys;
 
 /// Lines of a declaration that are shown.
@@ -42,6 +42,10 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
         }
         What::Kind(kind) => task_kind(kind),
         What::Parameter(kind, info) => format!("{}\n\nParameter of `{}`.", parameter(info), kind.name),
+        What::Told(kind, told) => {
+            let unit = catalogue::unit(told.dimension);
+            format!("`{}`, in {unit}: {}\n\nWhat a task `{}` tells while it runs.", told.name, told.is, kind.name)
+        }
         What::Key(key) => self::key(key),
         What::Verb(verb) => self::verb(verb),
         What::BuiltIn(name) => built_in(name)?,

@@ -9,7 +9,7 @@ use compiler::sections::{Key, Section};
 use dsl::tree::Spec;
 use dsl::{Span, Spelling};
 use stdlib_tasks::params::ParamInfo;
-use stdlib_tasks::task::{Actual, TaskKind};
+use stdlib_tasks::task::{Actual, TaskKind, Told};
 
 use super::library::Imported;
 use super::origin::Elsewhere;
@@ -99,6 +99,8 @@ pub(super) enum What {
     Kind(&'static TaskKind),
     /// A parameter of a task type.
     Parameter(&'static TaskKind, &'static ParamInfo),
+    /// What a task of a type tells.
+    Told(&'static TaskKind, &'static Told),
     /// A key or a word of the language.
     Key(&'static Key),
     /// A function or a name that is built in.
@@ -148,6 +150,10 @@ pub(super) enum Slot {
     Limits(&'static Trajectory, Vec<String>),
     /// Words, as keys or values.
     Words(&'static [&'static str]),
+    /// A part of the robot, or a person.
+    PartOrPerson,
+    /// What a task tells.
+    Tells(&'static [Told]),
     /// A task type.
     Kind,
     /// A member of a level.
@@ -234,6 +240,8 @@ pub(super) struct Mentions {
     pub takes: BTreeMap<String, Vec<Taken>>,
     /// The types of signals.
     pub types: BTreeMap<String, String>,
+    /// The types of tasks.
+    pub kinds: BTreeMap<String, String>,
     /// Events that actions raise, each with the place where that is written first.
     pub raised: BTreeMap<String, Range<usize>>,
     /// What the marker stands for.

@@ -26,7 +26,7 @@ fn kind(what: &What) -> Option<u32> {
     Some(match what {
         What::Key(_) => 0,
         What::Kind(_) => 1,
-        What::Parameter(..) => 2,
+        What::Parameter(..) | What::Told(..) => 2,
         What::Declared(Class::Param | Class::Let | Class::Argument, _) => 6,
         What::Brought(Class::Param | Class::Let, _) => 6,
         What::Declared(Class::State, _) => 5,

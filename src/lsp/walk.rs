@@ -66,6 +66,7 @@ impl Walker<'_> {
             ItemKind::For(repeat) => repeat.body.iter().for_each(|item| self.declarations(item)),
             ItemKind::Task(t) => {
                 self.found.takes.entry(format!("task {}", t.name.value)).or_insert_with(|| taken(&t.parameters));
+                self.found.kinds.entry(t.name.value.clone()).or_insert_with(|| t.definition.kind.value.clone());
                 self.declare((Class::Task, t.name.value.clone()), &t.name, item.span, before);
             }
             ItemKind::Stack(s) => {

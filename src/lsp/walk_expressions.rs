@@ -6,7 +6,7 @@ use stdlib_tasks::task::Actual;
 
 use super::mentions::{Class, MARKER, Slot, Walker, What};
 use super::vocabulary::{CALLED, WRENCH_FIELDS, find};
-use super::walk::word;
+use super::walk::{items, word};
 
 impl Walker<'_> {
     /// An expression outside tasks, where nothing can be captured.
@@ -73,7 +73,7 @@ impl Walker<'_> {
                     }
                     ("distance", parts) => parts.iter().for_each(|p| match &p.kind {
                         ValueKind::Call(..) => self.typed(p, actuals),
-                        _ => self.geometries(p),
+                        _ => items(p).iter().for_each(|one| self.part_or_person(one)),
                     }),
                     (name, args) => match TRAJECTORIES.iter().find(|t| t.name == name) {
                         Some(of) => self.trajectory(of, args, actuals),
@@ -89,7 +89,13 @@ impl Walker<'_> {
                     && self.has(Class::Task, name)
                     && !self.found.types.contains_key(name)
                 {
-                    self.marked(&field.value, || Slot::Words(&compiler::PLANNER_OUTPUTS));
+                    let kind = self.found.kinds.get(name).and_then(|kind| stdlib_tasks::find(kind));
+                    if !self.marked(&field.value, || Slot::Tells(kind.map_or(&[], |k| k.tells)))
+                        && let Some(kind) = kind
+                        && let Some(told) = kind.tells.iter().find(|t| t.name == field.value)
+                    {
+                        self.note(&field.value, field.span, What::Told(kind, told));
+                    }
                     self.note(name, inner.span, What::Declared(Class::Task, name.to_string()));
                     return;
                 }
@@ -117,6 +123,14 @@ impl Walker<'_> {
             ValueKind::Block(_) => self.anything(value),
             ValueKind::Number(_) | ValueKind::Text(_) | ValueKind::Missing => {}
         }
+    }
+
+    /// A part of the robot, a person or a point of one.
+    fn part_or_person(&mut self, value: &Value) {
+        if word(value).is_some_and(|name| self.marked(name, || Slot::PartOrPerson)) || self.human_name(value) {
+            return;
+        }
+        self.geometries(value);
     }
 
     /// The arguments of a trajectory.

@@ -115,6 +115,9 @@ impl Walker<'_> {
         if let Some(ty) = file.mentions.types.get(there).filter(|_| class == Class::Signal) {
             self.found.types.entry(here.to_string()).or_insert_with(|| ty.clone());
         }
+        if let Some(kind) = file.mentions.kinds.get(there).filter(|_| class == Class::Task) {
+            self.found.kinds.entry(here.to_string()).or_insert_with(|| kind.clone());
+        }
         for key in file.mentions.declared.keys() {
             let own = |before: &str| Some(key.1.strip_prefix(before)?.strip_prefix('.')?.to_string());
             let name = match (class, key.0) {

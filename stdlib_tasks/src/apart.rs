@@ -54,7 +54,7 @@ pub enum NoWay {
 }
 
 /// The distance of two parts whose cores meet, in m: less by the radius around each.
-fn overlap(a: &Shape, b: &Shape) -> f64 {
+pub(crate) fn overlap(a: &Shape, b: &Shape) -> f64 {
     let radius = |s: &Shape| match *s {
         Shape::Sphere { radius } | Shape::Capsule { radius, .. } => radius,
         Shape::Box { .. } => 0.0,

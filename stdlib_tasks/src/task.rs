@@ -56,6 +56,18 @@ impl ActualType {
     }
 }
 
+/// A number that a running task tells at each tick, behind its own name and a point: `guard.scaling`. Conditions,
+/// expectations and logs read it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Told {
+    /// Its name, without that of the task.
+    pub name: &'static str,
+    /// Its dimension.
+    pub dimension: Dimension,
+    /// What it is, in half a sentence.
+    pub is: &'static str,
+}
+
 /// Builds a task from bound parameters, or says which of them makes that impossible.
 pub type Build = fn(&BoundParams, &Context) -> Result<Box<dyn Task>, BuildError>;
 
@@ -77,6 +89,8 @@ pub struct TaskKind {
     pub positional: &'static [&'static str],
     /// What `initial(..)` can capture inside its parameters.
     pub actuals: &'static [Actual],
+    /// What the task tells while it runs, in the order of [`Task::told`].
+    pub tells: &'static [Told],
     /// Builds a task.
     pub build: Build,
 }
@@ -191,6 +205,8 @@ pub struct Rows<'a> {
     pub undefined: &'a mut bool,
     /// Rows that are known to have no say: only their margins are wanted. Empty where all have one.
     pub idle: &'a [bool],
+    /// The rows are only looked at: whatever the task remembers from tick to tick stays as it is.
+    pub trial: bool,
 }
 
 impl Rows<'_> {
@@ -254,6 +270,11 @@ pub trait Task: Send {
         false
     }
 
+    /// Whether the rows depend on how the task's target moved at the tick before, beside its parameters and rates now.
+    fn remembers_target(&self) -> bool {
+        false
+    }
+
     /// Writes the rows of this tick. Never allocates.
     ///
     /// # Errors
@@ -262,6 +283,10 @@ pub trait Task: Send {
 
     /// Errors or margins that exist only once the velocity is known. Never allocates.
     fn observe(&self, _state: &State, _v: &[f64], _margins: &mut [f64], _measures: &mut [f64]) {}
+
+    /// Writes the numbers of [`TaskKind::tells`] in their units, for the velocity that was chosen; one that is not finite
+    /// is absent. Never allocates.
+    fn told(&self, _state: &State, _v: &[f64], _out: &mut [f64]) {}
 
     /// For a task whose rows are decided about elsewhere: what the next [`Task::update`] asks for, `nv` numbers. Never
     /// allocates.

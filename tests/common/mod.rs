@@ -21,6 +21,7 @@ pub const EXAMPLES: &[&str] = &[
     "tested",
     "bystander",
     "nearness",
+    "protective_stop",
     "admittance",
     "hand_guiding",
     "harvesting",

@@ -8,6 +8,7 @@ const HUMANS: &str = r#"hierarq 1
 robot arm {
   urdf "robots/arm7.urdf"
   rate 100 Hz
+  points { tip tool }
   home { joint_2 0.4 rad  joint_4 1.6 rad  joint_6 1.1 rad }
 }
 
@@ -29,6 +30,7 @@ scenario calm {
   duration 1 s
   humans { operator { value [2, 0, 0] m  shape { chest [0, 0, 1.2] m  hand [0, 0, 0.9] m } } }
   expect always norm(operator.hand) > 1 m
+  expect always distance(tip, operator.hand) > 0.1 m
 }
 
 run { stack work  duration 1 s }
@@ -61,13 +63,15 @@ fn hover_and_definition() {
         ("[[che|st, hand]]", "points [|chest"),
         ("shape { che|st", "points [|chest"),
         ("norm(operator.ha|nd) >", "[chest, |hand]\n  links"),
+        ("distance(tip, oper|ator.hand)", "human |operator"),
+        ("distance(tip, operator.ha|nd)", "[chest, |hand]\n  links"),
     ]);
 }
 
 #[test]
 fn references_and_rename() {
     let mut doc = opened();
-    for (place, uses) in [("human |operator", 8), ("points [|chest", 5), ("[chest, |hand]\n  links", 5)] {
+    for (place, uses) in [("human |operator", 9), ("points [|chest", 5), ("[chest, |hand]\n  links", 6)] {
         assert_eq!(doc.references(place, true), uses, "{place}");
     }
     for (place, old, new) in [
@@ -96,6 +100,8 @@ fn completion() {
         ("uncertainty(operator)", "uncertainty(|)", &["operator"], &["away"]),
         ("present(operator)", "present(|)", &["operator"], &["away"]),
         ("norm(operator.hand)", "norm(|)", &["operator", "frame"], &[]),
+        ("distance(tip, operator.hand)", "distance(tip, |)", &["operator", "tip"], &["away"]),
+        ("distance(tip, operator.hand)", "distance(tip, operator.|)", &["hand"], &["tip"]),
         ("  lost hold", "  lost |", &["fault", "hold"], &["measured"]),
         ("  lost hold", "  |", &["lost", "velocity", "growth"], &["timeout", "rate"]),
         ("[[chest, hand]]", "[[chest, |]]", &["chest", "hand"], &["tool"]),

@@ -9,6 +9,7 @@ robot arm {
   urdf "robots/arm7.urdf"
   rate 100 Hz
   home { joint_2 0.4 rad  joint_4 1.6 rad  joint_6 1.1 rad }
+  points { tip tool }
 }
 
 human walker { points [chest] }
@@ -18,18 +19,20 @@ safety_field nearness { of walker }
 
 // To and fro.
 task reach = frame_position(tool) { position initial(position) + [0, 0.1, 0] m * sin(t/(1 s)) }
+task separation = speed_separation(tip) { from walker.chest  reaction 0.1 s  deceleration 3 m/s^2  intrusion 0.1 m }
 task guard = safety_planner(reach) {
   field nearness
   min 0.5 m
   deviate { position { speed 0.4 m/s  most 0.2 m } }
 }
 
-stack work { level motion { reach }  level internal { guard } }
+stack work { level people { separation }  level motion { reach }  level internal { guard } }
 
 scenario calm {
   duration 1 s
   humans { walker { value [2, 0, 1] m } }
   expect always guard.scaling > 0.5
+  expect always separation.room > 0 m
 }
 "#;
 
@@ -46,11 +49,14 @@ fn hover_and_definition() {
         ("  field near|ness", "nearness", "How far away people are."),
         ("mo|st 0.2 m", "most", "greatest deviation"),
         ("always gua|rd.scaling", "guard", "task"),
+        ("guard.scal|ing > 0.5", "scaling", "how fast the clock goes"),
+        ("separation.ro|om >", "room", "it is to stand"),
     ]);
     doc.definitions(&[
         ("safety_planner(rea|ch)", "task |reach"),
         ("  field near|ness", "safety_field |nearness"),
         ("always gua|rd.scaling", "task |guard"),
+        ("always separ|ation.room", "task |separation"),
     ]);
 }
 
@@ -72,6 +78,7 @@ fn completion() {
         ("  field nearness", "  field |", &["nearness"], &[]),
         ("  min 0.5 m\n", "  min 0.5 m\n  |\n", &["internal"], &[]),
         ("guard.scaling", "guard.|", &["deviation"], &[]),
+        ("separation.room", "separation.|", &["speed_limit"], &[]),
         ("speed 0.4 m/s  most 0.2 m", "speed 0.4 m/s  |", &["return"], &[]),
     ]);
 }

@@ -140,10 +140,15 @@ impl TaskScope<'_> {
             return if asked { Ok(Typed { span, ..typed }) } else { Err(Some(Box::new(d.help(USE)))) };
         }
         let e = cut(graph, self.table, &typed);
-        if e.leaves.iter().any(|l| matches!(l, Leaf::Field(_))) {
-            let d = Diagnostic::error("HQ0311", argument.span, "a safety field cannot be captured")
+        let people = e.leaves.iter().find_map(|l| match l {
+            Leaf::Field(_) => Some(("a safety field", "field")),
+            Leaf::Away(_) => Some(("the distance to a person", "distance")),
+            _ => None,
+        });
+        if let Some((what, function)) = people {
+            let d = Diagnostic::error("HQ0311", argument.span, format!("{what} cannot be captured"))
                 .note("`initial(..)` reads the robot alone, and people go on moving");
-            return Err(Some(Box::new(d.help("write `field(..)` without `initial`, or a number"))));
+            return Err(Some(Box::new(d.help(format!("write `{function}(..)` without `initial`, or a number")))));
         }
         if !e.inputs.is_empty() {
             let d = Diagnostic::error("HQ0311", argument.span, "the time cannot be captured")

@@ -81,10 +81,7 @@ fn state_number(
     {
         let first = leaves.iter().map(Leaf::width).sum::<usize>();
         states.extend((0..leaf.width()).map(|i| (at + i, first + i)));
-        leaves.push(match leaf {
-            Leaf::Field(field) => Leaf::Field(Box::new(field.renumber(|n| index.get(&n).copied().unwrap_or(0)))),
-            leaf => leaf.clone(),
-        });
+        leaves.push(leaf.renumber(|n| index.get(&n).copied().unwrap_or(0)));
     }
     states.get(&k).copied().unwrap_or(0)
 }

@@ -5,6 +5,7 @@ mod condition;
 mod cut;
 mod expression;
 mod parts;
+mod people;
 mod per;
 mod present;
 mod protects;

@@ -75,6 +75,12 @@ impl TaskScope<'_> {
                     diagnostics.push(of_poses(pose.span));
                     return None;
                 }
+                let found = self.between(a, b).map_err(|d| diagnostics.extend(d.map(|d| *d))).ok()?;
+                if let Some((part, bodies)) = found {
+                    let parts = parts::geometries(self.robot, part, diagnostics)?;
+                    let nearest = self.away(graph, &parts, &bodies, span);
+                    return self.suited(graph, nearest.map_err(Some).map(Some), span, diagnostics);
+                }
                 let (a, b) =
                     (parts::geometries(self.robot, a, diagnostics), parts::geometries(self.robot, b, diagnostics));
                 let (a, b) = (a?, b?);
@@ -87,6 +93,17 @@ impl TaskScope<'_> {
             Now::Field(field) => self.safety_field(field, span).map(Some),
             Now::Com => self.center_of_mass(graph, span).map_err(Some).map(Some),
         };
+        self.suited(graph, found, span, diagnostics)
+    }
+
+    /// What was found, where it may stand here.
+    fn suited(
+        &mut self,
+        graph: &Graph,
+        found: Result<Option<Typed>, Option<Box<Diagnostic>>>,
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Typed> {
         self.asked = true;
         let typed = match found {
             Ok(typed) => typed?,
@@ -160,9 +177,14 @@ impl TaskScope<'_> {
 
     /// The nodes of a leaf; each leaf has its place among the state's numbers once.
     fn leaf(&mut self, graph: &mut Graph, leaf: Leaf) -> Vec<usize> {
-        let width = leaf.width();
+        let (width, reads) = (leaf.width(), leaf.reads().as_flattened().to_vec());
         let at = self.table.leaf(leaf);
-        (at..at + width).map(|k| graph.push(Op::State(k))).collect()
+        (at..at + width)
+            .map(|k| match reads.is_empty() {
+                true => graph.push(Op::State(k)),
+                false => graph.reading_state(k, reads.clone()),
+            })
+            .collect()
     }
 
     /// What belongs to a link: constant where the link does not move.
@@ -246,7 +268,7 @@ impl TaskScope<'_> {
     }
 
     /// The smallest of some distances.
-    fn smallest(
+    pub(super) fn smallest(
         &mut self,
         graph: &mut Graph,
         leaves: Vec<Leaf>,

@@ -17,11 +17,12 @@ impl Binder<'_> {
         let Some(name) = text_of(value) else {
             return self.wrong(value, info, "the name of a declared task");
         };
-        // A task of another file stands beside those of that file.
-        let own = self.tasks.get(owner.task).map_or("", |t| t.0.as_str());
-        let beside = own.rsplit_once('.').map(|(file, _)| format!("{file}.{name}"));
-        let find = |name: &str| self.tasks.iter().position(|t| t.0 == name);
-        let found = beside.as_deref().and_then(find).or_else(|| find(name));
+        // A task of another file may have another name in the program.
+        let program = match &value.kind {
+            ValueKind::Name(name) => target(name),
+            _ => name,
+        };
+        let found = self.tasks.iter().position(|t| t.0 == program);
         let Some((index, (_, definition))) = found.and_then(|i| Some((i, self.tasks.get(i)?))) else {
             let names: Vec<&str> = self.tasks.iter().map(|t| t.0.as_str()).filter(|n| !n.contains('.')).collect();
             let d = Diagnostic::error("HQ0201", value.span, format!("there is no task `{name}`"));
@@ -118,6 +119,18 @@ impl Binder<'_> {
                     let what = format!("deviation `{path}`");
                     block_of(&e.value, &format!("`{path}`"), self.diagnostics)
                         .and_then(|b| self.group(owner, if turns { TURN } else { PATH }, b, &what, e.key.span))
+                }
+                ParamType::Expression(_) => {
+                    let text = format!("`{path}` of task `{name}` is an expression of any kind, and cannot deviate");
+                    self.diagnostics.push(
+                        Diagnostic::error("HQ0609", e.key.span, text)
+                            .note("a deviation turns or moves a target in the world, and a written value may be anything")
+                            .help(
+                                "track a frame with `frame_position(F) { position .. }` or `frame_pose(F)`, whose targets \
+                                 deviate; or leave `deviate` out: the clock and the motion in its null space give way",
+                            ),
+                    );
+                    None
                 }
                 _ => {
                     let text =

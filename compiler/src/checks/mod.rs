@@ -20,7 +20,7 @@ use crate::pointless;
 use crate::ranges::Ground;
 use crate::units::shown;
 use crate::{bounds, braking};
-use crate::{jumps, reach};
+use crate::{jumps, reach, standing};
 
 /// Checks a program that has no errors so far.
 pub(crate) fn program(ground: &Ground, program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
@@ -28,6 +28,7 @@ pub(crate) fn program(ground: &Ground, program: &Program, places: &Places, diagn
     planners::check(program, places, diagnostics);
     reach::limits(ground, program, places, diagnostics);
     jumps::check(ground, program, places, diagnostics);
+    standing::check(program, places, diagnostics);
     let values = &program.values.initial;
     wider(program, places, diagnostics);
     let mut reported: Vec<(usize, String)> = Vec::new();

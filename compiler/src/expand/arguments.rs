@@ -86,6 +86,12 @@ pub(crate) fn quantity(name: &str) -> Option<(Kind, Option<Dimension>)> {
     }
 }
 
+/// The type of quantity that numbers of a dimension are.
+pub(crate) fn type_of(dimension: Dimension) -> Option<&'static str> {
+    let is = |t: &&Type| matches!(t.form, Form::Quantity(Kind::Scalar, Some(d)) if d == dimension);
+    TYPES.iter().find(is).map(|t| t.name)
+}
+
 /// What is given to a declaration.
 pub(super) struct Arguments<'u> {
     pub args: &'u [Value],

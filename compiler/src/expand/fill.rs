@@ -238,7 +238,7 @@ impl Expander<'_> {
         Value { kind, span }
     }
 
-    /// What a name stands for: an argument, or the name that a value has in the program.
+    /// What a name stands for: an argument, or the name that a value or else a task has in the program.
     fn named(&mut self, name: &str, span: Span, frame: &mut Frame) -> Value {
         match frame.bound.get(name) {
             Some(Bound::Value(value) | Bound::Joints(value)) => {
@@ -254,7 +254,10 @@ impl Expander<'_> {
             None => {}
         }
         let name = self.filled(name, true, span, frame);
-        let target = if frame.resolve { self.value_name(frame.module, &name, span) } else { None };
+        let target = match frame.resolve {
+            true => self.value_name(frame.module, &name, span).or_else(|| self.task_name(frame.module, &name)),
+            false => None,
+        };
         let kind = match target {
             Some(target) if target != name => ValueKind::Name(format!("{name}@{target}")),
             _ => ValueKind::Name(name),

@@ -33,7 +33,7 @@ use crate::lowering::Input;
 use module::Module;
 
 pub use arguments::parameter_types;
-pub(crate) use arguments::{TYPES, quantity};
+pub(crate) use arguments::{TYPES, quantity, type_of};
 pub(crate) use fill::parts;
 
 /// Texts in the place of those of imported files, by canonical path: what an editor has open and has not saved.

@@ -220,6 +220,14 @@ impl Expander<'_> {
         }
     }
 
+    /// The name that a task has in the program, if the name is that of a task without parameters.
+    pub(super) fn task_name(&self, module: usize, name: &str) -> Option<String> {
+        let (m, i) = self.find(module, Class::Task, name).ok()?;
+        let kind = &self.modules[m].items[i].kind;
+        let (_, own) = declared(kind).filter(|_| parameters(kind).is_empty())?;
+        Some(self.program_name(m, Class::Task, &own.value))
+    }
+
     /// The names of a class that a module sees, those with parameters or those without.
     pub(super) fn names(&self, module: usize, class: Class, takes: bool) -> Vec<String> {
         let all = self.modules[module].scope.keys().filter(|k| k.0 == class);

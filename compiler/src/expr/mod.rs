@@ -13,12 +13,12 @@ mod interval;
 mod lower;
 mod names;
 mod ops;
-mod planners;
 mod poses;
 mod present;
 mod rotations;
 mod scope;
 mod signals;
+mod told;
 mod trajectories;
 
 pub use facts::{Fact, Known};
@@ -29,11 +29,11 @@ pub use helps::bracketed;
 pub(crate) use humans::{field_symbol, symbol};
 pub use interval::Interval;
 pub use lower::Lowering;
-pub(crate) use planners::told;
 pub(crate) use poses::root;
 pub(crate) use present::PRESENT;
 pub use present::{Now, Plane};
 pub use scope::{MEASURES, Meaning, Scope, Symbol};
+pub(crate) use told::told;
 pub use trajectories::{Named, Start, TRAJECTORIES, Trajectory, needs_from};
 
 use dsl::Span;

@@ -71,7 +71,8 @@ impl Lowering<'_> {
         }
         let mut known = self.scope.names();
         known.extend(["pi", "t", "time", "com"].map(String::from));
-        let mut d = Diagnostic::error("HQ0201", span, format!("there is no value called `{name}`"));
+        let mut d =
+            Diagnostic::error("HQ0201", span, format!("there is no value called `{}`", crate::forms::written(name)));
         if let Some(help) = self.scope.instead(name) {
             d = d.help(help);
         } else if let Some(near) = suggest(name, known.iter().map(String::as_str)) {

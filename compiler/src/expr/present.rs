@@ -84,7 +84,7 @@ impl Lowering<'_> {
         if let Some(point) = self.tracked(inner, field, span) {
             return point;
         }
-        if let Some(told) = self.told_by_planner(inner, field, span) {
+        if let Some(told) = self.told_by_task(inner, field, span) {
             return told;
         }
         if let Some(k) = ["x", "y", "z"].iter().position(|n| *n == field.value) {

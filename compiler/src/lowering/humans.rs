@@ -47,7 +47,8 @@ impl Lowerer<'_> {
             self.params.failed.insert(name.value.clone());
             return;
         }
-        let mut known = constants::Human { points: Vec::new(), held: matches!(motion.lost, Lost::Hold(_)) };
+        let held = matches!(motion.lost, Lost::Hold(_));
+        let mut known = constants::Human { points: Vec::new(), links: links.clone(), held };
         let mut human = HumanProgram { name: name.value.clone(), points: Vec::new(), links };
         for point in points {
             let signal = SignalProgram {

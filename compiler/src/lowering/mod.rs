@@ -11,7 +11,6 @@ mod in_place;
 mod machine;
 mod measures;
 mod params;
-mod planners;
 mod predicates;
 mod run;
 mod scenario;
@@ -19,6 +18,7 @@ mod sensors;
 mod shapes;
 mod signals;
 mod stack;
+mod told;
 mod transitions;
 mod triggers;
 mod values;
@@ -227,7 +227,6 @@ impl<'a> Lowerer<'a> {
         if !expanded.usable {
             return None;
         }
-        self.planners(&declared.tasks);
         let later = self.named_values(expanded, &declared);
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         let robot = declared.robots.first().and_then(|r| {

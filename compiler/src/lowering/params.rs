@@ -28,8 +28,12 @@ impl Lowerer<'_> {
     /// Declares all values with a name. Gives the lets that wait until the robot is known.
     pub(super) fn named_values<'t>(&mut self, expanded: &'t Expanded, declared: &Declared) -> Vec<&'t Let> {
         let overrides = self.overrides(declared);
-        let mut later = Vec::new();
+        let (mut later, mut told) = (Vec::new(), false);
         for value in &expanded.values {
+            // What tasks tell stands behind the signals, and before what may read it.
+            if matches!(value, Named::Let(_)) && !std::mem::replace(&mut told, true) {
+                self.told(&declared.tasks);
+            }
             match value {
                 Named::Param(p) => {
                     let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
@@ -44,6 +48,9 @@ impl Lowerer<'_> {
                 Named::Field(f) => self.declare_field(f),
                 Named::Variable(v) => self.variable(v),
             }
+        }
+        if !told {
+            self.told(&declared.tasks);
         }
         later
     }

@@ -2,6 +2,7 @@
 
 mod presence;
 mod stacks;
+mod told;
 
 use std::collections::BTreeSet;
 
@@ -29,6 +30,7 @@ pub(crate) fn checks(program: &Program, places: &MachinePlaces, diagnostics: &mu
     c.never(diagnostics);
     c.faults(diagnostics);
     c.waiting(diagnostics);
+    c.told(diagnostics);
     c.targets(diagnostics);
     c.stacks(diagnostics);
     c.absent(diagnostics);

@@ -130,6 +130,7 @@ impl Bench<'_> {
             margins: &mut margins,
             measures: &mut measures,
             undefined: &mut undefined,
+            trial: false,
         };
         task.update(&state, &mut rows)?;
         assert!(jacobian.chunks(stride).all(|row| row[nv..].iter().all(|&x| x == 0.0)), "padding was written");

@@ -104,8 +104,8 @@ impl Controller {
             self.active = stack.map_or(self.stages.len() - 1, |s| self.stage_of[s]);
             self.entering = Some(change.blend);
             self.visits += 1;
-            // A planner that does not run has nothing to tell.
-            for signal in self.stages.iter().flat_map(|s| s.evaluator.planners()).flat_map(|p| p.signals()) {
+            // A task that does not run has nothing to tell.
+            for signal in self.stages.iter().flat_map(|s| s.evaluator.telling()) {
                 self.signals.forget(signal);
             }
         }
@@ -132,7 +132,7 @@ impl Controller {
         stage.solve(&self.reference, moment)?;
         self.velocity.copy_from_slice(stage.velocity());
         stage.evaluator.observe(&self.reference, &self.velocity);
-        for (signal, value) in stage.evaluator.planners().iter().flat_map(|p| p.told(&self.velocity)) {
+        for (signal, value) in stage.evaluator.told(&self.velocity) {
             if !self.signals.assign(signal, &[value]) {
                 self.signals.forget(signal);
             }

@@ -8,6 +8,7 @@ mod capture;
 mod member;
 mod moment;
 mod ready;
+mod telling;
 mod update;
 
 use robot::{Data, Model};
@@ -17,6 +18,7 @@ pub use build::{Built, build_tasks};
 use capture::Captured;
 pub use member::Member;
 pub use moment::{Moment, Rest};
+use telling::Telling;
 
 use crate::coasting::Coasting;
 use crate::planning::Planning;
@@ -39,6 +41,8 @@ pub struct Evaluator {
     /// Safety planners of the stack.
     planners: Vec<Planning>,
     led: Led,
+    /// What tasks tell of themselves.
+    telling: Vec<Telling>,
     /// Signals that must be present.
     needs: Vec<usize>,
     /// Room for a configuration beside the one that is looked at.
@@ -167,11 +171,6 @@ impl Evaluator {
     /// The field of the safety planner that a task of the program is, at the last tick.
     pub fn field_of(&self, task: usize) -> Option<&Field> {
         self.planners.iter().find(|p| p.program_index == task).map(|p| p.field())
-    }
-
-    /// The planners of the stack.
-    pub(crate) fn planners(&self) -> &[Planning] {
-        &self.planners
     }
 
     /// Locked joints come to rest at the next update, or stand.

@@ -6,7 +6,7 @@ use robot::{Data, Model};
 use solver::{LevelShape, Problem};
 use stdlib_tasks::task::{BuildError, Nature, Task};
 
-use super::{Built, Evaluator, LIMIT_TOLERANCE, Led, Member, build_tasks, capture};
+use super::{Built, Evaluator, LIMIT_TOLERANCE, Led, Member, Telling, build_tasks, capture};
 use crate::coasting::Coasting;
 use crate::planning::{self, Planning};
 use crate::program::{Capture, Program, ProgramError, StackProgram, TaskProgram};
@@ -182,6 +182,7 @@ impl Evaluator {
                 .collect(),
             needs: needs.into_iter().collect(),
             led,
+            telling: members.iter().enumerate().filter_map(|(i, m)| Telling::new(program, i, m)).collect(),
             values,
             planners,
             undefined: vec![false; tasks.len()],

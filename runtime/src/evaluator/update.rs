@@ -120,6 +120,7 @@ impl Evaluator {
             measures: &mut measures[m.measures.clone()],
             undefined: &mut undefined[i],
             idle,
+            trial: false,
         };
         match task.update(&state, &mut rows) {
             Ok(()) => {}
@@ -154,11 +155,12 @@ impl Evaluator {
 
     /// Lets the tasks see the velocity that was chosen. Never allocates.
     pub fn observe(&mut self, q: &[f64], v: &[f64]) {
-        let Evaluator { model, data, values, tasks, members, margins, measures, .. } = self;
+        let Evaluator { model, data, values, tasks, members, margins, measures, telling, .. } = self;
         let ValueTable { current, rates, .. } = values;
         let state = State { model, data, q, values: current, rates, velocity: v };
         for (task, m) in tasks.iter().zip(members.iter()) {
             task.observe(&state, v, &mut margins[m.margins.clone()], &mut measures[m.measures.clone()]);
         }
+        telling.iter_mut().for_each(|t| t.listen(tasks, &state, v));
     }
 }

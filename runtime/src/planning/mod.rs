@@ -24,10 +24,6 @@ use crate::values::ValueTable;
 pub use settings::deviates;
 pub(crate) use settings::{planner_of, planners, protected_by};
 
-/// What a planner tells, behind its name and a point, in this order: u_c, the largest deviation, the slack, what the rest of
-/// the hierarchy withheld of the field's rate, and the field.
-pub const OUTPUTS: [&str; 5] = ["scaling", "deviation", "slack", "withheld", "field"];
-
 /// Where a direction comes from.
 enum Along {
     Gradient,
@@ -121,6 +117,7 @@ impl Probe {
             measures: &mut self.measures,
             undefined: &mut undefined,
             idle: &[],
+            trial: true,
         };
         task.update(state, &mut rows)
     }
@@ -337,11 +334,6 @@ impl Planning {
         let withheld = (plan.field_rate - self.field.rate(v)).max(0.0);
         let numbers = [plan.u_c, sizes.fold(0.0, f64::max), plan.outcome.slack, withheld, self.field.value()];
         self.signals.into_iter().zip(numbers).filter_map(|(s, x)| Some((s?, x)))
-    }
-
-    /// The signals that tell of it.
-    pub fn signals(&self) -> impl Iterator<Item = usize> {
-        self.signals.into_iter().flatten()
     }
 
     /// The planner itself.

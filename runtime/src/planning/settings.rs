@@ -7,11 +7,11 @@ use robot::{Data, Model};
 use solver::LevelShape;
 use stdlib_tasks::bound::{Bound, BoundParams, Slot};
 use stdlib_tasks::expression::Evaluation;
-use stdlib_tasks::kinds::safety_planner::{DeviationParams, Internal, Params, Scaling};
+use stdlib_tasks::kinds::safety_planner::{DeviationParams, Internal, Params, Scaling, TELLS};
 use stdlib_tasks::params::{Input, Operand};
 use stdlib_tasks::task::{State, Task};
 
-use super::{Along, Deviated, OUTPUTS, Planning, Probe};
+use super::{Along, Deviated, Planning, Probe};
 use crate::program::{Program, ProgramError, StackProgram, TaskProgram, Times, error};
 use crate::safety::{
     Damping, Deviation, DeviationKind, Direction, Frame, HumanPoint, PlannerSettings, SafetyPlanner, Strategy, Weights,
@@ -74,6 +74,10 @@ fn at_path<'b>(params: &'b BoundParams, path: &str) -> Option<&'b Bound> {
 
 /// The first of the three rows that follow the rate of a parameter one to one; none where there are no such rows.
 pub fn deviates(model: &Model, home: &[f64], values: &[f64], task: &mut dyn Task, slot: Slot) -> Option<usize> {
+    // What it remembers is how the path moved, and not how the path that it leaves it for does.
+    if task.remembers_target() {
+        return None;
+    }
     let mut data = Data::new(model);
     model.forward(home, &mut data);
     let mut values = values.to_vec();
@@ -218,7 +222,7 @@ impl Planning {
             wanted: vec![0.0; probe.rows],
             probe,
             internal: vec![0.0; model.nv()],
-            signals: OUTPUTS.map(|o| program.interface.signal(&format!("{name}.{o}"))),
+            signals: TELLS.map(|t| program.interface.signal(&format!("{name}.{}", t.name))),
         })
     }
 }

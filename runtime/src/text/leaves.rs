@@ -39,6 +39,11 @@ fn words(p: &Program, leaf: &Leaf) -> String {
             let (normal, offset) = (vector(&plane.normal), number(plane.offset));
             format!("the height of {} above the plane [{normal}]·x = {offset} m in {axes}", above.part.name)
         }
+        Leaf::Away(away) => {
+            let [a, b] = away.ends.map(|e| format!("[{}]", e.map(|i| format!("${i}")).join(", ")));
+            let what = if a == b { a } else { format!("the segment from {a} to {b}") };
+            format!("the distance from {} to {what}", away.part.name)
+        }
         Leaf::Com => "the centre of mass".to_string(),
         Leaf::Field(field) => {
             let points: Vec<String> =

@@ -12,14 +12,15 @@
 //! ```
 //!
 //! for a distance its row along the line between the closest points, for the centre of mass the rows of the links' centres.
-//! A safety field reads points of people, which are operations that come before it: the sweep back hands its derivatives in
-//! them on, so that their rates count as those of any input. Source: Griewank, Walther, Evaluating Derivatives (2008),
+//! A safety field, and the distance to a person, read points that are operations that come before them: the sweep back hands the
+//! derivatives in them on, so that their rates count as those of any input. Source: Griewank, Walther, Evaluating Derivatives (2008),
 //! ch. 3; the leaves are ours.
 
 use nalgebra::{Point3, Vector3};
 use robot::Model;
 
 use super::above::{Above, Lowest};
+use super::away;
 use super::center_of_mass::CenterOfMass;
 use super::people::People;
 use super::{Expression, Leaf, Op};
@@ -37,6 +38,7 @@ enum Found {
     Above { above: Box<Above>, lowest: Option<Lowest> },
     Com(CenterOfMass),
     Field(Box<People>),
+    Away(Box<away::Ready>),
 }
 
 /// An expression made ready. Nothing here allocates after [`Evaluation::new`].
@@ -47,8 +49,8 @@ pub struct Evaluation {
     outputs: Vec<usize>,
     /// Each leaf with its first number.
     leaves: Vec<(usize, Found)>,
-    /// Of the safety fields among them, the number, and which leaf it is.
-    fields: Vec<(usize, usize)>,
+    /// Of those among them that read operations, the number, and which leaf it is.
+    readers: Vec<(usize, usize)>,
     /// The numbers of the leaves, and the adjoint of each.
     state: Vec<f64>,
     state_adjoints: Vec<f64>,
@@ -77,13 +79,15 @@ impl Evaluation {
                 Leaf::Above(above) => Found::Above { above: above.clone(), lowest: None },
                 Leaf::Com => Found::Com(CenterOfMass::new(model)),
                 Leaf::Field(field) => Found::Field(Box::new(People::new(field, model))),
+                Leaf::Away(away) => Found::Away(Box::new(away::Ready::new(away))),
             };
             leaves.push((at, found));
             at += leaf.width();
         }
-        let fields = leaves.iter().enumerate().filter(|(_, (_, found))| matches!(found, Found::Field(_)));
+        let reads = |found: &Found| matches!(found, Found::Field(_) | Found::Away(_));
+        let readers = leaves.iter().enumerate().filter(|(_, (_, found))| reads(found));
         Evaluation {
-            fields: fields.map(|(i, (at, _))| (*at, i)).collect(),
+            readers: readers.map(|(i, (at, _))| (*at, i)).collect(),
             ops: expression.ops.clone(),
             inputs: expression.inputs.clone(),
             outputs: expression.outputs.clone(),
@@ -99,9 +103,13 @@ impl Evaluation {
     /// Forgets the past: the directions between parts that were last valid.
     pub fn forget(&mut self) {
         for (_, found) in &mut self.leaves {
-            if let Found::Distance { pair, apart } = found {
-                pair.forget();
-                *apart = None;
+            match found {
+                Found::Distance { pair, apart } => {
+                    pair.forget();
+                    *apart = None;
+                }
+                Found::Away(away) => away.forget(),
+                _ => {}
             }
         }
     }
@@ -138,17 +146,20 @@ impl Evaluation {
                     *lowest = Some(now);
                 }
                 Found::Com(com) => write_vector(&com.position(state.data), numbers),
-                // Its points are operations.
-                Found::Field(_) => {}
+                // Their points are operations.
+                Found::Field(_) | Found::Away(_) => {}
             }
         }
         for (i, op) in self.ops.iter().enumerate() {
             let (before, rest) = self.registers.split_at_mut(i);
             if let Op::State(k) = *op
-                && let Some((_, leaf)) = self.fields.iter().find(|f| f.0 == k)
-                && let Found::Field(people) = &mut self.leaves[*leaf].1
+                && let Some((_, leaf)) = self.readers.iter().find(|f| f.0 == k)
             {
-                self.state[k] = people.find(state, before)?;
+                match &mut self.leaves[*leaf].1 {
+                    Found::Field(people) => self.state[k] = people.find(state, before)?,
+                    Found::Away(away) => self.state[k] = away.find(state, before)?,
+                    _ => {}
+                }
             }
             let leaf = |op: Op| match op {
                 Op::Input(k) => state.values[self.inputs[k]],
@@ -187,10 +198,12 @@ impl Evaluation {
                 Op::Input(k) => still += g * state.rates[self.inputs[k]],
                 Op::State(k) => {
                     self.state_adjoints[k] += g;
-                    if let Some((_, leaf)) = self.fields.iter().find(|f| f.0 == k)
-                        && let Found::Field(people) = &self.leaves[*leaf].1
-                    {
-                        people.pull(g, &mut self.adjoints[..i]);
+                    if let Some((_, leaf)) = self.readers.iter().find(|f| f.0 == k) {
+                        match &self.leaves[*leaf].1 {
+                            Found::Field(people) => people.pull(g, &mut self.adjoints[..i]),
+                            Found::Away(away) => away.pull(g, &mut self.adjoints[..i]),
+                            _ => {}
+                        }
                     }
                 }
                 _ => op.pull(g, self.registers[i], &self.registers[..i], &mut self.adjoints[..i]),
@@ -233,6 +246,7 @@ impl Evaluation {
                     com.add_row(state, &n, row);
                 }
                 Found::Field(people) => self.size += people.add_row(a[0], row),
+                Found::Away(away) => self.size += away.add_row(state, a[0], row),
             }
         }
         still

@@ -6,6 +6,7 @@
 //! each row.
 
 mod above;
+mod away;
 mod center_of_mass;
 mod evaluation;
 mod op;
@@ -21,6 +22,7 @@ use crate::dimension::Dimension;
 use crate::field::FieldProgram;
 
 pub use above::{Above, Plane};
+pub use away::Away;
 pub use center_of_mass::center_of_mass;
 pub use evaluation::Evaluation;
 pub use op::{Op, ROUNDING};
@@ -49,6 +51,9 @@ pub enum Leaf {
     Com,
     /// A safety field, whose points are operations of the expression: one number.
     Field(Box<FieldProgram>),
+    /// The distance from a part of the robot to a point or a segment, whose ends are operations of the expression, in m: one
+    /// number.
+    Away(Box<Away>),
 }
 
 impl Leaf {
@@ -57,7 +62,7 @@ impl Leaf {
         match self {
             Leaf::Point { .. } | Leaf::Com => 3,
             Leaf::Orientation(_) => 4,
-            Leaf::Joint(_) | Leaf::Distance(_) | Leaf::Above(_) | Leaf::Field(_) => 1,
+            Leaf::Joint(_) | Leaf::Distance(_) | Leaf::Above(_) | Leaf::Field(_) | Leaf::Away(_) => 1,
         }
     }
 
@@ -78,6 +83,25 @@ impl Leaf {
             Leaf::Above(above) => above.check(model),
             Leaf::Com => ensure(center_of_mass::exists(model), "no link has a mass, and there is no centre of mass"),
             Leaf::Field(field) => field.check(model, ops),
+            Leaf::Away(away) => away.check(model, ops),
+        }
+    }
+
+    /// The operations that it reads.
+    pub fn reads(&self) -> &[[usize; 3]] {
+        match self {
+            Leaf::Field(field) => &field.points,
+            Leaf::Away(away) => &away.ends,
+            _ => &[],
+        }
+    }
+
+    /// The same with the operations that it reads renumbered.
+    pub fn renumber(&self, f: impl Fn(usize) -> usize) -> Leaf {
+        match self {
+            Leaf::Field(field) => Leaf::Field(Box::new(field.renumber(f))),
+            Leaf::Away(away) => Leaf::Away(Box::new(away.renumber(f))),
+            other => other.clone(),
         }
     }
 }
@@ -114,8 +138,8 @@ impl Expression {
                 Op::Input(k) => ensure(k < self.inputs.len(), "an operation reads a value that does not exist")?,
                 Op::State(k) => {
                     ensure(k < width, "an operation reads a state that does not exist")?;
-                    let points = self.field_of(k).map_or(&[][..], |f| &f.points);
-                    ensure(points.iter().flatten().all(|&o| o < i), "a safety field reads a point that comes later")?;
+                    let points = self.leaf_of(k).map_or(&[][..], Leaf::reads);
+                    ensure(points.iter().flatten().all(|&o| o < i), "a leaf reads a point that comes later")?;
                 }
                 Op::T | Op::Time | Op::Signal(_) | Op::Trajectory(_) => {
                     return Err("an expression of the state reads the time or a signal by itself");
@@ -128,16 +152,13 @@ impl Expression {
         ensure(self.outputs.iter().all(|&o| o < self.ops.len()), "a result points nowhere")
     }
 
-    /// The safety field that number `k` of the leaves is.
-    fn field_of(&self, k: usize) -> Option<&FieldProgram> {
+    /// The leaf whose first number is number `k` of the leaves.
+    fn leaf_of(&self, k: usize) -> Option<&Leaf> {
         let mut at = 0;
-        for leaf in &self.leaves {
-            match leaf {
-                Leaf::Field(field) if at == k => return Some(field),
-                _ => at += leaf.width(),
-            }
-        }
-        None
+        self.leaves.iter().find(|leaf| {
+            at += leaf.width();
+            at - leaf.width() == k
+        })
     }
 
     /// The places of the table of values that it reads.

@@ -87,6 +87,7 @@ wrench { force [20, 0, 0] N * smoothstep(t/(1 s)) }\n}",
         Actual { name: "target.position", ty: ActualType::Vector(LENGTH) },
         Actual { name: "target.orientation", ty: ActualType::Rotation },
     ],
+    tells: &[],
     build,
 };
 
@@ -127,13 +128,20 @@ impl Task for Admittance {
         self.body.enter();
     }
 
+    fn remembers_target(&self) -> bool {
+        true
+    }
+
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let pose = state.data.pose(self.body.link());
         let (p_d, v_d) = tracking::position_target(state, self.target.position);
         let (r_d, w_d) = tracking::orientation_target(state, self.target.orientation);
         let error = [p_d - pose.translation.vector, so3::log(&(r_d * pose.rotation.inverse()))];
         let velocity = [v_d, w_d];
-        let before = self.before.replace(velocity).unwrap_or(velocity);
+        let before = self.before.unwrap_or(velocity);
+        if !rows.trial {
+            self.before = Some(velocity);
+        }
         let change = [v_d - before[0], w_d - before[1]];
         self.body.update(state, rows, &Motion { error, velocity, change })?;
         rows.measures[0] = error[0].norm();

@@ -76,6 +76,7 @@ relative { position initial(relative.position)  orientation initial(relative.ori
         Actual { name: "relative.position", ty: ActualType::Vector(LENGTH) },
         Actual { name: "relative.orientation", ty: ActualType::Rotation },
     ],
+    tells: &[],
     build,
 };
 

@@ -40,6 +40,7 @@ are the frame's own pose at the moment the stack became active.\n\nSource: thesi
         Actual { name: "position", ty: ActualType::Vector(LENGTH) },
         Actual { name: "orientation", ty: ActualType::Rotation },
     ],
+    tells: &[],
     build,
 };
 

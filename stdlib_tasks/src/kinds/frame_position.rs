@@ -34,6 +34,7 @@ Source: thesis (2.5), (3.33), (3.34).",
     params: Params::INFO,
     positional: &["frame"],
     actuals: &[Actual { name: "position", ty: ActualType::Vector(LENGTH) }],
+    tells: &[],
     build,
 };
 

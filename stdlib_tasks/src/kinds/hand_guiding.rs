@@ -46,6 +46,7 @@ wrench { force [0, 10, 0] N * smoothstep(t/(1 s)) }\n}",
     params: Params::INFO,
     positional: &["frame"],
     actuals: &[],
+    tells: &[],
     build,
 };
 

@@ -30,6 +30,7 @@ Source: thesis (3.33), (3.34) with a constant desired value.",
     params: Params::INFO,
     positional: &["frames"],
     actuals: &[],
+    tells: &[],
     build,
 };
 

@@ -41,6 +41,7 @@ Source: thesis (4.41), the difference quotient of the velocity; the rows are our
     params: Params::INFO,
     positional: &["joints"],
     actuals: &[],
+    tells: &[],
     build,
 };
 

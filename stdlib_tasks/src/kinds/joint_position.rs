@@ -28,6 +28,7 @@ where revolute and prismatic joints mix, it mixes rad and m.\n\nSource: thesis (
     params: Params::INFO,
     positional: &[],
     actuals: &[],
+    tells: &[],
     build,
 };
 

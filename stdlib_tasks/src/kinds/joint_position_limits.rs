@@ -37,6 +37,7 @@ Source: thesis (3.13)-(3.15); the lower bound of (3.15) lacks its minus sign the
     params: Params::INFO,
     positional: &["joints"],
     actuals: &[],
+    tells: &[],
     build,
 };
 

@@ -26,6 +26,7 @@ Source: thesis 3.5.1.1, (3.43).",
     params: Params::INFO,
     positional: &[],
     actuals: &[],
+    tells: &[],
     build,
 };
 

@@ -30,6 +30,7 @@ Source: thesis (3.12), (3.16).",
     params: Params::INFO,
     positional: &["joints"],
     actuals: &[],
+    tells: &[],
     build,
 };
 

@@ -56,6 +56,7 @@ Source: thesis (3.19) for any h; the derivative by reverse accumulation is ours.
     params: Params::INFO,
     positional: &["value"],
     actuals: &[Actual { name: "value", ty: ActualType::Of("value") }],
+    tells: &[],
     build,
 };
 

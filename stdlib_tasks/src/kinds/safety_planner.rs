@@ -11,7 +11,7 @@ use crate::bound::{Bound, BoundParams, check};
 use crate::dimension::{ANGLE, ANGULAR_VELOCITY, LENGTH, NONE, RATE, VELOCITY};
 use crate::kinds::joint_position::common_dimension;
 use crate::params::{Form, Input, ParamInfo, ParamType, Presence, Quantity};
-use crate::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind, Told};
 
 /// A weight in the planner's cost.
 const WEIGHT: Quantity = Quantity::above(NONE, 0.0).constant();
@@ -141,6 +141,19 @@ impl DeviationParams {
     }
 }
 
+/// What the controller tells of a planner, which decides beside its task.
+pub const TELLS: [Told; 5] = [
+    Told { name: "scaling", dimension: NONE, is: "u_c, how fast the clock goes" },
+    Told { name: "deviation", dimension: LENGTH, is: "the size of the largest deviation; rad count as m" },
+    Told { name: "slack", dimension: VELOCITY, is: "w, what bounds and weights did not let the inputs give" },
+    Told {
+        name: "withheld",
+        dimension: VELOCITY,
+        is: "how much faster the field would rise if the rest of the hierarchy let the robot move as planned",
+    },
+    Told { name: "field", dimension: LENGTH, is: "F; absent while there is nobody" },
+];
+
 /// The catalogue entry.
 pub static KIND: TaskKind = TaskKind {
     name: "safety_planner",
@@ -160,10 +173,9 @@ what it asks for, they are taken into the program. What is guaranteed, and what 
 `t` and `time` in the target of the protected task are its own clock, and trajectories in it step with that clock. On \
 entering the stack the clock stands where `t` does, at 0, without a deviation. A signal in the target must not move by itself \
 (a tracked point of a person does).\n\n\
-The controller tells, as values of the task's name `guard` that conditions, expectations and logs may read: `guard.scaling` \
-(u_c), `guard.deviation` (m; the largest, rad count as m), `guard.slack` (w), `guard.withheld` (how much faster the field \
-would rise if the rest of the hierarchy let the robot move as planned) and `guard.field` (F, which is absent while \
-there is nobody). They are absent while no stack with the task runs.\n\n\
+`admittance` and `hand_guiding` may be protected. Their wrench and the velocity that they go on from are those of now; what the \
+clock scales is the motion of the target, so that `hand_guiding`, which has none, gives way in its null space alone, and `method stop` \
+does not hold it. Targets with a mass behind them do not deviate, and neither do expressions that `track` follows.\n\n\
 `method evasive` is `v = m v_task + (I - m J^+ J) k_n dF/dq` with `m` from 1 to 0 in a band about `min`; `method stop` stops the \
 clock while the field is not above `min`. Both are there to be compared with.\n\n\
 The error is the Euclidean norm of `u_n - v`; levels above take from it what they need.\n\n\
@@ -174,6 +186,7 @@ deviate { absolute { position { along operator.chest - frame(left_tool).position
     params: Params::INFO,
     positional: &["task"],
     actuals: &[],
+    tells: &TELLS,
     build,
 };
 

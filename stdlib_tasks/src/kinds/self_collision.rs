@@ -56,6 +56,7 @@ Source: thesis (3.21)-(3.24); printed there with `h` and `J` both negated, which
     params: Params::INFO,
     positional: &[],
     actuals: &[],
+    tells: &[],
     build,
 };
 

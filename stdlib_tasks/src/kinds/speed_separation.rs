@@ -5,6 +5,8 @@
 //! n·J_p v >= -v_max(d)     S_p(v_max(d)) = d                          [m/s]  n from the person to the part
 //! ```
 //!
+//! It tells how things stand, so that a machine can stop and go on: see `TELLS`. With `method watch` it does only that.
+//!
 //! `S_p` rises with `v_r`, so `d >= S_p` is a bound on the speed towards the person, in closed form: the barrier for
 //! `d - S_p`, whose row is met as soon as it is written and needs no gain.
 
@@ -15,7 +17,7 @@ use crate::bound::{BoundParams, Geometry, check};
 use crate::dimension::{ACCELERATION, LENGTH, TIME, VELOCITY};
 use crate::field::{SpeedAndSeparation, Stopping};
 use crate::params::{Input, ParamType, Presence, Quantity};
-use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind, Told};
 
 crate::params! {
     /// Parameters of `speed_separation`.
@@ -24,12 +26,14 @@ crate::params! {
         parts: Vec<Geometry> = ParamType::Geometries, Presence::Required;
         /// Where the person is, in the world; its rate is how fast they move.
         from: Input<3> = ParamType::Vector(LENGTH), Presence::Required;
+        /// `slow` bounds the speed of the parts; `watch` leaves them free and only tells, for a machine that stops the robot.
+        method: String = ParamType::Choice(&["slow", "watch"]), Presence::Default("slow");
         /// Whether `human_speed` is taken for how fast they come, or the rate of `from`. Where that has none, because
         /// the human has `velocity none`, `measured` takes them to stand.
         human: String = ParamType::Choice(&["assumed", "measured"]), Presence::Default("assumed");
         /// v_h: how fast they come where that is assumed; 1.6 m/s is the walking speed of ISO 13855.
         human_speed: Input<1> = ParamType::Scalar(Quantity::at_least(VELOCITY, 0.0)), Presence::Default("1.6 m/s");
-        /// T_r: from the moment of the reading until the robot begins to stop. The control period is added.
+        /// T_r: from the moment of the reading until the robot begins to stop. The control period is added, with `watch` two.
         reaction: Input<1> = ParamType::Scalar(Quantity::at_least(TIME, 0.0).constant()), Presence::Required;
         /// T_s: how long it takes to stand, at any speed.
         stopping: Option<Input<1>> = ParamType::Scalar(Quantity::at_least(TIME, 0.0).constant()), Presence::Optional;
@@ -43,6 +47,18 @@ crate::params! {
         robot_uncertainty: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0).constant()), Presence::Default("0 m");
     }
 }
+
+/// What the task tells.
+const TELLS: [Told; 4] = [
+    Told { name: "distance", dimension: LENGTH, is: "d, of the part for which it exceeds `required` by the least" },
+    Told { name: "required", dimension: LENGTH, is: "S_p of that part, at the velocity that the hierarchy gave" },
+    Told {
+        name: "room",
+        dimension: LENGTH,
+        is: "by how much d exceeds the S_p of a robot at rest, the least of all parts; below zero it is to stand",
+    },
+    Told { name: "speed_limit", dimension: VELOCITY, is: "v_max, the least of all parts" },
+];
 
 /// The catalogue entry.
 pub static KIND: TaskKind = TaskKind {
@@ -63,8 +79,19 @@ n·J_p v  >=  -v_max(d)       n from the person to the nearest point of the part
 ```\n\n\
 It needs no gain, and zero velocity meets it always: on a hard level it can never be the one that is infeasible. Where not \
 even a robot at rest is far enough, `v_max` is zero: the part may go away from the person, and no nearer. The margin is `d - S_p` \
-at the velocity that the hierarchy gave; below zero it is a protective stop in the sense of the standard, which a \
-machine answers with `on fault(limit(TASK)) -> ..`.\n\n\
+at the velocity that the hierarchy gave.\n\n\
+For a protective stop a machine goes to a state in which the robot stands, and comes back once there is room:\n\n\
+```text\n\
+state work  { stack working   when separation.room < 0 m -> stop blend 0 s }\n\
+state stop  { stack standing  when separation.room > 0.2 m for 0.5 s -> work }\n\
+```\n\n\
+Both stacks hold the task: it tells nothing while no stack with it runs. While the row of `slow` acts, `d` is `S_p` up to \
+rounding, so that only `room` is fit for a condition. With `method watch` the robot moves as fast as it likes until \
+`when separation.distance < separation.required -> stop`; a condition is looked at one tick later than the row, for which \
+a second control period is added to `T_r`. A machine may also answer a margin below zero with \
+`on fault(limit(TASK)) -> ..`.\n\n\
+`T_s` and `a` are of the whole stop: a transition with a `blend` lets the velocity go over for that long, which then belongs \
+into `stopping`.\n\n\
 It keeps a person from being hit by a robot that moves. It does not make the robot go out of the way: for that, `keep` a distance or \
 the value of a safety field. The person is a point; for several, write the task in a `for`. Parts that are not named are not \
 watched.\n\n\
@@ -77,6 +104,7 @@ is ours.",
     params: Params::INFO,
     positional: &["parts"],
     actuals: &[],
+    tells: &TELLS,
     build,
 };
 
@@ -95,6 +123,8 @@ struct SpeedSeparation {
     parts: Vec<Part>,
     from: Input<3>,
     measured: bool,
+    /// It bounds the speed, and does not only tell.
+    slows: bool,
     human_speed: Input<1>,
     human_uncertainty: Input<1>,
     rule: SpeedAndSeparation,
@@ -128,7 +158,13 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         "assumed" => false,
         _ => return Err(BuildError::new("human", "`human` is `assumed` or `measured`")),
     };
-    let reaction = one(params.reaction) + ctx.period;
+    let slows = match params.method.as_str() {
+        "slow" => true,
+        "watch" => false,
+        _ => return Err(BuildError::new("method", "`method` is `slow` or `watch`")),
+    };
+    // The distance of a tick counts until the next one; a machine acts on it one more tick later.
+    let reaction = one(params.reaction) + ctx.period * if slows { 1.0 } else { 2.0 };
     // Z_d may move, and is taken off the distance at each tick.
     let rule = SpeedAndSeparation::new(reaction, stopping, one(params.intrusion), 0.0, one(params.robot_uncertainty))
         .map_err(|e| BuildError::new("", e.to_string()))?;
@@ -140,6 +176,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         parts,
         from: params.from,
         measured,
+        slows,
         human_speed: params.human_speed,
         human_uncertainty: params.human_uncertainty,
         rule,
@@ -148,9 +185,20 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
 }
 
 impl SpeedSeparation {
-    /// d - S_p of a part for its speed away from the person, in m.
-    fn margin(&self, part: &Part, away: f64, uncertainty: f64) -> f64 {
-        part.distance - uncertainty - self.rule.distance(-away, part.human).0
+    /// S_p of a part for its speed away from the person, in m.
+    fn required(&self, part: &Part, away: f64, uncertainty: f64) -> f64 {
+        uncertainty + self.rule.distance(-away, part.human).0
+    }
+
+    /// v_max of a part, in m/s.
+    fn allowed(&self, part: &Part, uncertainty: f64) -> f64 {
+        self.rule.allowed_speed(part.distance - uncertainty, part.human).unwrap_or(0.0)
+    }
+
+    /// The parts, each with its speed away from the person in m/s when the robot moves with `v`.
+    fn moving<'t>(&'t self, v: &'t [f64]) -> impl Iterator<Item = (&'t Part, f64)> {
+        let away = move |row: &[f64]| row.iter().zip(v).map(|(j, v)| j * v).sum();
+        self.parts.iter().zip(self.jacobian.chunks_exact(self.nv.max(1)).map(away))
     }
 }
 
@@ -199,18 +247,34 @@ impl Task for SpeedSeparation {
             let away: f64 = row.iter().zip(state.velocity).map(|(j, v)| j * v).sum();
             rows.row(i)[..self.nv].copy_from_slice(row);
             let part = &self.parts[i];
-            rows.lower[i] = -self.rule.allowed_speed(part.distance - uncertainty, part.human).unwrap_or(0.0);
-            rows.margins[i] = self.margin(part, away, uncertainty);
+            if self.slows {
+                rows.lower[i] = -self.allowed(part, uncertainty);
+            }
+            rows.margins[i] = part.distance - self.required(part, away, uncertainty);
         }
         Ok(())
     }
 
     fn observe(&self, state: &State, v: &[f64], margins: &mut [f64], _measures: &mut [f64]) {
         let [uncertainty] = self.human_uncertainty.of(state.values);
-        for ((margin, part), row) in margins.iter_mut().zip(&self.parts).zip(self.jacobian.chunks_exact(self.nv.max(1)))
-        {
-            let away: f64 = row.iter().zip(v).map(|(j, v)| j * v).sum();
-            *margin = self.margin(part, away, uncertainty);
+        for (margin, (part, away)) in margins.iter_mut().zip(self.moving(v)) {
+            *margin = part.distance - self.required(part, away, uncertainty);
+        }
+    }
+
+    fn told(&self, state: &State, v: &[f64], out: &mut [f64]) {
+        let [uncertainty] = self.human_uncertainty.of(state.values);
+        let [distance, required, room, speed_limit] = out else { return };
+        [*distance, *required, *room, *speed_limit] = [f64::INFINITY; 4];
+        let mut least = f64::INFINITY;
+        for (part, away) in self.moving(v) {
+            let needed = self.required(part, away, uncertainty);
+            if part.distance - needed < least {
+                least = part.distance - needed;
+                [*distance, *required] = [part.distance, needed];
+            }
+            *room = room.min(part.distance - self.required(part, 0.0, uncertainty));
+            *speed_limit = speed_limit.min(self.allowed(part, uncertainty));
         }
     }
 }

@@ -53,6 +53,7 @@ Source: thesis (3.35)-(3.42). The gradient is that of the dihedral angle, checke
     params: Params::INFO,
     positional: &[],
     actuals: &[Actual { name: "*", ty: ActualType::Scalar(ANGLE) }],
+    tells: &[],
     build,
 };
 

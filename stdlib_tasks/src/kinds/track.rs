@@ -60,6 +60,7 @@ Source: thesis (2.5) for any y; the derivative by reverse accumulation is ours."
     params: Params::INFO,
     positional: &["value"],
     actuals: &[Actual { name: "value", ty: ActualType::Of("value") }],
+    tells: &[],
     build,
 };
 

@@ -56,6 +56,7 @@ right { position initial(right.position)  orientation initial(right.orientation)
         Actual { name: "right.position", ty: ActualType::Vector(LENGTH) },
         Actual { name: "right.orientation", ty: ActualType::Rotation },
     ],
+    tells: &[],
     build,
 };
 

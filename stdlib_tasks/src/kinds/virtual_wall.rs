@@ -73,6 +73,7 @@ Source: thesis (3.17)-(3.20); the Jacobian has the sign that follows from `h`, n
     params: Params::INFO,
     positional: &["points"],
     actuals: &[],
+    tells: &[],
     build,
 };
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use hierarq_stdlib_tasks::KINDS;
 use hierarq_stdlib_tasks::bound::{Arm, Bound, Geometry, Slot};
 use hierarq_stdlib_tasks::dimension::LENGTH;
-use hierarq_stdlib_tasks::expression::{Above, Expression, Leaf, Op, Plane};
+use hierarq_stdlib_tasks::expression::{Above, Away, Expression, Leaf, Op, Plane};
 use hierarq_stdlib_tasks::params::{Input, Presence};
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -125,6 +125,7 @@ pub fn valid(name: &'static str, model: &Model) -> Case {
         "speed_separation" => case
             .with("parts", Bound::Geometries(vec![a, b]))
             .number("from", &[2.0, 0.5, 1.0])
+            .with("method", Bound::Choice("slow".to_string()))
             .with("human", Bound::Choice("measured".to_string()))
             .number("human_speed", &[1.6])
             .number("reaction", &[0.1])
@@ -213,6 +214,8 @@ fn anything(model: &Model) -> impl Strategy<Value = Bound> + use<> {
             }
         ),
         1 => Just(Leaf::Com),
+        1 => (geometry.clone(), prop::array::uniform2(prop::array::uniform3(0usize..9)))
+            .prop_map(|(part, ends)| Leaf::Away(Box::new(Away { part, ends }))),
     ];
     let outputs = prop_oneof![prop::collection::vec(0usize..8, 1), prop::collection::vec(0usize..8, 0..5)];
     let expression =

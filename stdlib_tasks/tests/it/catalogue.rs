@@ -38,6 +38,10 @@ fn every_type_is_documented() {
             "`{name}` shows no example"
         );
         assert_eq!(kind.example.matches('{').count(), kind.example.matches('}').count(), "`{name}`");
+        for told in kind.tells {
+            assert!(is_word(told.name) && !told.is.is_empty(), "`{name}` tells `{}`", told.name);
+            assert_eq!(kind.tells.iter().filter(|t| t.name == told.name).count(), 1, "`{name}` tells it twice");
+        }
         for p in all(kind.params) {
             assert!(!p.text().is_empty(), "`{name}`: `{}` has no text", p.name);
             assert!(is_word(p.name), "`{name}`: `{}`", p.name);

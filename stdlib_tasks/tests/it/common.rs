@@ -239,6 +239,7 @@ impl<'a> Place<'a> {
         }
         let mut rows = Rows {
             idle: &[],
+            trial: false,
             jacobian: &mut jacobian,
             stride,
             lower: &mut lower,

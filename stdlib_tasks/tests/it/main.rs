@@ -14,6 +14,7 @@ mod cooperative;
 mod degenerate;
 mod limits;
 mod loops;
+mod people;
 mod slope;
 mod speed_separation;
 mod targets;

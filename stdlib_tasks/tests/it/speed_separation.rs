@@ -24,6 +24,7 @@ fn case(
     Case::new("speed_separation")
         .with("parts", Bound::Geometries(parts))
         .moving("from", from.as_slice(), speed.as_slice())
+        .with("method", Bound::Choice("slow".to_string()))
         .with("human", Bound::Choice(human.to_string()))
         .number("human_speed", &[1.6])
         .number("reaction", &[RULE[0] - PERIOD])
@@ -149,4 +150,48 @@ fn stopping_is_said_once() {
     let mut none = good;
     none.params.remove("stopping");
     assert!(build(&none).is_err());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+    /// What is told against the formula of the standard, part by part.
+    #[test]
+    fn what_is_told_is_of_the_part_that_has_the_least(seed in any::<u64>()) {
+        let mut rng = rng(seed);
+        for model in robots() {
+            let [left, right] = arms(&model);
+            let parts = vec![point(left.tip, &mut rng), point(right.tip, &mut rng), point(left.tip, &mut rng)];
+            let place = Place::new(&model, &model.random_configuration(&mut rng));
+            let (from, speed) = (vector(&mut rng, 2.0), vector(&mut rng, 1.0));
+            let v = velocity(&model, &mut rng, 1.0);
+            for (human, method) in [("assumed", "slow"), ("measured", "slow"), ("measured", "watch")] {
+                let mut case = case(parts.clone(), &from, &speed, human, ("deceleration", RULE[1]));
+                case.params.insert("method".to_string(), Bound::Choice(method.to_string()));
+                let mut task = case.build(&model);
+                let Ok(w) = place.write(&mut *task, &case, 0.0) else { continue };
+                // A machine acts one period later than a row.
+                let later = if method == "watch" { PERIOD } else { 0.0 };
+                let (mut tightest, mut room, mut limit) = ((f64::INFINITY, 0.0, 0.0), f64::INFINITY, f64::INFINITY);
+                for (i, part) in parts.iter().enumerate() {
+                    let to = (place.data.pose(part.link) * part.center()).coords - from;
+                    let comes = if human == "assumed" { 1.6 } else { to.normalize().dot(&speed) };
+                    let approach = -w.rate(i, &v);
+                    let needs = |robot: f64| separation(robot, comes) + later * (comes.max(0.0) + robot.max(0.0));
+                    if to.norm() - needs(approach) < tightest.0 {
+                        tightest = (to.norm() - needs(approach), to.norm(), needs(approach));
+                    }
+                    room = room.min(to.norm() - needs(0.0));
+                    if later == 0.0 {
+                        limit = limit.min(fastest(to.norm(), comes));
+                    }
+                    prop_assert_eq!(w.lower[i] == f64::NEG_INFINITY, method == "watch");
+                }
+                let mut told = [f64::NAN; 4];
+                task.told(&place.state(&case.values_at(0.0), &case.rates), &v, &mut told);
+                prop_assert!((told[0] - tightest.1).abs() < 1e-9 && (told[1] - tightest.2).abs() < 1e-9, "{told:?} {tightest:?}");
+                prop_assert!((told[2] - room).abs() < 1e-9, "{told:?} {room}");
+                prop_assert!(later > 0.0 || (told[3] - limit).abs() < 1e-9, "{told:?} {limit}");
+            }
+        }
+    }
 }

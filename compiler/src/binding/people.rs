@@ -1,0 +1,128 @@
+//! The distance from parts of the robot to people: to their points, and to the segments that their links are.
+
+use dsl::tree::{Value, ValueKind};
+use dsl::{Diagnostic, Span};
+use stdlib_tasks::bound::Geometry;
+use stdlib_tasks::expression::{Away, Leaf};
+
+use super::scope::TaskScope;
+use crate::constants::Human;
+use crate::expr::{Graph, Meaning, Typed, symbol};
+use crate::forms::{items_of, path_of, target, written};
+use crate::names::{list, suggest};
+
+/// The nodes of both ends of a segment of a person; the same twice for a point.
+pub(super) type Segment = [[usize; 3]; 2];
+
+/// What is wrong; none where it was reported elsewhere.
+type Refused = Option<Box<Diagnostic>>;
+
+fn refuse<T>(d: Diagnostic) -> Result<T, Refused> {
+    Err(Some(Box::new(d)))
+}
+
+impl TaskScope<'_> {
+    /// Of the arguments of a distance, the one that names parts of the robot, and the people that the other one names; none
+    /// where neither names a person.
+    pub(super) fn between<'v>(
+        &mut self,
+        a: &'v Value,
+        b: &'v Value,
+    ) -> Result<Option<(&'v Value, Vec<Segment>)>, Refused> {
+        let (part, people) = match (self.names_people(a), self.names_people(b)) {
+            (false, false) => return Ok(None),
+            (true, true) => {
+                let d = Diagnostic::error("HQ0304", b.span, "a distance between two people is none of the robot's");
+                return refuse(d.label(a.span, "a person too").help("name a part of the robot on one side"));
+            }
+            (true, false) => (b, a),
+            (false, true) => (a, b),
+        };
+        let mut all: Vec<Segment> = Vec::new();
+        for item in items_of(people) {
+            for segment in self.segments(item)? {
+                if !all.contains(&segment) {
+                    all.push(segment);
+                }
+            }
+        }
+        Ok(Some((part, all)))
+    }
+
+    /// The person that a name means, where no part of the robot has it.
+    fn person(&mut self, value: &Value) -> Option<(String, Option<Human>)> {
+        let ValueKind::Name(name) = &value.kind else { return None };
+        let said = written(name);
+        let robot = self.robot;
+        let part = robot.geometries.iter().any(|g| g.name == said)
+            || robot.groups.contains_key(said)
+            || robot.model.link(said).is_some();
+        match self.params.meaning(name) {
+            Meaning::Human(human) if !part => Some((name.clone(), Some(human))),
+            Meaning::Failed if !part => Some((name.clone(), None)),
+            _ => None,
+        }
+    }
+
+    /// Whether something in a value is a person or a point of one.
+    fn names_people(&mut self, value: &Value) -> bool {
+        items_of(value).iter().any(|item| match &item.kind {
+            ValueKind::Field(inner, _) => {
+                let part = path_of(item).is_some_and(|path| self.robot.groups.contains_key(&path));
+                !part && self.person(inner).is_some()
+            }
+            _ => self.person(item).is_some(),
+        })
+    }
+
+    /// What a person, or a point of one, is made of.
+    fn segments(&mut self, item: &Value) -> Result<Vec<Segment>, Refused> {
+        let (who, point) = match &item.kind {
+            ValueKind::Field(inner, point) => (inner.as_ref(), Some(point)),
+            _ => (item, None),
+        };
+        let Some((name, human)) = self.person(who) else {
+            let d =
+                Diagnostic::error("HQ0304", item.span, "people stand on one side of a distance, and this is no person");
+            return refuse(d.help("name parts of the robot on the other side"));
+        };
+        let Some(human) = human else { return Err(None) };
+        if let Some(point) = point
+            && !human.points.iter().any(|p| p.0 == point.value)
+        {
+            let names = || human.points.iter().map(|p| p.0.as_str());
+            let text = format!("`{}` has no point `{}`", written(&name), point.value);
+            let d = Diagnostic::error("HQ0201", point.span, text);
+            return refuse(match suggest(&point.value, names()) {
+                Some(near) => d.help(format!("did you mean `{near}`?")),
+                None => d.help(format!("its points are {}", list(names(), 12))),
+            });
+        }
+        let mut place = |point: &str| match self.params.meaning(&symbol(target(&name), point, false)) {
+            Meaning::Value(symbol) => <[usize; 3]>::try_from(symbol.value.nodes).map_err(|_| None),
+            _ => Err(None),
+        };
+        if let Some(point) = point {
+            let at = place(&point.value)?;
+            return Ok(vec![[at, at]]);
+        }
+        let places = human.points.iter().map(|p| place(&p.0)).collect::<Result<Vec<_>, Refused>>()?;
+        let joined = |i: usize| human.links.iter().any(|l| l.0 == i || l.1 == i);
+        let alone = places.iter().enumerate().filter(|(i, _)| !joined(*i)).map(|(_, at)| [*at, *at]);
+        let links = human.links.iter().filter_map(|l| Some([*places.get(l.0)?, *places.get(l.1)?]));
+        Ok(alone.chain(links).collect())
+    }
+
+    /// The smallest distance between some parts and what people are made of.
+    pub(super) fn away(
+        &mut self,
+        graph: &mut Graph,
+        parts: &[Geometry],
+        people: &[Segment],
+        span: Span,
+    ) -> Result<Typed, Box<Diagnostic>> {
+        let one = |part: &Geometry, ends: &Segment| Leaf::Away(Box::new(Away { part: part.clone(), ends: *ends }));
+        let leaves = parts.iter().flat_map(|part| people.iter().map(move |ends| one(part, ends))).collect();
+        self.smallest(graph, leaves, "a limit for each of them", span)
+    }
+}

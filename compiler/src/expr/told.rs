@@ -1,0 +1,43 @@
+//! What a task tells of itself while it runs: `guard.scaling` of a safety planner, `separation.room`.
+
+use dsl::tree::{Value, ValueKind};
+use dsl::{Diagnostic, Span, Spanned};
+use stdlib_tasks::KINDS;
+
+use super::scope::{Failed, Meaning};
+use super::{Lowering, Typed};
+use crate::forms::{target, written};
+use crate::names::{list, suggest};
+
+/// The name under which something that a task tells stands among the values. Nobody can write it.
+pub(crate) fn told(task: &str, output: &str) -> String {
+    format!("{task}.#{output}")
+}
+
+impl Lowering<'_> {
+    /// `guard.scaling`, where the first name is that of a task that tells something.
+    pub(super) fn told_by_task(
+        &mut self,
+        inner: &Value,
+        field: &Spanned<String>,
+        span: Span,
+    ) -> Option<Result<Typed, Failed>> {
+        let ValueKind::Name(name) = &inner.kind else { return None };
+        if let Meaning::Value(symbol) = self.scope.name(&told(target(name), &field.value)) {
+            return Some(Ok(Typed { span, ..symbol.value }));
+        }
+        // A value of that name is meant before a task.
+        if !matches!(self.scope.name(name), Meaning::Unknown) {
+            return None;
+        }
+        let mut tells = |output: &str| matches!(self.scope.name(&told(target(name), output)), Meaning::Value(_));
+        let kind = KINDS.iter().find(|k| !k.tells.is_empty() && k.tells.iter().all(|t| tells(t.name)))?;
+        let text = format!("`{}`, a `{}`, tells no `{}`", written(name), kind.name, field.value);
+        let d = Diagnostic::error("HQ0201", field.span, text);
+        let names = || kind.tells.iter().map(|t| t.name);
+        Some(self.fail(match suggest(&field.value, names()) {
+            Some(near) => d.help(format!("did you mean `{near}`?")),
+            None => d.help(format!("it tells {}", list(names(), 8))),
+        }))
+    }
+}

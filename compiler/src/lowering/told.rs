@@ -1,0 +1,48 @@
+//! What tasks tell while they run: values that the controller sets at each tick, and nobody else.
+
+use dsl::tree::Task;
+use runtime::program::{Conditioning, Initial, Op, SignalProgram};
+
+use super::Lowerer;
+use crate::constants::is_word;
+use crate::expand::type_of;
+use crate::expr::{Axes, Kind, Symbol, Typed, told};
+
+impl Lowerer<'_> {
+    /// Declares what declared tasks tell.
+    pub(super) fn told(&mut self, tasks: &[&Task]) {
+        for task in tasks.iter().filter(|t| !is_word(&t.name.value)) {
+            let name = &task.name;
+            for of in stdlib_tasks::find(&task.definition.kind.value).map_or(&[][..], |k| k.tells) {
+                let at = self.interface.width();
+                self.interface.signals.push(SignalProgram {
+                    name: format!("{}.{}", name.value, of.name),
+                    kind: type_of(of.dimension).unwrap_or("number").to_string(),
+                    at,
+                    len: 1,
+                    optional: true,
+                    timeout: None,
+                    conditioning: Conditioning::default(),
+                    variable: Some(Initial { value: None }),
+                    motion: None,
+                });
+                let nodes = vec![self.graph.push(Op::Signal(at + 1))];
+                let (kind, axes) = (Kind::Scalar, Axes::default());
+                let value = Typed { kind, dimension: of.dimension, nodes, bare: false, axes, span: name.span };
+                self.params.symbols.insert(told(&name.value, of.name), Symbol { value, declared: name.span });
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::type_of;
+
+    #[test]
+    fn what_is_told_has_a_type() {
+        for told in stdlib_tasks::KINDS.iter().flat_map(|k| k.tells) {
+            assert!(type_of(told.dimension).is_some(), "{told:?}");
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! Conditions on what a task tells, in states whose stacks do not hold that task.
+
+use std::collections::BTreeSet;
+
+use dsl::Diagnostic;
+use runtime::program::Trigger;
+
+use super::Checked;
+
+impl Checked<'_> {
+    /// The task that tells a signal of the program; none for other signals.
+    fn teller(&self, signal: usize) -> Option<usize> {
+        let (task, output) = self.program.interface.signals.get(signal)?.name.rsplit_once('.')?;
+        self.program.tasks.iter().position(|t| {
+            t.name == task
+                && stdlib_tasks::find(&t.kind).is_some_and(|k| k.tells.iter().any(|told| told.name == output))
+        })
+    }
+
+    /// Values that are absent wherever a transition waits for them.
+    pub(super) fn told(&self, diagnostics: &mut Vec<Diagnostic>) {
+        for &s in &self.reached {
+            let leaves = self.reached.iter().copied().filter(|&l| self.machine.states[l].initial.is_none());
+            let inside: Vec<usize> = leaves.filter(|&l| self.machine.path(l).any(|p| p == s)).collect();
+            let runs = |task: usize| inside.iter().any(|&l| self.machine.stack(l).is_some_and(|k| self.holds(k, task)));
+            for (i, t) in self.machine.states[s].transitions.iter().enumerate() {
+                let Trigger::When { condition, .. } = &t.trigger else { continue };
+                let read: BTreeSet<usize> = condition.inputs.iter().copied().collect();
+                let signals = self.program.values.tape.only(&read).signals();
+                let tellers = signals.into_iter().filter_map(|at| self.teller(self.program.interface.signal_of(at)?));
+                let silent = tellers.into_iter().find(|&task| !runs(task) && !inside.is_empty());
+                let Some(task) = silent else { continue };
+                let name = &self.program.tasks[task].name;
+                let text = format!("`{name}` does not run in state `{}`, and tells nothing there", self.name(s));
+                let mut d = Diagnostic::warning("HQ0713", self.places.transitions[s][i].trigger, text);
+                if let Some(at) = self.places.stacks[s] {
+                    d = d.label(at, format!("this stack does not hold `{name}`"));
+                }
+                diagnostics.push(
+                    d.note("a comparison with a value that is absent does not hold")
+                        .help(format!("add `{name}` to the state's stack, on the level where the other stack has it")),
+                );
+            }
+        }
+    }
+}
