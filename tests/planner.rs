@@ -2,6 +2,9 @@
 //! nothing that a person or a tracker does brings the controller down.
 
 mod common;
+#[path = "../examples/comparison.rs"]
+#[allow(dead_code, reason = "the example prints what is judged here")]
+mod comparison;
 
 use proptest::prelude::*;
 use runtime::program::Program;
@@ -373,49 +376,18 @@ fn whatever_a_tracker_says_the_command_is_finite() {
 /// text to thesis Table 4.2.
 #[test]
 fn the_experiments_of_chapter_4_hold() {
-    let mut figures = Vec::new();
     for name in ["safety_planner", "beside_harvest", "give_way"] {
         let program = common::program(&format!("{name}.hq"));
         for scenario in &program.scenarios {
             let trial = hierarq::trial::run(name, &program, scenario).expect("a compiled program can be executed");
             assert!(trial.ok, "{}: {:?}", scenario.name, trial.expectations);
-            if name != "give_way" {
-                continue;
-            }
-            let guard = ["planner", "evasive", "stop"][figures.len()];
-            let own = scenario.program(&program);
-            let mut simulation = Simulation::in_world(&own, scenario).expect("it can be executed");
-            let mut means = Means { program: &own, guard, sums: [0.0; 3], ticks: 0.0 };
-            simulation.run(&mut means, &mut || 0.0, &mut |_| true).expect("memory does not fail");
-            figures.push(means.sums.map(|s| s / means.ticks));
         }
     }
+    let figures: Vec<[f64; 3]> = comparison::figures().expect("it is run").into_iter().map(|(_, f)| f).collect();
     let [a1, a2, a3] = figures[..] else { panic!("three methods") };
     assert!(a1[0] > a2[0] && a2[0] > a3[0], "M1, the mean field: {figures:?}");
     assert!(a2[1] > a1[1] && a1[1] > 0.005 && a3[1] < 1e-3, "M2, the mean path error: {figures:?}");
     assert!(a1[2] == 0.0 && a2[2] == 0.0 && a3[2] > 0.5, "M3, the idle time: {figures:?}");
-}
-
-/// M1, M2 and M3 of thesis 4.4.1.3, summed.
-struct Means<'p> {
-    program: &'p Program,
-    guard: &'static str,
-    sums: [f64; 3],
-    ticks: f64,
-}
-
-impl Recorder for Means<'_> {
-    fn tick(&mut self, t: &Tick) -> std::io::Result<()> {
-        let of = |name: &str| told(t.signals, self.program, &format!("{}.{name}", self.guard));
-        let motion = t.evaluator.members().iter().find(|m| m.name == "motion").expect("it is protected");
-        let path = of("deviation") + t.evaluator.measures()[motion.measures.start];
-        let idle = f64::from(u8::from(of("scaling") < 0.01));
-        for (sum, x) in self.sums.iter_mut().zip([of("field"), path, idle]) {
-            *sum += x;
-        }
-        self.ticks += 1.0;
-        Ok(())
-    }
 }
 
 /// Where nothing stands above, nothing is withheld; slow joints withhold what the field then lacks from one tick to the next.

@@ -70,7 +70,7 @@ fn update(bencher: Bencher, chi: &str) {
 }
 
 /// All of a tick, with the row active, below speed limits of all joints, of which none, some, or many act.
-#[divan::bench(args = [f64::INFINITY, 0.05, 0.02])]
+#[divan::bench(args = [f64::INFINITY, 0.4, 0.2, 0.05])]
 fn tick(bencher: Bencher, fastest: f64) {
     let scene = scene();
     let mut field = field(&scene, Chi::Distance);

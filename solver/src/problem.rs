@@ -168,11 +168,19 @@ impl Level {
         self.set_structure(i, Structure::Absent);
     }
 
-    /// Makes this level equal to another of the same shape, without allocating. Panics where the shapes differ, as slices
-    /// do.
+    /// Makes this level equal to another with as many rows, without allocating. Where the other one has fewer variables,
+    /// the coefficients of the rest are zero. Panics where it does not fit, as slices do.
     pub fn copy_from(&mut self, other: &Level) {
         (self.hard, self.damping, self.fixed) = (other.hard, other.damping, other.fixed);
-        self.a.copy_from_slice(&other.a);
+        if self.stride == other.stride {
+            self.a.copy_from_slice(&other.a);
+        } else {
+            for i in 0..self.rows {
+                let (row, from) = (&mut self.a[i * self.stride..(i + 1) * self.stride], other.row(i));
+                row[..from.len()].copy_from_slice(from);
+                row[from.len()..].fill(0.0);
+            }
+        }
         self.lower.copy_from_slice(&other.lower);
         self.upper.copy_from_slice(&other.upper);
         self.weight.copy_from_slice(&other.weight);

@@ -7,7 +7,7 @@
 //! ```text
 //! 1..   the levels above the task, as they are, and the box of u_c, u_a
 //! then  J v - eta u_c - Psi u_a = K e - T de                          the task, on the path that the inputs choose
-//! then  |N v| <= v_max                                                internal speeds
+//! then  |v| <= v_max                                                  of each joint, as far as the task lets it
 //! last  min q_c (u_c - 1)^2 + sum q_a u_a^2 + q_n |N (v - k_n g)|^2 + q_w w^2,    g . v + w >= need
 //! ```
 //!
@@ -89,6 +89,12 @@ impl LimitedProgram {
             problem.levels[0].row_mut(i)[dofs + i] = 1.0;
             problem.levels[last].row_mut(1 + i)[dofs + i] = 1.0;
         }
+        for i in 0..dofs {
+            problem.levels[last - 1].row_mut(i)[i] = 1.0;
+        }
+        problem.levels[0].fix(0..inputs);
+        problem.levels[last - 1].fix(0..dofs);
+        problem.levels[last].fix(1..1 + inputs);
         LimitedProgram {
             dofs,
             inputs,
@@ -106,7 +112,7 @@ impl LimitedProgram {
     pub fn solve(&mut self, now: &Now) -> Option<(&[f64], &[f64])> {
         let (n, m, inputs) = (self.dofs, self.rows, self.inputs);
         let levels = &mut self.problem.levels;
-        let fits = |from: &Level, to: &Level| from.columns() == n && from.rows() == to.rows();
+        let fits = |from: &Level, to: &Level| from.columns() == n && from.rows() == to.rows() && from.hard == to.hard;
         if levels.len() != now.above.len() + 4 || !now.above.iter().zip(&levels[1..]).all(|(a, b)| fits(a, b)) {
             return None;
         }
@@ -114,14 +120,9 @@ impl LimitedProgram {
         levels[0].lower.copy_from_slice(&program.lower[..inputs]);
         levels[0].upper.copy_from_slice(&program.upper[..inputs]);
         for (from, to) in now.above.iter().zip(&mut levels[1..]) {
-            for i in 0..from.rows() {
-                to.row_mut(i)[..n].copy_from_slice(from.row(i));
-            }
-            to.lower.copy_from_slice(&from.lower);
-            to.upper.copy_from_slice(&from.upper);
-            to.weight.copy_from_slice(&from.weight);
+            to.copy_from(from);
         }
-        let [.., task, internal, last] = &mut levels[..] else { return None };
+        let [.., task, speeds, last] = &mut levels[..] else { return None };
         for i in 0..m {
             let row = task.row_mut(i);
             row[..n].copy_from_slice(now.task.row(i, n));
@@ -147,13 +148,12 @@ impl LimitedProgram {
             self.nothing.fill(0.0);
             now.parts.law(&now.task, &mut self.nothing, &mut self.column);
             let at = 1 + inputs + i;
-            internal.row_mut(i)[..n].copy_from_slice(&self.column);
             last.row_mut(at)[..n].copy_from_slice(&self.column);
             let nominal = dot(&self.column, &program.nominal[inputs..]);
             (last.lower[at], last.upper[at]) = (nominal, nominal);
             last.weight[at] = program.weight[inputs + i];
             let fastest = program.upper[inputs + i];
-            (internal.lower[i], internal.upper[i]) = (-fastest, fastest);
+            (speeds.lower[i], speeds.upper[i]) = (-fastest, fastest);
         }
         self.solver.solve(&self.problem, &mut self.solution);
         (self.solution.status == Status::Optimal).then(|| self.solution.x.split_at(n))

@@ -325,6 +325,36 @@ proptest! {
     }
 }
 
+/// Levels above that contradict each other leave the plan as it is: the hierarchy says so itself.
+#[test]
+fn limits_that_cannot_be_met_change_nothing() {
+    let model = robots().swap_remove(0);
+    let (q, n) = (model.neutral(), model.nv());
+    let mut scene = Scene::new(model, q, Over::Mean);
+    scene.see(&[HumanPoint::at_rest(Vector3::new(0.5, 0.2, 0.6))]);
+    let shape = LevelShape { rows: 2, hard: true, damping: 0.0 };
+    scene.above = Problem::new(n, &[shape]).levels;
+    let mut planner = match SafetyPlanner::new(settings(n, Vec::new(), Strategy::Program), 3, n, &[shape]) {
+        Ok(planner) => planner,
+        Err(e) => panic!("{e}"),
+    };
+    let (eta, feedback, unit) =
+        ([0.1; 3], [0.0; 3], |k: usize| (0..n).map(|i| f64::from(u8::from(i == k))).collect::<Vec<_>>());
+    scene.above[0].set(0, &unit(0), 1.0, 1.0);
+    scene.above[0].set(1, &unit(0), 2.0, 2.0);
+    scene.decide(&mut planner, &eta, &feedback, scene.field.value() + 0.1, Vector3::zeros());
+    let before = planner.plan().clone();
+    let task = TaskRows { jacobian: &scene.jacobian, stride: n, eta: &eta, feedback: &feedback };
+    let threshold = scene.field.value() + 0.1;
+    let tick = Tick { field: &scene.field, threshold, threshold_rate: 0.0, task, frames: &[], above: &scene.above };
+    assert_eq!(planner.reconsider(&tick, &vec![0.0; n]), Ok(false));
+    assert_eq!(planner.plan(), &before);
+    // Nor do levels of a shape that it was not made for.
+    let other = Problem::new(n, &[LevelShape { rows: 3, ..shape }]).levels;
+    assert_eq!(planner.reconsider(&Tick { above: &other, ..tick }, &vec![0.0; n]), Ok(false));
+    assert_eq!(planner.plan(), &before);
+}
+
 /// What limits withhold is made up for in most of many cases; in the others the robot has no room for it.
 #[test]
 fn what_limits_withhold_is_made_up_for() {
