@@ -21,11 +21,14 @@
 
 use solver::{ActiveSet, HierarchicalSolver, Level, LevelShape, Problem, Solution, Status};
 
-use crate::safety::decomposition::{Decomposition, Push, TaskRows, dot};
+use crate::safety::decomposition::{Decomposition, Push, TaskRows, axpy, dot};
 use crate::safety::one_row::OneRowProgram;
 
 /// A row counts as broken beyond this, in its own unit a second.
 const BROKEN: f64 = 1e-9;
+
+/// What is left of a column of N behind others, below which it depends on them.
+const NOTHING: f64 = 1e-6;
 
 /// Whether a velocity breaks a row of the levels above.
 pub(super) fn breaks(above: &[Level], v: &[f64]) -> bool {
@@ -72,6 +75,7 @@ pub(super) struct LimitedProgram {
     solver: ActiveSet,
     /// A column of N, and room.
     column: Vec<f64>,
+    basis: Vec<f64>,
     nothing: Vec<f64>,
 }
 
@@ -103,6 +107,7 @@ impl LimitedProgram {
             solver: ActiveSet::new(&problem),
             problem,
             column: vec![0.0; dofs],
+            basis: vec![0.0; dofs * dofs],
             nothing: vec![0.0; rows],
         }
     }
@@ -143,19 +148,53 @@ impl LimitedProgram {
             last.weight[1 + i] = program.weight[i];
         }
         for i in 0..n {
+            let fastest = program.upper[inputs + i];
+            (speeds.lower[i], speeds.upper[i]) = (-fastest, fastest);
+        }
+        // N is symmetric, and a projector of rank n - m where nothing is damped: then an orthonormal basis of its columns
+        // does for N. The rows are as long as the task has them beneath.
+        let rank = if now.parts.damped == 0.0 { n.saturating_sub(m) } else { n };
+        let mut found = 0;
+        for i in 0..n {
+            if found == rank {
+                break;
+            }
             self.column.fill(0.0);
             self.column[i] = 1.0;
             self.nothing.fill(0.0);
             now.parts.law(&now.task, &mut self.nothing, &mut self.column);
+            if rank < n && !self.normalise(found) {
+                continue;
+            }
+            self.basis[found * n..(found + 1) * n].copy_from_slice(&self.column);
+            found += 1;
+        }
+        let Some(last) = self.problem.levels.last_mut() else { return None };
+        for (i, row) in self.basis[..found * n].chunks_exact(n.max(1)).enumerate() {
             let at = 1 + inputs + i;
-            last.row_mut(at)[..n].copy_from_slice(&self.column);
-            let nominal = dot(&self.column, &program.nominal[inputs..]);
+            last.row_mut(at)[..n].copy_from_slice(row);
+            let nominal = dot(row, &program.nominal[inputs..]);
             (last.lower[at], last.upper[at]) = (nominal, nominal);
             last.weight[at] = program.weight[inputs + i];
-            let fastest = program.upper[inputs + i];
-            (speeds.lower[i], speeds.upper[i]) = (-fastest, fastest);
         }
+        (1 + inputs + found..last.rows()).for_each(|i| last.leave_out(i));
         self.solver.solve(&self.problem, &mut self.solution);
         (self.solution.status == Status::Optimal).then(|| self.solution.x.split_at(n))
+    }
+
+    /// Makes the column orthogonal to the first `found` rows of the basis, and one in length; false where next to nothing of
+    /// it is left.
+    fn normalise(&mut self, found: usize) -> bool {
+        let n = self.dofs;
+        // Twice is enough (Kahan, Parlett).
+        for _ in 0..2 {
+            for row in self.basis[..found * n].chunks_exact(n) {
+                let along = dot(row, &self.column);
+                axpy(-along, row, &mut self.column);
+            }
+        }
+        let left = dot(&self.column, &self.column).sqrt();
+        self.column.iter_mut().for_each(|x| *x /= left);
+        left > NOTHING
     }
 }
