@@ -118,15 +118,27 @@ pub enum Status {
         stopped: Limit,
     },
     /// A valid plan without a bound: from batches, or repaired from another.
-    Unbounded,
+    Unbounded {
+        /// What ended the search of a part before its proof; none: nothing did.
+        stopped: Option<Limit>,
+    },
 }
 
 impl Status {
+    /// What ended the search before its proof, if something did.
+    pub fn stopped(&self) -> Option<Limit> {
+        match self {
+            Status::Proven { .. } => None,
+            Status::Gap { stopped, .. } => Some(*stopped),
+            Status::Unbounded { stopped } => *stopped,
+        }
+    }
+
     /// The lower bound on the cost of every plan, where there is one.
     pub fn bound(&self) -> Option<f64> {
         match self {
             Status::Proven { bound } | Status::Gap { bound, .. } => Some(*bound),
-            Status::Unbounded => None,
+            Status::Unbounded { .. } => None,
         }
     }
 }

@@ -356,7 +356,13 @@ impl Checker<'_> {
         if begun.end < begun.start {
             return Some(Reason::NotAscending);
         }
-        if begun.start > problem.start {
+        // What a robot has left its depot for is settled, and what comes before it for the same agent.
+        let settled = |other: &Begun| {
+            let left = other.service.is_some_and(|(_, times)| times.going <= problem.start);
+            other.agent == begun.agent && other.operation >= begun.operation && left
+        };
+        let settled = problem.begun.iter().any(settled);
+        if begun.start > problem.start && !settled {
             return Some(Reason::Later { begins: begun.start });
         }
         if begun.operation > 0 {
@@ -378,7 +384,7 @@ impl Checker<'_> {
         if instants.windows(2).any(|pair| pair[1] < pair[0]) {
             return Some(Reason::NotAscending);
         }
-        if times.going > problem.start {
+        if times.going > problem.start && !settled {
             return Some(Reason::Later { begins: times.going });
         }
         if times.serving < begun.end - 1e-6 {

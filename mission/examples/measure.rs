@@ -1,0 +1,86 @@
+//! Measures the planners on the shapes of thesis Tables 5.5 to 5.7 and with speeds as decisions.
+//!
+//! `cargo run --release -p hierarq-mission --example measure -- [fixed|speeds|operations|batches] [highs]`
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use std::time::{Duration, Instant};
+
+use hierarq_mission::engine::Budget;
+use hierarq_mission::schedule::choose::{Engine, Formulation, Options, plan};
+use hierarq_mission::schedule::problem::Problem;
+use hierarq_mission::schedule::validate::validate;
+
+fn show(name: &str, problem: &Problem, options: &Options) -> f64 {
+    let begun = Instant::now();
+    let plan = match plan(problem, options) {
+        Ok(plan) => plan,
+        Err(refusal) => {
+            println!("{name}: refused: {refusal}");
+            return f64::NAN;
+        }
+    };
+    let seconds = begun.elapsed().as_secs_f64();
+    let wrong = validate(problem, &plan).len();
+    let gap = plan.status.bound().map_or(f64::NAN, |bound| (plan.cost - bound) / plan.cost);
+    let Some(status) = format!("{:?}", plan.status).split(' ').next().map(str::to_owned) else { return f64::NAN };
+    println!(
+        "{name:<24} {seconds:8.3} s  cost {:10.6}  gap {:7.4} %  {status:<9} {} solves {} nodes {} cuts  {}{}",
+        plan.cost,
+        100.0 * gap,
+        plan.statistics.solves,
+        plan.statistics.nodes,
+        plan.statistics.cuts,
+        plan.engine,
+        if wrong > 0 { "  NOT VALID" } else { "" },
+    );
+    plan.cost
+}
+
+fn main() {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let asked = |word: &str| words.iter().any(|other| other == word);
+    let seconds = words.iter().find_map(|word| word.parse::<u64>().ok()).unwrap_or(10);
+    let engine = if asked("highs") { Engine::Highs } else { Engine::BuiltIn };
+    let budget = Budget { time: Duration::from_secs(seconds), ..Budget::default() };
+    let options = Options { engine, budget, ..Options::default() };
+    if asked("fixed") {
+        for agents in 1..=10 {
+            for seed in 0..3 {
+                show(&format!("fixed {agents} x 2, seed {seed}"), &common::fixed(seed, agents, 2, 1), &options);
+            }
+        }
+        for robots in 3..=10 {
+            show(&format!("fixed 4 x {robots}"), &common::fixed(0, 4, robots, 1), &options);
+        }
+    }
+    let whole = Options { formulation: Some(Formulation::Position), ..options };
+    if asked("speeds") {
+        for agents in [2, 3, 4, 5, 6, 8, 10] {
+            if engine == Engine::Highs || agents <= 6 {
+                for seed in 0..3 {
+                    show(&format!("speeds {agents} x 2, seed {seed}"), &common::random(seed, agents, 2, 1), &whole);
+                }
+            }
+        }
+    }
+    if asked("operations") {
+        for operations in 1..=3 {
+            show(&format!("vineyard 4 x {operations}"), &common::vineyard(operations), &whole);
+        }
+    }
+    if asked("batches") {
+        let parts = Options { formulation: Some(Formulation::Batches), ..options };
+        for agents in [5, 6, 7, 8, 9, 10] {
+            let problem = common::fixed(1, agents, 2, 1);
+            let all = show(&format!("whole {agents}"), &problem, &options);
+            let cost = show(&format!("batches {agents}"), &problem, &parts);
+            println!("  error {:.3} %", 100.0 * (cost / all - 1.0));
+        }
+        for agents in [15, 20, 25, 30] {
+            show(&format!("batches {agents}"), &common::fixed(1, agents, 2, 1), &parts);
+            show(&format!("with speeds {agents}"), &common::random(1, agents, 2, 1), &parts);
+        }
+    }
+}
