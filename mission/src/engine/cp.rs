@@ -46,17 +46,17 @@ pub enum Term {
     Choice(Choice),
 }
 
-/// An interval from `anchor - lead` to `anchor + tail`, there only if chosen.
+/// An interval that begins at `anchor + offset`, there only if chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct Optional {
     /// Whether it is there.
     pub present: Choice,
     /// The number by which it moves.
     pub anchor: Number,
-    /// How long it begins before the number. Zero or more.
-    pub lead: i64,
-    /// How long it goes on after the number. Zero or more.
-    pub tail: i64,
+    /// How much later than the number it begins; may be negative.
+    pub offset: i64,
+    /// How long it is. Zero or more.
+    pub length: i64,
 }
 
 /// Values of a solution.
@@ -177,7 +177,7 @@ impl Program {
         let mut parked = horizon;
         let mut tasks = Vec::new();
         for interval in intervals {
-            let length = interval.lead + interval.tail;
+            let (offset, length) = (interval.offset, interval.length);
             if length == 0 {
                 continue;
             }
@@ -189,8 +189,8 @@ impl Program {
             self.solver.add_clause([present.get_true_predicate(), predicate![id == there]], tag);
             self.solver.add_clause([present.get_false_predicate(), predicate![id <= here]], tag);
             let (start, anchor) = (Term::Number(shadow), Term::Number(interval.anchor));
-            self.at_most(&[(start, 1), (anchor, -1)], -interval.lead, Some(interval.present))?;
-            self.at_most(&[(start, -1), (anchor, 1)], interval.lead, Some(interval.present))?;
+            self.at_most(&[(start, 1), (anchor, -1)], offset, Some(interval.present))?;
+            self.at_most(&[(start, -1), (anchor, 1)], -offset, Some(interval.present))?;
             let processing_time = fit("a length", length)?;
             tasks.push(ArgDisjunctiveTask { start_time: id.scaled(1), processing_time });
             parked += length;

@@ -45,7 +45,7 @@ pub fn begun_of(problem: &Problem, agent: usize, operation: usize) -> Option<&Be
     problem.begun.iter().find(|begun| begun.agent == agent && begun.operation == operation)
 }
 
-/// The plan of these assistances, whose cost is computed here.
+/// The plan of these assistances, whose cost is computed here; a bound above it by rounding is brought down to it.
 pub fn to_plan(
     problem: &Problem,
     schedule: &[Assistance],
@@ -53,11 +53,17 @@ pub fn to_plan(
     engine: String,
     statistics: Statistics,
 ) -> Plan {
+    let cost = cost::cost(problem, schedule).total();
+    let status = match status {
+        Status::Proven { bound } => Status::Proven { bound: bound.min(cost) },
+        Status::Gap { bound, gap, stopped } => Status::Gap { bound: bound.min(cost), gap, stopped },
+        Status::Unbounded { stopped } => Status::Unbounded { stopped },
+    };
     let mut plan = Plan {
         robots: problem.robots.iter().map(|robot| robot.name.clone()).collect(),
         agents: problem.agents.iter().map(|agent| agent.name.clone()).collect(),
         activities: schedule.iter().flat_map(|assistance| activities(problem, assistance)).collect(),
-        cost: cost::cost(problem, schedule).total(),
+        cost,
         status,
         engine,
         statistics,

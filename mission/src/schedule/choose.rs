@@ -2,7 +2,8 @@
 //!
 //! | problem | formulation | because |
 //! |---|---|---|
-//! | every way takes a fixed time | constraint program | proves ten operations in a fraction of a second |
+//! | every way takes a fixed time, one service for each agent | subsets | proves fourteen operations in a blink |
+//! | every way takes a fixed time | constraint program | knows the order of an agent's operations |
 //! | speeds are decided, few operations | position form | bounds the cost; re-timing is exact |
 //! | more operations than one of these proves | batches | each batch is small; no bound |
 
@@ -18,9 +19,11 @@ use super::constraint::constraint;
 use super::exact::{Found, exact};
 use super::instance::Instance;
 use super::problem::Problem;
+use super::retime::retime;
+use super::subsets;
 
 /// The most operations that the constraint program is given at once.
-const MOST_CONSTRAINT: usize = 14;
+const MOST_CONSTRAINT: usize = 8;
 /// The most operations that the built-in engine is given at once.
 const MOST_BUILT_IN: usize = 6;
 /// The most operations that HiGHS is given at once.
@@ -36,6 +39,8 @@ pub enum Formulation {
     Position,
     /// Constraint program; for fixed durations only.
     Constraint,
+    /// Dynamic program over sets of operations; for fixed durations and one service for each agent.
+    Subsets,
     /// Algorithm 4: some operations at a time.
     Batches,
 }
@@ -87,11 +92,14 @@ pub enum Refusal {
     #[error("the problem has {} mistakes", .0.len())]
     Problem(Vec<Mistake>),
     /// The formulation that was asked for needs fixed durations.
-    #[error("a constraint program needs speeds that are points, and {robot} has a range")]
+    #[error("a constraint program and one of subsets need speeds that are points, and {robot} has a range")]
     Speeds {
         /// The name of a robot whose ways may take longer or shorter.
         robot: String,
     },
+    /// The formulation that was asked for is of another kind of problem.
+    #[error("a program of subsets needs one service to come for each agent, weights that do not rise, and few operations")]
+    NotSubsets,
     /// An engine gave no answer.
     #[error(transparent)]
     Engine(#[from] EngineError),
@@ -105,13 +113,16 @@ pub fn choose(problem: &Problem, options: &Options) -> Choice {
     if let Some(formulation) = options.formulation {
         return chosen(formulation, "it was asked for".into());
     }
-    let (exact, most, name) = if instance.is_fixed() {
-        (Formulation::Constraint, MOST_CONSTRAINT, "the constraint program")
-    } else {
-        match options.engine {
-            Engine::BuiltIn => (Formulation::Position, MOST_BUILT_IN, "the built-in engine"),
-            Engine::Highs => (Formulation::Position, MOST_HIGHS, "HiGHS"),
+    if subsets::fits(&instance) {
+        let why = format!("every way takes a fixed time, each agent has one service to come, {count} in all");
+        return chosen(Formulation::Subsets, why);
+    }
+    let (exact, most, name) = match options.engine {
+        _ if instance.is_fixed() && count <= MOST_CONSTRAINT => {
+            (Formulation::Constraint, MOST_CONSTRAINT, "the constraint program")
         }
+        Engine::BuiltIn => (Formulation::Position, MOST_BUILT_IN, "the built-in engine"),
+        Engine::Highs => (Formulation::Position, MOST_HIGHS, "HiGHS"),
     };
     if count > most {
         let why = format!("{count} operations are to be served, and {name} is given {most} at once");
@@ -119,6 +130,7 @@ pub fn choose(problem: &Problem, options: &Options) -> Choice {
     }
     let why = match exact {
         Formulation::Constraint => "every way takes a fixed time",
+        _ if instance.is_fixed() => "the constraint program is too slow for so many operations",
         _ => "speeds are decided",
     };
     chosen(exact, format!("{why}, and {count} operations are few enough for {name}"))
@@ -135,61 +147,65 @@ pub fn plan(problem: &Problem, options: &Options) -> Result<Plan, Refusal> {
         return Err(Refusal::Problem(mistakes));
     }
     let choice = choose(problem, options);
-    let solver = Solver::new(options, choice.formulation == Formulation::Constraint)?;
+    let solver = Solver::new(options, choice.formulation)?;
     if choice.formulation == Formulation::Batches {
         let (schedule, statistics, stopped) = batches(problem, options.batch, &solver)?;
-        let engine = format!("batches of {}, {}", options.batch.max(1), solver.name(problem));
+        let engine = format!("batches of {}", options.batch.max(1));
         return Ok(to_plan(problem, &schedule, Status::Unbounded { stopped }, engine, statistics));
     }
-    let found = solver.solve(problem, &options.budget)?;
-    let status = found.status;
-    Ok(to_plan(problem, &found.timed.schedule, status, solver.name(problem), found.statistics))
+    let (found, engine) = solver.solve(problem, &options.budget)?;
+    Ok(to_plan(problem, &found.timed.schedule, found.status, engine, found.statistics))
 }
 
 /// What solves a problem, or a part of one, at once.
 pub(crate) struct Solver {
-    milp: Option<Box<dyn Milp>>,
-    constraint: Option<bool>,
-    pub budget: Budget,
+    milp: Box<dyn Milp>,
+    options: Options,
 }
 
 impl Solver {
-    fn new(options: &Options, asked_constraint: bool) -> Result<Solver, EngineError> {
-        let forced = options.formulation.filter(|formulation| *formulation != Formulation::Batches);
-        let constraint = forced.map(|formulation| formulation == Formulation::Constraint);
-        let milp: Option<Box<dyn Milp>> = match options.engine {
-            _ if asked_constraint => None,
-            Engine::BuiltIn => Some(Box::new(Microlp)),
-            Engine::Highs => Some(Box::new(Highs::find()?)),
+    fn new(options: &Options, formulation: Formulation) -> Result<Solver, EngineError> {
+        let needed = matches!(formulation, Formulation::Position | Formulation::Batches);
+        let milp: Box<dyn Milp> = match options.engine {
+            Engine::Highs if needed => Box::new(Highs::find()?),
+            _ => Box::new(Microlp),
         };
-        Ok(Solver { milp, constraint, budget: options.budget })
+        Ok(Solver { milp, options: *options })
     }
 
-    fn by_constraint(&self, instance: &Instance) -> bool {
-        self.constraint.unwrap_or_else(|| instance.is_fixed())
+    /// How much work the whole planning may be.
+    pub fn budget(&self) -> Budget {
+        self.options.budget
     }
 
-    fn name(&self, problem: &Problem) -> String {
-        match &self.milp {
-            Some(milp) if !self.by_constraint(&Instance::new(problem)) => format!("position form, {}", milp.name()),
-            _ => "constraint program, pumpkin".into(),
-        }
-    }
-
-    /// The schedule of a problem without mistakes.
-    pub fn solve(&self, problem: &Problem, budget: &Budget) -> Result<Found, Refusal> {
+    /// The schedule of a problem without mistakes, and what found it. A part of a mission is never cut into parts again.
+    pub fn solve(&self, problem: &Problem, budget: &Budget) -> Result<(Found, String), Refusal> {
         let instance = Instance::new(problem);
-        if self.by_constraint(&instance) {
-            if !instance.is_fixed() {
+        let asked = self.options.formulation.filter(|formulation| *formulation != Formulation::Batches);
+        let formulation = asked.unwrap_or_else(|| match () {
+            () if subsets::fits(&instance) => Formulation::Subsets,
+            () if instance.is_fixed() && instance.jobs.len() <= MOST_CONSTRAINT => Formulation::Constraint,
+            () => Formulation::Position,
+        });
+        match formulation {
+            Formulation::Position | Formulation::Batches => {
+                let found = exact(&instance, self.milp.as_ref(), budget)?;
+                Ok((found, format!("position form, {}", self.milp.name())))
+            }
+            Formulation::Constraint | Formulation::Subsets if !instance.is_fixed() => {
                 let ranged = |m: &usize| instance.jobs.iter().any(|job| job.ways[*m].iter().any(|way| !way.is_fixed()));
                 let robot = (0..problem.robots.len()).find(ranged).map(|m| problem.robots[m].name.clone());
-                return Err(Refusal::Speeds { robot: robot.unwrap_or_default() });
+                Err(Refusal::Speeds { robot: robot.unwrap_or_default() })
             }
-            return Ok(constraint(&instance, budget)?);
-        }
-        match &self.milp {
-            Some(milp) => Ok(exact(&instance, milp.as_ref(), budget)?),
-            None => Ok(exact(&instance, &Microlp, budget)?),
+            Formulation::Constraint => Ok((constraint(&instance, budget)?, "constraint program, pumpkin".into())),
+            Formulation::Subsets if !subsets::fits(&instance) => Err(Refusal::NotSubsets),
+            Formulation::Subsets => {
+                let failed = || EngineError::Failed { engine: "subsets".into(), message: "no sequence".into() };
+                let timed = retime(&instance, &subsets::best(&instance))?.ok_or_else(failed)?;
+                let status = Status::Proven { bound: timed.cost };
+                let statistics = Statistics { solves: 1, ..Statistics::default() };
+                Ok((Found { timed, status, statistics }, "subsets".into()))
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 //! going to the end of depositing, and no two blocks of a robot at a time. Waiting stays outside of the block: a robot that
 //! would wait near the agent may as well leave later, and the times of the answer are computed again from its order.
 //!
-//! Times are whole ticks. Durations and coefficients are rounded down, so that the optimum of the program is a lower bound
+//! Times are whole ticks, those of a job counted from its earliest start. Durations and coefficients are rounded down, so that the optimum of the program is a lower bound
 //! on the cost; the schedule of its order has the exact cost.
 
 use crate::engine::cp::{Choice, Number, Optional, Outcome, Program, Term};
@@ -53,7 +53,7 @@ pub(crate) fn constraint(instance: &Instance, budget: &Budget) -> Result<Found, 
                 }
             }
             for jobs in &mut sequence {
-                jobs.sort_by_key(|job| (values.numbers[1 + *job], *job));
+                jobs.sort_by_key(|job| (values.numbers[1 + *job] + model.first[*job], *job));
             }
             if let Some(next) = retime(instance, &sequence)?.filter(|next| next.cost < timed.cost) {
                 timed = next;
@@ -76,6 +76,10 @@ struct Model {
     objective: Number,
     /// The objective, then the start of each job.
     asked: Vec<Number>,
+    /// The earliest start of each job, from which its start is counted.
+    first: Vec<i64>,
+    /// The earliest end, from which the end is counted.
+    end_first: i64,
     /// Whether the robot serves the job, by job and robot.
     chosen: Vec<Choice>,
     /// `cost >= base + objective / resolution`
@@ -117,27 +121,25 @@ impl Model {
         let most = ((known.cost - base) * resolution).ceil().max(0.0) as i64;
         let least = instance.jobs.iter().enumerate().map(|(job, data)| rate(data.start_cost.min(0.0)) * (last(job) - first(job)));
         let objective = program.number(least.sum(), most)?;
-        let end = program.number(end_low, end_high)?;
+        let end = program.number(0, end_high - end_low)?;
         let mut asked = vec![objective];
         let mut chosen = Vec::new();
         let mut sum: Vec<(Term, i64)> = vec![(Term::Number(objective), -1)];
-        let mut offset = 0;
         sum.push((Term::Number(end), rate(instance.makespan_cost)));
-        offset += rate(instance.makespan_cost) * end_low;
         for job in 0..count {
-            let start = program.number(first(job), last(job))?;
+            let start = program.number(0, last(job) - first(job))?;
             let choices: Vec<Choice> = (0..robots).map(|_| program.choice()).collect();
             program.exactly_one(&choices)?;
             sum.push((Term::Number(start), rate(instance.jobs[job].start_cost)));
-            offset += rate(instance.jobs[job].start_cost) * first(job);
             for (m, choice) in choices.iter().enumerate() {
                 sum.push((Term::Choice(*choice), ((price(job, m) - cheapest(job)) * resolution).floor() as i64));
             }
             asked.push(start);
             chosen.extend(choices);
         }
-        program.at_most(&sum, offset, None)?;
-        let mut model = Model { program, objective, asked, chosen, base, resolution };
+        program.at_most(&sum, 0, None)?;
+        let first = (0..count).map(first).collect();
+        let mut model = Model { program, objective, asked, first, end_first: end_low, chosen, base, resolution };
         for job in 0..count {
             model.after(instance, bounds, job, &ticks)?;
         }
@@ -160,14 +162,15 @@ impl Model {
         for robot in 0..robots {
             let choice = self.chosen[job * robots + robot];
             let earliest = ticks(bounds.earliest[job][robot] - instance.problem.start).max(0);
-            self.program.at_most(&[(start, -1)], -earliest, Some(choice))?;
+            self.program.at_most(&[(start, -1)], self.first[job] - earliest, Some(choice))?;
         }
         let Some(previous) = instance.jobs[job].previous else { return Ok(()) };
         let served = Term::Number(self.asked[1 + previous]);
         for robot in 0..robots {
             let choice = self.chosen[previous * robots + robot];
             let wait = ticks(instance.serve(robot) + instance.jobs[job].nominal);
-            self.program.at_most(&[(served, 1), (start, -1)], -wait, Some(choice))?;
+            let room = self.first[job] - self.first[previous] - wait;
+            self.program.at_most(&[(served, 1), (start, -1)], room, Some(choice))?;
         }
         Ok(())
     }
@@ -189,13 +192,13 @@ impl Model {
             let lead = ticks(ways[0].low + ways[1].low);
             let tail = ticks(instance.serve(robot) + ways[2].low + instance.deposit(robot));
             let (anchor, present) = (self.asked[1 + job], self.chosen[job * robots + robot]);
-            blocks.push(Optional { present, anchor, lead, tail });
+            blocks.push(Optional { present, anchor, offset: self.first[job] - lead, length: lead + tail });
             load.push((Term::Choice(present), lead + tail));
             let ends = [(Term::Number(anchor), 1), (Term::Number(end), -1)];
-            self.program.at_most(&ends, -tail, Some(present))?;
+            self.program.at_most(&ends, self.end_first - self.first[job] - tail, Some(present))?;
         }
         let free = ticks(instance.free[robot] - instance.problem.start);
-        self.program.at_most(&load, -free, None)?;
+        self.program.at_most(&load, self.end_first - free, None)?;
         self.program.no_overlap(&blocks, horizon)
     }
 }

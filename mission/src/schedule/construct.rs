@@ -5,7 +5,7 @@
 
 use crate::engine::EngineError;
 
-use super::instance::{Instance, Sequence};
+use super::instance::{Instance, Sequence, Way};
 use super::retime::{Timed, retime};
 use super::timing::{self, Durations, Order};
 
@@ -25,13 +25,27 @@ type Guess = Vec<Vec<[f64; 3]>>;
 /// The cone solver failed.
 pub(crate) fn construct(instance: &Instance) -> Result<Timed, EngineError> {
     let nothing = || EngineError::Failed { engine: "construction".into(), message: "no sequence".into() };
-    let mut guess: Guess = instance
-        .jobs
-        .iter()
-        .map(|job| job.ways.iter().map(|ways| ways.map(|way| 0.5 * (way.low + way.cheapest()))).collect())
-        .collect();
+    let guess = first_guess(instance);
     let mut left = COMPARISONS / instance.jobs.len().max(1);
-    let mut best = retime(instance, &insert(instance, &guess, &mut left))?.ok_or_else(nothing)?;
+    let best = retime(instance, &insert(instance, &guess, &mut left))?.ok_or_else(nothing)?;
+    polish(instance, guess, best, left)
+}
+
+/// A schedule improved as [`construct`] does.
+///
+/// # Errors
+///
+/// The cone solver failed.
+pub(crate) fn refine(instance: &Instance, timed: Timed) -> Result<Timed, EngineError> {
+    polish(instance, first_guess(instance), timed, COMPARISONS / instance.jobs.len().max(1))
+}
+
+fn first_guess(instance: &Instance) -> Guess {
+    let ways = |ways: &[Way; 3]| ways.map(|way| 0.5 * (way.low + way.cheapest()));
+    instance.jobs.iter().map(|job| job.ways.iter().map(ways).collect()).collect()
+}
+
+fn polish(instance: &Instance, mut guess: Guess, mut best: Timed, mut left: usize) -> Result<Timed, EngineError> {
     for _ in 0..PASSES {
         for (m, jobs) in best.sequence.iter().enumerate() {
             jobs.iter().for_each(|job| guess[*job][m] = best.durations[*job]);

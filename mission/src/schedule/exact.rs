@@ -43,6 +43,7 @@ pub(crate) fn exact(instance: &Instance, engine: &dyn Milp, budget: &Budget) -> 
     let mut timed = construct(instance)?;
     let mut statistics = Statistics { solves: 1, ..Statistics::default() };
     let mut tangents = first_tangents(instance);
+    statistics.cuts += add_tangents(instance, &timed, &mut tangents);
     let mut bound = Bounds::new(instance, timed.cost).cost;
     let mut stopped = None;
     for _ in 0..ROUNDS {
@@ -62,7 +63,7 @@ pub(crate) fn exact(instance: &Instance, engine: &dyn Milp, budget: &Budget) -> 
         statistics.solves += 1;
         statistics.nodes += answer.nodes;
         bound = bound.max(answer.bound);
-        let mut added = add_tangents(instance, &timed, &mut tangents);
+        let mut added = 0;
         if let Some(values) = answer.values {
             if let Some(next) = retime(instance, &position.sequence(&values))? {
                 statistics.solves += 1;

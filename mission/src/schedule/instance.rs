@@ -207,7 +207,8 @@ impl<'a> Instance<'a> {
         }
     }
 
-    fn job_of(&self, agent: usize, operation: usize) -> Option<usize> {
+    /// The job of an operation, unless its service has begun.
+    pub fn job_of(&self, agent: usize, operation: usize) -> Option<usize> {
         self.jobs.iter().position(|job| job.agent == agent && job.operation == operation)
     }
 

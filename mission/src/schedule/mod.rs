@@ -21,5 +21,6 @@ pub mod problem;
 pub mod reallocate;
 pub mod reschedule;
 mod retime;
+mod subsets;
 mod timing;
 pub mod validate;

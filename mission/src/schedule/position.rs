@@ -215,6 +215,19 @@ impl Builder<'_, '_> {
                 let serve = |m: usize| self.instance.serve(m) / self.unit;
                 terms.extend(all(&self.assigned, previous).into_iter().map(|(m, x)| (x, -serve(m))));
                 self.model.at_least(job.nominal / self.unit, terms);
+                self.precede(previous, index);
+            }
+        }
+    }
+
+    /// On one robot the earlier job of an agent stands before the later one: not one at `k` or after and the other at `k`
+    /// or before. Whole points obey that by their times; fractional ones need not.
+    fn precede(&mut self, earlier: usize, later: usize) {
+        for positions in &self.assigned {
+            for k in 0..positions.len() {
+                let after = positions[k..].iter().map(|columns| (columns[earlier], 1.0));
+                let before = positions[..=k].iter().map(|columns| (columns[later], 1.0));
+                self.model.at_most(after.chain(before), 1.0);
             }
         }
     }

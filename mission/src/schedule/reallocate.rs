@@ -1,6 +1,6 @@
 //! When a repaired plan has become too costly, and planning anew what has not begun; thesis 5.5.2.
 
-use crate::plan::{Plan, Statistics, Status};
+use crate::plan::{Plan, Status};
 
 use super::assistance::{Assistance, begun_of, to_plan};
 use super::choose::{Options, Refusal, plan};
@@ -39,6 +39,5 @@ pub fn reallocate(problem: &Problem, repaired: &[Assistance], options: &Options)
         Status::Proven { bound } => Status::Proven { bound },
         Status::Gap { bound, stopped, .. } => Status::Gap { bound, gap: (cost - bound) / cost, stopped },
     };
-    let statistics = Statistics { ..fresh.statistics };
-    Ok(to_plan(problem, repaired, status, format!("rescheduling, after {}", fresh.engine), statistics))
+    Ok(to_plan(problem, repaired, status, format!("rescheduling, after {}", fresh.engine), fresh.statistics))
 }
