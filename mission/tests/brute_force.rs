@@ -56,12 +56,8 @@ fn timed(problem: &Problem, services: &[(usize, usize, usize)], speeds: &[Speeds
 
 /// Every order of all services with every assignment.
 fn sequences(problem: &Problem) -> Vec<Vec<(usize, usize, usize)>> {
-    let all: Vec<(usize, usize)> = problem
-        .agents
-        .iter()
-        .enumerate()
-        .flat_map(|(a, who)| (0..who.operations).map(move |i| (a, i)))
-        .collect();
+    let all: Vec<(usize, usize)> =
+        problem.agents.iter().enumerate().flat_map(|(a, who)| (0..who.operations).map(move |i| (a, i))).collect();
     let mut found = vec![Vec::new()];
     for _ in 0..all.len() {
         let mut longer = Vec::new();
@@ -157,7 +153,9 @@ fn proven(problem: &Problem, formulation: Formulation) -> f64 {
 
 #[test]
 fn every_engine_finds_the_least_cost_of_all_sequences() {
-    for (seed, agents, robots) in [(0, 1, 1), (1, 2, 1), (2, 2, 2), (3, 3, 2), (4, 3, 2), (5, 2, 3), (6, 4, 2), (7, 4, 1)] {
+    for (seed, agents, robots) in
+        [(0, 1, 1), (1, 2, 1), (2, 2, 2), (3, 3, 2), (4, 3, 2), (5, 2, 3), (6, 4, 2), (7, 4, 1)]
+    {
         let problem = common::fixed(seed, agents, robots, 1);
         let least = least_fixed(&problem);
         for formulation in [Formulation::Subsets, Formulation::Constraint, Formulation::Position] {

@@ -45,10 +45,9 @@ impl Bounds {
             let cost = instance.jobs[job].start_cost;
             cost * if cost >= 0.0 { first[job] } else { horizon }
         };
-        let fixed: f64 = (0..count)
-            .map(|job| start_cost(job) + least((0..robots).map(|m| energy(job, m))))
-            .sum::<f64>()
-            + instance.constant;
+        let fixed: f64 =
+            (0..count).map(|job| start_cost(job) + least((0..robots).map(|m| energy(job, m)))).sum::<f64>()
+                + instance.constant;
         let cost = fixed + instance.makespan_cost * end;
         let slack = (known - cost).max(0.0) + 1e-7 * known.abs().max(1.0);
         let until = |rate: f64, from: f64| if rate > 0.0 { from + slack / rate } else { f64::INFINITY };

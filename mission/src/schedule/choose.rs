@@ -98,7 +98,9 @@ pub enum Refusal {
         robot: String,
     },
     /// The formulation that was asked for is of another kind of problem.
-    #[error("a program of subsets needs one service to come for each agent, weights that do not rise, and few operations")]
+    #[error(
+        "a program of subsets needs one service to come for each agent, weights that do not rise, and few operations"
+    )]
     NotSubsets,
     /// An engine gave no answer.
     #[error(transparent)]

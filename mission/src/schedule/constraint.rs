@@ -96,7 +96,8 @@ impl Model {
         let horizon = latest + blocks.fold(0.0, f64::max) - zero;
         let tick = tick(instance, horizon);
         let ticks = |seconds: f64| (seconds / tick + 1e-6).floor() as i64;
-        let first = |job: usize| ticks(bounds.earliest[job].iter().copied().fold(f64::INFINITY, f64::min) - zero).max(0);
+        let first =
+            |job: usize| ticks(bounds.earliest[job].iter().copied().fold(f64::INFINITY, f64::min) - zero).max(0);
         let last = |job: usize| ticks(bounds.latest[job] - zero).max(first(job));
         let end_low = (0..count).map(first).max().unwrap_or(0).max(ticks(instance.busy.max(zero) - zero));
         let end_high = ticks(if bounds.end.is_finite() { bounds.end - zero } else { horizon }).max(end_low);
@@ -119,7 +120,11 @@ impl Model {
         let rate = |cost: f64| (cost * tick * resolution).floor() as i64;
         let mut program = Program::default();
         let most = ((known.cost - base) * resolution).ceil().max(0.0) as i64;
-        let least = instance.jobs.iter().enumerate().map(|(job, data)| rate(data.start_cost.min(0.0)) * (last(job) - first(job)));
+        let least = instance
+            .jobs
+            .iter()
+            .enumerate()
+            .map(|(job, data)| rate(data.start_cost.min(0.0)) * (last(job) - first(job)));
         let objective = program.number(least.sum(), most)?;
         let end = program.number(0, end_high - end_low)?;
         let mut asked = vec![objective];

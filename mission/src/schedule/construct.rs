@@ -1,7 +1,8 @@
-//! A good sequence without a proof: jobs inserted one after the other where they cost least, then moved and exchanged as
-//! long as that helps. It starts the exact planners, and stands in for them where they run out of budget.
+//! A good sequence without a proof: jobs inserted one after the other, then moved and exchanged as long as that helps, then
+//! shaken and improved again. It starts the exact planners, and stands in for them where they run out of budget.
 //!
 //! Candidates are compared at fixed durations, the best is re-timed exactly, and its durations are used for the next pass.
+//! The shaking is by a generator with a fixed seed, and all limits are counts: the same problem gives the same sequence.
 
 use crate::engine::EngineError;
 
@@ -9,8 +10,11 @@ use super::instance::{Instance, Sequence, Way};
 use super::retime::{Timed, retime};
 use super::timing::{self, Durations, Order};
 
-/// Sequences compared at most; keeps large problems short.
-const COMPARISONS: usize = 60_000;
+/// Jobs placed at most in all sequences compared; keeps large problems short.
+const PLACED: usize = 4_000_000;
+
+/// Times that a sequence is shaken in vain.
+const SHAKES: usize = 60;
 
 /// Passes of moving and re-timing at most.
 const PASSES: usize = 6;
@@ -26,7 +30,7 @@ type Guess = Vec<Vec<[f64; 3]>>;
 pub(crate) fn construct(instance: &Instance) -> Result<Timed, EngineError> {
     let nothing = || EngineError::Failed { engine: "construction".into(), message: "no sequence".into() };
     let guess = first_guess(instance);
-    let mut left = COMPARISONS / instance.jobs.len().max(1);
+    let mut left = PLACED / instance.jobs.len().max(1);
     let best = retime(instance, &insert(instance, &guess, &mut left))?.ok_or_else(nothing)?;
     polish(instance, guess, best, left)
 }
@@ -37,7 +41,7 @@ pub(crate) fn construct(instance: &Instance) -> Result<Timed, EngineError> {
 ///
 /// The cone solver failed.
 pub(crate) fn refine(instance: &Instance, timed: Timed) -> Result<Timed, EngineError> {
-    polish(instance, first_guess(instance), timed, COMPARISONS / instance.jobs.len().max(1))
+    polish(instance, first_guess(instance), timed, PLACED / instance.jobs.len().max(1))
 }
 
 fn first_guess(instance: &Instance) -> Guess {
@@ -50,7 +54,7 @@ fn polish(instance: &Instance, mut guess: Guess, mut best: Timed, mut left: usiz
         for (m, jobs) in best.sequence.iter().enumerate() {
             jobs.iter().for_each(|job| guess[*job][m] = best.durations[*job]);
         }
-        let next = improve(instance, &guess, best.sequence.clone(), &mut left);
+        let next = shake(instance, &guess, &best.sequence, &mut left);
         let Some(next) = retime(instance, &next)? else { break };
         if next.cost >= best.cost - 1e-9 * best.cost.abs() {
             break;
@@ -89,6 +93,44 @@ fn insert(instance: &Instance, guess: &Guess, left: &mut usize) -> Sequence {
         }
     }
     improve(instance, guess, sequence, left)
+}
+
+/// Improves a sequence, and what becomes of it when some jobs are moved at random, until that helps no more.
+fn shake(instance: &Instance, guess: &Guess, sequence: &Sequence, left: &mut usize) -> Sequence {
+    let mut best = improve(instance, guess, sequence.clone(), left);
+    let mut cost = price(instance, guess, &best);
+    let mut random: u64 = 0x2545_f491_4f6c_dd1d;
+    let mut below = |count: usize| {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (random >> 33) as usize % count.max(1)
+    };
+    let mut vain = 0;
+    // Few sequences of few jobs: nothing to find by shaking.
+    let shakes = SHAKES.min(instance.jobs.len().saturating_sub(3) * 8);
+    while vain < shakes && *left > 0 {
+        let mut shaken = best.clone();
+        for _ in 0..2 + below(3) {
+            let from = below(shaken.len());
+            if shaken[from].is_empty() {
+                continue;
+            }
+            let place = below(shaken[from].len());
+            let job = shaken[from].remove(place);
+            let to = below(shaken.len());
+            let place = below(shaken[to].len() + 1);
+            shaken[to].insert(place, job);
+        }
+        vain += 1;
+        if Order::of(instance, &shaken).is_none() {
+            continue;
+        }
+        let shaken = improve(instance, guess, shaken, left);
+        let price = price(instance, guess, &shaken);
+        if price < cost - 1e-9 {
+            (best, cost, vain) = (shaken, price, 0);
+        }
+    }
+    best
 }
 
 /// Moves a job elsewhere or exchanges two, as long as that makes the sequence cheaper.

@@ -61,8 +61,7 @@ impl Position {
     /// The program of an instance. It holds every schedule within the bounds.
     pub fn new(instance: &Instance, bounds: &Bounds, tangents: &Tangents) -> Position {
         let (count, robots) = (instance.jobs.len(), instance.free.len());
-        let unit =
-            (0..count).flat_map(|j| (0..robots).map(move |m| instance.longest(j, m))).fold(1.0, f64::max);
+        let unit = (0..count).flat_map(|j| (0..robots).map(move |m| instance.longest(j, m))).fold(1.0, f64::max);
         let mut builder =
             Builder { instance, model: Model::default(), unit, assigned: Vec::new(), started: Vec::new() };
         let zero = instance.problem.start;
@@ -114,8 +113,10 @@ impl Builder<'_, '_> {
         for _ in 0..bounds.trips[robot] {
             let (mut xs, mut ts) = (Vec::new(), Vec::new());
             for (index, job) in self.instance.jobs.iter().enumerate() {
-                let constants: f64 =
-                    job.ways[robot].iter().map(|way| if way.is_fixed() { way.cost(way.low) } else { way.constant }).sum();
+                let constants: f64 = job.ways[robot]
+                    .iter()
+                    .map(|way| if way.is_fixed() { way.cost(way.low) } else { way.constant })
+                    .sum();
                 let x = self.model.binary(constants + job.serve_cost * self.instance.serve(robot));
                 let t = self.model.real(job.start_cost * unit, 0.0, f64::INFINITY);
                 let earliest = (bounds.earliest[index][robot] - zero) / unit;
@@ -249,7 +250,10 @@ fn alike(instance: &Instance, m: usize, n: usize) -> bool {
     let close = |a: f64, b: f64| a == b;
     let same = |job: &super::instance::Job| {
         job.ways[m].iter().zip(&job.ways[n]).all(|(a, b)| {
-            close(a.low, b.low) && close(a.high, b.high) && close(a.rate, b.rate) && close(a.bend, b.bend)
+            close(a.low, b.low)
+                && close(a.high, b.high)
+                && close(a.rate, b.rate)
+                && close(a.bend, b.bend)
                 && close(a.constant, b.constant)
         })
     };

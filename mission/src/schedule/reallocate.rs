@@ -11,9 +11,8 @@ use super::problem::Problem;
 /// plan. What has not begun is what has not in `updated`, in both. 0 where nothing is left; infinite where nothing became
 /// something.
 pub fn optimality_index(optimal: (&Problem, &[Assistance]), updated: (&Problem, &[Assistance])) -> f64 {
-    let free = |of: &Assistance| {
-        begun_of(updated.0, of.agent, of.operation).is_none_or(|begun| begun.service.is_none())
-    };
+    let free =
+        |of: &Assistance| begun_of(updated.0, of.agent, of.operation).is_none_or(|begun| begun.service.is_none());
     if !updated.1.iter().any(free) {
         return 0.0;
     }

@@ -55,9 +55,11 @@ pub fn reschedule(
     };
     let mut waiting: Vec<&Assistance> = previous.iter().collect();
     waiting.sort_by(|a, b| {
-        a.times.going.total_cmp(&b.times.going).then(a.times.serving.total_cmp(&b.times.serving)).then(
-            a.target().cmp(&b.target()),
-        )
+        a.times
+            .going
+            .total_cmp(&b.times.going)
+            .then(a.times.serving.total_cmp(&b.times.serving))
+            .then(a.target().cmp(&b.target()))
     });
     // In the order of leaving, but never before what comes first for the same agent.
     while !waiting.is_empty() {

@@ -45,7 +45,9 @@ pub(crate) fn best(instance: &Instance) -> Sequence {
     let mut together: Vec<Table> = Vec::new();
     for (robot, table) in tables.iter().enumerate() {
         let joined = match together.last() {
-            None => join(&[vec![Entry { end: instance.busy, cost: 0.0, last: 0, before: 0, own: 0 }]], table, full, true),
+            None => {
+                join(&[vec![Entry { end: instance.busy, cost: 0.0, last: 0, before: 0, own: 0 }]], table, full, true)
+            }
             Some(before) => join(before, table, full, robot + 1 < robots),
         };
         together.push(joined);

@@ -56,9 +56,7 @@ pub(crate) fn starts(instance: &Instance, order: &Order, durations: &Durations, 
             starts[before] + instance.serve(robot) + durations[before][2] + instance.deposit(robot)
         });
         let ready = match instance.jobs[job].previous {
-            Some(previous) => {
-                starts[previous] + instance.serve(order.robot[previous]) + instance.jobs[job].nominal
-            }
+            Some(previous) => starts[previous] + instance.serve(order.robot[previous]) + instance.jobs[job].nominal,
             None => instance.jobs[job].release,
         };
         let arrival = free + durations[job][0] + durations[job][1];
@@ -83,12 +81,7 @@ pub(crate) fn cost(instance: &Instance, order: &Order, durations: &Durations, st
 
 /// The schedule of these times, with what has begun, by agent and operation. A robot leaves its depot when it is free and
 /// the operation has begun, or just in time if it must leave earlier; then it waits near the agent.
-pub(crate) fn schedule(
-    instance: &Instance,
-    order: &Order,
-    durations: &Durations,
-    starts: &[f64],
-) -> Vec<Assistance> {
+pub(crate) fn schedule(instance: &Instance, order: &Order, durations: &Durations, starts: &[f64]) -> Vec<Assistance> {
     let mut schedule = instance.done.clone();
     for (index, job) in instance.jobs.iter().enumerate() {
         let robot = order.robot[index];
