@@ -221,6 +221,8 @@ impl Solver<'_> {
             (f.set_int)(self.handle, text("threads").as_ptr(), 1);
             (f.set_int)(self.handle, text("random_seed").as_ptr(), 0);
             (f.set_int)(self.handle, text("mip_max_nodes").as_ptr(), nodes);
+            // Planners start it from good points: its own search for points is time lost.
+            (f.set_double)(self.handle, text("mip_heuristic_effort").as_ptr(), 0.0);
             (f.set_double)(self.handle, text("mip_rel_gap").as_ptr(), budget.gap / 4.0);
             (f.set_double)(self.handle, text("time_limit").as_ptr(), budget.time.as_secs_f64());
         }

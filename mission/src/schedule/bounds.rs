@@ -56,7 +56,15 @@ impl Bounds {
             let ends = last - least((0..robots).map(|m| back(job, m)));
             until(instance.jobs[job].start_cost, first[job]).min(ends).min(horizon)
         });
-        let mut bounds = Bounds { latest: latest.collect(), earliest, trips: Vec::new(), end: last, cost };
+        let mut latest: Vec<f64> = latest.collect();
+        // What comes first for an agent leaves time for what comes after; jobs of an agent stand in order.
+        let serve = least((0..robots).map(|m| instance.serve(m)));
+        for (index, job) in instance.jobs.iter().enumerate().rev() {
+            if let Some(previous) = job.previous {
+                latest[previous] = latest[previous].min(latest[index] - serve - job.nominal);
+            }
+        }
+        let mut bounds = Bounds { latest, earliest, trips: Vec::new(), end: last, cost };
         bounds.trips = (0..robots).map(|m| bounds.trips(instance, m, &first, fixed, known)).collect();
         bounds
     }

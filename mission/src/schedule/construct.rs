@@ -19,8 +19,15 @@ const SHAKES: usize = 60;
 /// Passes of moving and re-timing at most.
 const PASSES: usize = 6;
 
+/// The most jobs for which promising sequences are re-timed exactly, and how many of these in a pass.
+const EXACT_JOBS: usize = 16;
+const EXACT_CANDIDATES: usize = 24;
+
 /// The duration of each way of each job by each robot [s].
 type Guess = Vec<Vec<[f64; 3]>>;
+
+/// How slow the first guesses are: from the greatest speeds (0) to those of least energy (1).
+const SLOWNESS: [f64; 3] = [0.0, 0.3, 1.0];
 
 /// A good sequence, re-timed. The same for the same problem.
 ///
@@ -29,10 +36,18 @@ type Guess = Vec<Vec<[f64; 3]>>;
 /// The cone solver failed.
 pub(crate) fn construct(instance: &Instance) -> Result<Timed, EngineError> {
     let nothing = || EngineError::Failed { engine: "construction".into(), message: "no sequence".into() };
-    let guess = first_guess(instance);
-    let mut left = PLACED / instance.jobs.len().max(1);
-    let best = retime(instance, &insert(instance, &guess, &mut left))?.ok_or_else(nothing)?;
-    polish(instance, guess, best, left)
+    let mut best: Option<Timed> = None;
+    let starts = if instance.is_fixed() { &SLOWNESS[..1] } else { &SLOWNESS };
+    for slowness in starts {
+        let guess = first_guess(instance, *slowness);
+        let mut left = PLACED / instance.jobs.len().max(1) / starts.len();
+        let timed = retime(instance, &insert(instance, &guess, &mut left))?.ok_or_else(nothing)?;
+        let timed = polish(instance, guess, timed, left)?;
+        if best.as_ref().is_none_or(|best| timed.cost < best.cost) {
+            best = Some(timed);
+        }
+    }
+    best.ok_or_else(nothing)
 }
 
 /// A schedule improved as [`construct`] does.
@@ -41,27 +56,101 @@ pub(crate) fn construct(instance: &Instance) -> Result<Timed, EngineError> {
 ///
 /// The cone solver failed.
 pub(crate) fn refine(instance: &Instance, timed: Timed) -> Result<Timed, EngineError> {
-    polish(instance, first_guess(instance), timed, PLACED / instance.jobs.len().max(1))
+    polish(instance, first_guess(instance, 0.0), timed, PLACED / instance.jobs.len().max(1))
 }
 
-fn first_guess(instance: &Instance) -> Guess {
-    let ways = |ways: &[Way; 3]| ways.map(|way| 0.5 * (way.low + way.cheapest()));
+fn first_guess(instance: &Instance, slowness: f64) -> Guess {
+    let ways = |ways: &[Way; 3]| ways.map(|way| way.low + slowness * (way.cheapest() - way.low).max(0.0));
     instance.jobs.iter().map(|job| job.ways.iter().map(ways).collect()).collect()
 }
 
-fn polish(instance: &Instance, mut guess: Guess, mut best: Timed, mut left: usize) -> Result<Timed, EngineError> {
-    for _ in 0..PASSES {
-        for (m, jobs) in best.sequence.iter().enumerate() {
-            jobs.iter().for_each(|job| guess[*job][m] = best.durations[*job]);
+/// The durations of a schedule, and of every job by another robot those at the speeds that it has now.
+fn next_guess(instance: &Instance, timed: &Timed) -> Guess {
+    let mut robot = vec![0; instance.jobs.len()];
+    for (m, jobs) in timed.sequence.iter().enumerate() {
+        jobs.iter().for_each(|job| robot[*job] = m);
+    }
+    let of = |index: usize, m: usize| {
+        let (own, other) = (&instance.jobs[index].ways[robot[index]], &instance.jobs[index].ways[m]);
+        let mut times = timed.durations[index];
+        for (time, (own, other)) in times.iter_mut().zip(own.iter().zip(other)) {
+            let same = if own.length > 0.0 { *time * other.length / own.length } else { other.low };
+            *time = same.max(other.low).min(other.high);
         }
+        times
+    };
+    let robots = instance.free.len();
+    (0..instance.jobs.len()).map(|index| (0..robots).map(|m| of(index, m)).collect()).collect()
+}
+
+fn polish(instance: &Instance, mut guess: Guess, mut best: Timed, mut left: usize) -> Result<Timed, EngineError> {
+    for pass in 0..PASSES {
         let next = shake(instance, &guess, &best.sequence, &mut left);
         let Some(next) = retime(instance, &next)? else { break };
-        if next.cost >= best.cost - 1e-9 * best.cost.abs() {
+        let better = next.cost < best.cost - 1e-9 * best.cost.abs();
+        if better {
+            best = next;
+        } else if pass > 0 {
             break;
         }
-        best = next;
+        guess = next_guess(instance, &best);
+    }
+    if instance.is_fixed() || instance.jobs.len() > EXACT_JOBS { Ok(best) } else { exactly(instance, best) }
+}
+
+/// Moves and exchanges once more, the most promising ones re-timed exactly.
+fn exactly(instance: &Instance, mut best: Timed) -> Result<Timed, EngineError> {
+    for _ in 0..PASSES {
+        let guess = next_guess(instance, &best);
+        let mut candidates: Vec<(f64, Sequence)> = Vec::new();
+        neighbours(&best.sequence, |sequence| {
+            let price = price(instance, &guess, &sequence);
+            if price.is_finite() {
+                candidates.push((price, sequence));
+            }
+            true
+        });
+        candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut next: Option<Timed> = None;
+        for (_, sequence) in candidates.into_iter().take(EXACT_CANDIDATES) {
+            let timed = retime(instance, &sequence)?;
+            let least = next.as_ref().map_or(best.cost - 1e-9 * best.cost.abs(), |next| next.cost);
+            next = timed.filter(|timed| timed.cost < least).or(next);
+        }
+        match next {
+            Some(next) => best = next,
+            None => break,
+        }
     }
     Ok(best)
+}
+
+/// Every sequence with one job elsewhere or two exchanged, as long as they are wanted.
+fn neighbours(sequence: &Sequence, mut wanted: impl FnMut(Sequence) -> bool) {
+    let places: Vec<(usize, usize)> =
+        sequence.iter().enumerate().flat_map(|(m, jobs)| (0..jobs.len()).map(move |k| (m, k))).collect();
+    for (index, &(m, k)) in places.iter().enumerate() {
+        let mut without = sequence.clone();
+        let job = without[m].remove(k);
+        for n in 0..sequence.len() {
+            for l in 0..=without[n].len() {
+                if (n, l) != (m, k) {
+                    let mut moved = without.clone();
+                    moved[n].insert(l, job);
+                    if !wanted(moved) {
+                        return;
+                    }
+                }
+            }
+        }
+        for &(n, l) in &places[index + 1..] {
+            let mut exchanged = sequence.clone();
+            (exchanged[m][k], exchanged[n][l]) = (sequence[n][l], sequence[m][k]);
+            if !wanted(exchanged) {
+                return;
+            }
+        }
+    }
 }
 
 /// What a sequence costs at these durations; infinite if it is none.
@@ -138,37 +227,14 @@ fn improve(instance: &Instance, guess: &Guess, mut sequence: Sequence, left: &mu
     let mut cost = price(instance, guess, &sequence);
     loop {
         let mut best: Option<(f64, Sequence)> = None;
-        let mut consider = |candidate: Sequence| {
+        neighbours(&sequence, |candidate| {
             let price = price(instance, guess, &candidate);
             if price < best.as_ref().map_or(cost, |(price, _)| *price) - 1e-9 {
                 best = Some((price, candidate));
             }
-        };
-        let places: Vec<(usize, usize)> =
-            sequence.iter().enumerate().flat_map(|(m, jobs)| (0..jobs.len()).map(move |k| (m, k))).collect();
-        for (index, &(m, k)) in places.iter().enumerate() {
-            if *left == 0 {
-                break;
-            }
-            let mut without = sequence.clone();
-            let job = without[m].remove(k);
-            for n in 0..sequence.len() {
-                for l in 0..=without[n].len() {
-                    if (n, l) != (m, k) {
-                        let mut moved = without.clone();
-                        moved[n].insert(l, job);
-                        consider(moved);
-                        *left = left.saturating_sub(1);
-                    }
-                }
-            }
-            for &(n, l) in &places[index + 1..] {
-                let mut exchanged = sequence.clone();
-                (exchanged[m][k], exchanged[n][l]) = (sequence[n][l], sequence[m][k]);
-                consider(exchanged);
-                *left = left.saturating_sub(1);
-            }
-        }
+            *left = left.saturating_sub(1);
+            *left > 0
+        });
         match best {
             Some((price, better)) => (cost, sequence) = (price, better),
             None => return sequence,
