@@ -1,13 +1,15 @@
 //! Measures the planners on the shapes of thesis Tables 5.5 to 5.7 and with speeds as decisions.
 //!
-//! `cargo run --release -p hierarq-mission --example measure -- [fixed|speeds|operations|batches] [highs]`
+//! `cargo run --release -p hierarq-mission --example measure -- [fixed|speeds|operations|batches|agree] [highs] [SECONDS]`
+//!
+//! `agree` compares all formulations and engines on problems that all of them prove; HiGHS too, if it is there.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
 
 use std::time::{Duration, Instant};
 
-use hierarq_mission::engine::Budget;
+use hierarq_mission::engine::{Budget, Highs};
 use hierarq_mission::schedule::choose::{Engine, Formulation, Options, plan};
 use hierarq_mission::schedule::problem::Problem;
 use hierarq_mission::schedule::validate::validate;
@@ -69,6 +71,33 @@ fn main() {
         for operations in 1..=3 {
             show(&format!("vineyard 4 x {operations}"), &common::vineyard(operations), &whole);
         }
+    }
+    if asked("agree") {
+        let highs = Highs::find().map_err(|error| println!("without HiGHS: {error}")).is_ok();
+        let engines = if highs { vec![Engine::BuiltIn, Engine::Highs] } else { vec![Engine::BuiltIn] };
+        let mut wrong = 0;
+        for seed in 0..20 {
+            for (agents, operations) in [(1, 2), (2, 2), (3, 1), (4, 1), (5, 1)] {
+                let fixed = common::fixed(seed, agents, 2, operations);
+                let mut ways = vec![Some(Formulation::Constraint)];
+                ways.extend((operations == 1).then_some(Some(Formulation::Subsets)));
+                let mut costs = vec![];
+                for formulation in ways {
+                    costs.push(show("fixed", &fixed, &Options { formulation, ..options }));
+                }
+                let mut free = vec![];
+                for &engine in &engines {
+                    costs.push(show("fixed", &fixed, &Options { engine, ..whole }));
+                    let random = common::random(seed, agents, 2, operations);
+                    free.push(show("speeds", &random, &Options { engine, ..whole }));
+                }
+                for costs in [costs, free] {
+                    let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
+                    wrong += costs.iter().filter(|cost| **cost > least * (1.0 + 1e-4)).count();
+                }
+            }
+        }
+        println!("{wrong} disagreements");
     }
     if asked("batches") {
         let parts = Options { formulation: Some(Formulation::Batches), ..options };

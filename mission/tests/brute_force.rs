@@ -3,6 +3,8 @@
 //! The other way shares the data types and the cost of a schedule, nothing of the planners: it tries every sequence, and
 //! for each every speed of a grid, with times by going through it.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
+
 mod common;
 
 use hierarq_mission::plan::Status;

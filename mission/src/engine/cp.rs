@@ -80,14 +80,9 @@ pub enum Outcome {
 }
 
 /// A constraint program.
+#[derive(Default)]
 pub struct Program {
     solver: Solver,
-}
-
-impl Default for Program {
-    fn default() -> Program {
-        Program { solver: Solver::default() }
-    }
 }
 
 fn fit(what: &str, value: i64) -> Result<i32, EngineError> {
@@ -149,11 +144,10 @@ impl Program {
             return Ok(());
         }
         let constraint = self.solver.add_constraint(pumpkin_solver::less_than_or_equals(views, bound, tag));
-        // A contradiction that is seen here is seen again when solving.
-        let _ = match only {
+        match only {
             Some(only) => constraint.implied_by(only.0),
             None => constraint.post(),
-        };
+        }
         Ok(())
     }
 
@@ -198,7 +192,7 @@ impl Program {
         fit("the horizon with what is parked", parked)?;
         if tasks.len() > 1 {
             let tag = self.solver.new_constraint_tag();
-            let _ = self.solver.add_constraint(pumpkin_solver::disjunctive_strict(tasks, tag)).post();
+            self.solver.add_constraint(pumpkin_solver::disjunctive_strict(tasks, tag)).post();
         }
         Ok(())
     }

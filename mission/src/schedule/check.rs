@@ -10,7 +10,7 @@ use super::problem::{Begun, Distances, Problem, Range};
 pub const MAX_ROBOTS: usize = 64;
 /// The most operations all agents of a problem may have together.
 pub const MAX_OPERATIONS: usize = 512;
-/// The largest length [m], time [s], weight or coefficient: numbers beyond would drown the others.
+/// The largest length [m], time [s], weight or coefficient.
 pub const MAX_NUMBER: f64 = 1e7;
 /// The slowest speed [m/s].
 pub const MIN_SPEED: f64 = 1e-4;
@@ -197,11 +197,10 @@ impl Checker<'_> {
 
     fn near_speeds(&mut self, at: Declaration, range: Range, robot: usize) {
         let cruise = self.problem.robots.get(robot).map(|machine| machine.speed);
-        if let (true, Some(cruise)) = (self.speeds(at, range), cruise) {
-            if range.high < cruise.low || range.low > cruise.high {
-                let reason = Reason::OutsideCruise { low: range.low, high: range.high };
-                self.mistakes.push(Mistake { at, against: Some(of(Item::Robot(robot), Key::Speed)), reason });
-            }
+        let outside = |cruise: &Range| range.high < cruise.low || range.low > cruise.high;
+        if self.speeds(at, range) && cruise.as_ref().is_some_and(outside) {
+            let reason = Reason::OutsideCruise { low: range.low, high: range.high };
+            self.mistakes.push(Mistake { at, against: Some(of(Item::Robot(robot), Key::Speed)), reason });
         }
     }
 
@@ -311,9 +310,8 @@ impl Checker<'_> {
                 }
             }
         }
-        let robots = 0..problem.robots.len();
         let far = |m: usize| (0..problem.agents.len()).any(|a| problem.lengths(a, m).depositing > 0.0);
-        if self.mistakes.is_empty() && !robots.into_iter().any(far) {
+        if self.mistakes.is_empty() && !(0..problem.robots.len()).any(far) {
             self.refuse(of(Item::Mission, Key::Distances), Reason::NoWay);
         }
     }

@@ -64,13 +64,12 @@ pub(crate) fn exact(instance: &Instance, engine: &dyn Milp, budget: &Budget) -> 
         statistics.nodes += answer.nodes;
         bound = bound.max(answer.bound);
         let mut added = 0;
-        if let Some(values) = answer.values {
-            if let Some(next) = retime(instance, &position.sequence(&values))? {
-                statistics.solves += 1;
-                added += add_tangents(instance, &next, &mut tangents);
-                if next.cost < timed.cost {
-                    timed = next;
-                }
+        let sequence = answer.values.map(|values| position.sequence(&values));
+        if let Some(next) = sequence.map(|sequence| retime(instance, &sequence)).transpose()?.flatten() {
+            statistics.solves += 1;
+            added += add_tangents(instance, &next, &mut tangents);
+            if next.cost < timed.cost {
+                timed = next;
             }
         }
         statistics.cuts += added;

@@ -102,7 +102,8 @@ fn orders(instance: &Instance, robot: usize) -> Table {
 /// has the empty set only.
 fn join(before: &[Vec<Entry>], robot: &Table, full: usize, every: bool) -> Table {
     let mut table: Table = vec![Vec::new(); full + 1];
-    for set in if every { 0 } else { full }..=full {
+    let first = if every { 0 } else { full };
+    for (set, joined) in table.iter_mut().enumerate().skip(first) {
         let mut entries = Vec::new();
         // All subsets of `set`, from itself down to nothing.
         let mut own = set;
@@ -119,7 +120,7 @@ fn join(before: &[Vec<Entry>], robot: &Table, full: usize, every: bool) -> Table
             }
             own = (own - 1) & set;
         }
-        table[set] = entries;
+        *joined = entries;
     }
     table
 }
