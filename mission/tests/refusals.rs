@@ -119,9 +119,9 @@ fn numbers_beyond_the_constraint_program_are_refused() {
 }
 
 #[test]
-fn a_program_without_a_point_is_a_failure() {
+fn a_program_without_a_point_is_told_apart() {
     let mut model = Model::default();
     let x = model.real(1.0, 0.0, 1.0);
     model.at_least(2.0, [(x, 1.0)]);
-    assert!(matches!(Microlp.solve(&model, &[], &Default::default()), Err(EngineError::Failed { .. })));
+    assert!(matches!(Microlp.solve(&model, &[], &Default::default()), Err(EngineError::Infeasible { .. })));
 }

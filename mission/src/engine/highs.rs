@@ -56,6 +56,9 @@ const ROW_WISE: c_int = 2;
 const MINIMISE: c_int = 1;
 const STATUS_ERROR: c_int = -1;
 const MODEL_OPTIMAL: c_int = 7;
+const MODEL_INFEASIBLE: c_int = 8;
+/// No cost of a planner is unbounded, so that this means infeasible.
+const MODEL_UNBOUNDED_OR_INFEASIBLE: c_int = 9;
 const MODEL_TIME_LIMIT: c_int = 13;
 const MODEL_SOLUTION_LIMIT: c_int = 16;
 const PRIMAL_FEASIBLE: c_int = 2;
@@ -304,6 +307,9 @@ impl Milp for Highs {
             MODEL_OPTIMAL => None,
             MODEL_TIME_LIMIT => Some(Limit::Time),
             MODEL_SOLUTION_LIMIT => Some(Limit::Work),
+            MODEL_INFEASIBLE | MODEL_UNBOUNDED_OR_INFEASIBLE => {
+                return Err(EngineError::Infeasible { engine: self.name.clone() });
+            }
             _ => return Err(failed(&format!("status {ran}, model status {status}"))),
         };
         let mut point = vec![0.0; model.columns.len()];

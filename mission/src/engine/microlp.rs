@@ -48,9 +48,10 @@ impl Milp for Microlp {
         if !start.is_empty() {
             options.warm_start = Some(start.iter().map(|(column, value)| (columns[*column], *value)).collect());
         }
-        let outcome = problem
-            .solve_with(options)
-            .map_err(|error| EngineError::Failed { engine: "microlp".into(), message: error.to_string() })?;
+        let outcome = problem.solve_with(options).map_err(|error| match error {
+            microlp::Error::Infeasible => EngineError::Infeasible { engine: "microlp".into() },
+            error => EngineError::Failed { engine: "microlp".into(), message: error.to_string() },
+        })?;
         let stats = outcome.stats();
         let stopped = match outcome.termination_reason() {
             TerminationReason::TimeLimit => Some(Limit::Time),

@@ -144,6 +144,12 @@ pub enum EngineError {
         /// What is too large.
         what: String,
     },
+    /// The program has no point.
+    #[error("the engine {engine} found that the program has no point")]
+    Infeasible {
+        /// Its name.
+        engine: String,
+    },
     /// It failed on a problem that has a solution.
     #[error("the engine {engine} failed: {message}")]
     Failed {
@@ -163,6 +169,6 @@ pub trait Milp {
     ///
     /// # Errors
     ///
-    /// The engine is missing or failed; a program without any point is a failure too: planners ask only what has one.
+    /// The program has no point, or the engine failed.
     fn solve(&self, model: &Model, start: &[(usize, f64)], budget: &Budget) -> Result<Answer, EngineError>;
 }

@@ -25,9 +25,9 @@ use super::subsets;
 /// The most operations that the constraint program is given at once.
 const MOST_CONSTRAINT: usize = 8;
 /// The most operations that the built-in engine is given at once.
-const MOST_BUILT_IN: usize = 6;
+const MOST_BUILT_IN: usize = 12;
 /// The most operations that HiGHS is given at once.
-const MOST_HIGHS: usize = 14;
+const MOST_HIGHS: usize = 16;
 /// Operations in a batch if nobody says.
 pub const BATCH: usize = 4;
 

@@ -9,8 +9,14 @@ use crate::plan::{Limit, Statistics, Status};
 use super::bounds::Bounds;
 use super::construct::construct;
 use super::instance::Instance;
-use super::position::{Position, Tangents, first_tangents};
+use super::position::{Position, Tangents, alike, first_tangents};
 use super::retime::{Timed, retime};
+
+/// Times that the parts that are still open are tried with what is left of the budget.
+const PASSES: usize = 4;
+
+/// The most parts into which a problem is cut.
+const PARTS: usize = 150;
 
 /// Rounds of adding tangents at most.
 const ROUNDS: usize = 12;
@@ -33,53 +39,177 @@ pub(crate) fn status(cost: f64, bound: f64, gap: f64, stopped: Option<Limit>) ->
     }
 }
 
+/// The schedules in which each robot makes so many trips, or all of them.
+struct Part {
+    trips: Option<Vec<usize>>,
+    /// None of them costs less.
+    bound: f64,
+}
+
 /// Plans by the position form on this engine.
 ///
 /// # Errors
 ///
 /// The engine or the cone solver failed.
 pub(crate) fn exact(instance: &Instance, engine: &dyn Milp, budget: &Budget) -> Result<Found, EngineError> {
-    let begun = Instant::now();
-    let mut timed = construct(instance)?;
-    let mut statistics = Statistics { solves: 1, ..Statistics::default() };
-    let mut tangents = first_tangents(instance);
-    statistics.cuts += add_tangents(instance, &timed, &mut tangents);
-    let mut bound = Bounds::new(instance, timed.cost).cost;
-    let mut stopped = None;
-    for _ in 0..ROUNDS {
-        if timed.cost - bound <= budget.gap * timed.cost.abs() {
-            break;
-        }
-        let time = budget.time.saturating_sub(begun.elapsed());
-        let nodes = budget.nodes.saturating_sub(statistics.nodes);
-        if time.is_zero() || nodes == 0 {
-            stopped = Some(if nodes == 0 { Limit::Work } else { Limit::Time });
-            break;
-        }
-        let bounds = Bounds::new(instance, timed.cost);
-        let position = Position::new(instance, &bounds, &tangents);
-        let start = position.point(&timed.sequence);
-        let answer = engine.solve(&position.model, &start, &Budget { time, nodes, ..*budget })?;
-        statistics.solves += 1;
-        statistics.nodes += answer.nodes;
-        bound = bound.max(answer.bound);
-        let mut added = 0;
-        let sequence = answer.values.map(|values| position.sequence(&values));
-        if let Some(next) = sequence.map(|sequence| retime(instance, &sequence)).transpose()?.flatten() {
-            statistics.solves += 1;
-            added += add_tangents(instance, &next, &mut tangents);
-            if next.cost < timed.cost {
-                timed = next;
+    let timed = construct(instance)?;
+    let statistics = Statistics { solves: 1, ..Statistics::default() };
+    let tangents = first_tangents(instance);
+    let mut search =
+        Search { instance, engine, budget, begun: Instant::now(), timed, tangents, statistics, stopped: None };
+    search.add_tangents(&search.timed.clone());
+    let mut parts = search.parts()?;
+    for _ in 0..PASSES {
+        let mut left = parts.iter().filter(|part| !search.is_closed(part.bound)).count();
+        search.stopped = None;
+        for part in parts.iter_mut() {
+            if !search.is_closed(part.bound) {
+                search.close(part, left)?;
+                left = left.saturating_sub(1).max(1);
             }
         }
-        statistics.cuts += added;
-        stopped = answer.stopped;
-        if stopped.is_some() || added == 0 {
+        parts.sort_by(|a, b| a.bound.total_cmp(&b.bound));
+        if search.stopped.is_none() {
             break;
         }
     }
-    let status = status(timed.cost, bound, budget.gap, stopped);
-    Ok(Found { timed, status, statistics })
+    if parts.iter().all(|part| search.is_closed(part.bound)) {
+        search.stopped = None;
+    }
+    let bound = parts.iter().map(|part| part.bound).fold(f64::INFINITY, f64::min);
+    let status = status(search.timed.cost, bound, budget.gap, search.stopped);
+    Ok(Found { timed: search.timed, status, statistics: search.statistics })
+}
+
+struct Search<'a, 'b> {
+    instance: &'a Instance<'b>,
+    engine: &'a dyn Milp,
+    budget: &'a Budget,
+    begun: Instant,
+    /// The best schedule so far.
+    timed: Timed,
+    tangents: Tangents,
+    statistics: Statistics,
+    stopped: Option<Limit>,
+}
+
+impl Search<'_, '_> {
+    /// An equal share of what is left of the budget; none, with the reason, if nothing is.
+    fn share(&mut self, parts: usize) -> Option<Budget> {
+        let time = self.budget.time.saturating_sub(self.begun.elapsed());
+        let nodes = self.budget.nodes.saturating_sub(self.statistics.nodes);
+        if time.is_zero() || nodes == 0 {
+            self.stopped = Some(if nodes == 0 { Limit::Work } else { Limit::Time });
+            return None;
+        }
+        let parts = u32::try_from(parts).unwrap_or(u32::MAX).max(1);
+        Some(Budget { time: time / parts, nodes: (nodes / u64::from(parts)).max(1), gap: self.budget.gap })
+    }
+
+    fn is_closed(&self, bound: f64) -> bool {
+        self.timed.cost - bound <= self.budget.gap * self.timed.cost.abs()
+    }
+
+    /// All schedules in parts, bounded by linear programs, the cheapest bound first.
+    fn parts(&mut self) -> Result<Vec<Part>, EngineError> {
+        let bounds = Bounds::new(self.instance, self.timed.cost);
+        if self.is_closed(bounds.cost) {
+            return Ok(vec![Part { trips: None, bound: bounds.cost }]);
+        }
+        let mut parts = Vec::new();
+        let shares = shares(self.instance, &bounds);
+        for trips in shares {
+            let mut bound = bounds.cost;
+            if let (Some(_), Some(share)) = (&trips, self.share(1)) {
+                let mut model = Position::new(self.instance, &bounds, &self.tangents, trips.as_deref()).model;
+                model.columns.iter_mut().for_each(|column| column.integer = false);
+                bound = bound.max(match self.engine.solve(&model, &[], &share) {
+                    Err(EngineError::Infeasible { .. }) if !self.is_here(trips.as_deref()) => self.timed.cost,
+                    answer => answer?.bound,
+                });
+                self.statistics.solves += 1;
+            }
+            parts.push(Part { trips, bound });
+        }
+        parts.sort_by(|a, b| a.bound.total_cmp(&b.bound));
+        Ok(parts)
+    }
+
+    /// Closes the gap of a part, one of `left` that are still to be closed, as far as its share of the budget goes.
+    fn close(&mut self, part: &mut Part, left: usize) -> Result<(), EngineError> {
+        for _ in 0..ROUNDS {
+            if self.is_closed(part.bound) {
+                return Ok(());
+            }
+            let Some(share) = self.share(left) else { return Ok(()) };
+            let bounds = Bounds::new(self.instance, self.timed.cost);
+            let position = Position::new(self.instance, &bounds, &self.tangents, part.trips.as_deref());
+            let start = position.point(&self.timed.sequence);
+            let answer = match self.engine.solve(&position.model, &start, &share) {
+                Err(EngineError::Infeasible { .. }) if !self.is_here(part.trips.as_deref()) => {
+                    part.bound = self.timed.cost;
+                    return Ok(());
+                }
+                answer => answer?,
+            };
+            self.statistics.solves += 1;
+            self.statistics.nodes += answer.nodes;
+            part.bound = part.bound.max(answer.bound);
+            let mut added = 0;
+            let sequence = answer.values.map(|values| position.sequence(&values));
+            let next = sequence.map(|sequence| retime(self.instance, &sequence)).transpose()?.flatten();
+            if let Some(next) = next {
+                self.statistics.solves += 1;
+                added = self.add_tangents(&next);
+                if next.cost < self.timed.cost {
+                    self.timed = next;
+                }
+            }
+            if answer.stopped.is_some() {
+                self.stopped = answer.stopped;
+                return Ok(());
+            }
+            if added == 0 {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    /// The best schedule so far is of the part with these trips. Any other part without a point within the bounds holds
+    /// nothing cheaper; this one has a point.
+    fn is_here(&self, trips: Option<&[usize]>) -> bool {
+        trips.is_none_or(|trips| self.timed.sequence.iter().map(Vec::len).eq(trips.iter().copied()))
+    }
+
+    /// Lays tangents at the speeds of a schedule where none is near: how many.
+    fn add_tangents(&mut self, timed: &Timed) -> u64 {
+        let added = add_tangents(self.instance, timed, &mut self.tangents);
+        self.statistics.cuts += added;
+        added
+    }
+}
+
+/// Every way to share the number of trips between the robots, within the bounds; of two neighbours that are alike the first
+/// makes no fewer. Where there are too many ways, trips are left open.
+fn shares(instance: &Instance, bounds: &Bounds) -> Vec<Option<Vec<usize>>> {
+    let mut shares: Vec<Vec<usize>> = vec![Vec::new()];
+    let robots = bounds.trips.len();
+    for (m, most) in bounds.trips.iter().enumerate() {
+        let like = m > 0 && alike(instance, m - 1, m);
+        let mut longer = Vec::new();
+        for share in &shares {
+            let left = instance.jobs.len() - share.iter().sum::<usize>();
+            let most = if like { left.min(*most).min(share[m - 1]) } else { left.min(*most) };
+            let least = if m + 1 == robots { left } else { 0 };
+            longer.extend((least..=most).map(|own| [share.as_slice(), &[own]].concat()));
+        }
+        if longer.len() > PARTS {
+            return vec![None];
+        }
+        shares = longer;
+    }
+    shares.into_iter().map(Some).collect()
 }
 
 /// Lays tangents at the speeds of a schedule where none is near: how many.

@@ -1,7 +1,7 @@
 //! The schedule as a mixed-integer program in position form: job `j` is the `k`-th trip of robot `m`.
 //!
-//! `X[j,m,k]` says so; positions are filled from the last one down, so that a robot's last trip is always in its last
-//! position. `T[j,m,k]` is the start of the service, and 0 where `X` is: sums over jobs then are the starts of positions,
+//! `X[j,m,k]` says so. How many trips each robot makes is either given, and then the trips before and after a position bound
+//! its times; or positions are filled from the last one down, so that a robot's last trip is always in its last position. `T[j,m,k]` is the start of the service, and 0 where `X` is: sums over jobs then are the starts of positions,
 //! and no large constant is needed but the latest start. Durations belong to positions. The energy `l^2 / D` is convex in
 //! length and duration together, and its tangent at speed `v` is `2 v l - v^2 D`: the tangents of a position are valid for
 //! whatever job is in it, and exact where the job goes at one of their speeds. So the program bounds the cost from below.
@@ -22,6 +22,8 @@ pub(crate) struct Position {
     pub model: Model,
     /// Column of `X[j,m,k]`, by robot, position and job.
     assigned: Vec<Vec<Vec<usize>>>,
+    /// The number of trips was given.
+    given: bool,
 }
 
 /// Terms of a linear expression.
@@ -53,17 +55,20 @@ struct Builder<'a, 'b> {
     model: Model,
     /// Seconds in a unit of time of the program.
     unit: f64,
+    /// How many trips each robot makes, if that is given.
+    trips: Option<&'a [usize]>,
     assigned: Vec<Vec<Vec<usize>>>,
     started: Vec<Vec<Vec<usize>>>,
 }
 
 impl Position {
-    /// The program of an instance. It holds every schedule within the bounds.
-    pub fn new(instance: &Instance, bounds: &Bounds, tangents: &Tangents) -> Position {
+    /// The program of an instance. It holds every schedule within the bounds; of those in which each robot makes so many
+    /// trips, if `trips` says how many.
+    pub fn new(instance: &Instance, bounds: &Bounds, tangents: &Tangents, trips: Option<&[usize]>) -> Position {
         let (count, robots) = (instance.jobs.len(), instance.free.len());
         let unit = (0..count).flat_map(|j| (0..robots).map(move |m| instance.longest(j, m))).fold(1.0, f64::max);
         let mut builder =
-            Builder { instance, model: Model::default(), unit, assigned: Vec::new(), started: Vec::new() };
+            Builder { instance, model: Model::default(), unit, trips, assigned: Vec::new(), started: Vec::new() };
         let zero = instance.problem.start;
         let end = builder.model.real(
             instance.makespan_cost * unit,
@@ -79,8 +84,10 @@ impl Position {
             builder.robot(bounds, tangents, robot, end);
         }
         builder.jobs();
-        builder.symmetry();
-        Position { model: builder.model, assigned: builder.assigned }
+        if trips.is_none() {
+            builder.symmetry();
+        }
+        Position { model: builder.model, assigned: builder.assigned, given: trips.is_some() }
     }
 
     /// The sequence of a point.
@@ -95,6 +102,9 @@ impl Position {
         let mut point = Vec::new();
         for (positions, jobs) in self.assigned.iter().zip(sequence) {
             let Some(unused) = positions.len().checked_sub(jobs.len()) else { return Vec::new() };
+            if self.given && unused > 0 {
+                return Vec::new();
+            }
             for (k, columns) in positions.iter().enumerate() {
                 let here = k.checked_sub(unused).map(|place| jobs[place]);
                 let value = |job: usize| if here == Some(job) { 1.0 } else { 0.0 };
@@ -110,7 +120,9 @@ impl Builder<'_, '_> {
     fn columns(&mut self, bounds: &Bounds, robot: usize) {
         let (zero, unit) = (self.instance.problem.start, self.unit);
         let (mut assigned, mut started) = (Vec::new(), Vec::new());
-        for _ in 0..bounds.trips[robot] {
+        let slots = self.slots(bounds, robot);
+        let blocks = self.blocks(robot);
+        for k in 0..slots {
             let (mut xs, mut ts) = (Vec::new(), Vec::new());
             for (index, job) in self.instance.jobs.iter().enumerate() {
                 let constants: f64 = job.ways[robot]
@@ -119,10 +131,19 @@ impl Builder<'_, '_> {
                     .sum();
                 let x = self.model.binary(constants + job.serve_cost * self.instance.serve(robot));
                 let t = self.model.real(job.start_cost * unit, 0.0, f64::INFINITY);
-                let earliest = (bounds.earliest[index][robot] - zero) / unit;
-                let latest = (bounds.latest[index] - zero) / unit;
+                let (mut earliest, mut latest) = (bounds.earliest[index][robot], bounds.latest[index]);
+                if self.trips.is_some() {
+                    let tail = self.instance.shortest(index, robot) - job.ways[robot][0].low - job.ways[robot][1].low;
+                    let lead = job.ways[robot][0].low + job.ways[robot][1].low;
+                    earliest = earliest.max(self.instance.free[robot] + blocks[k] + lead);
+                    latest = latest.min(bounds.end - blocks[slots - 1 - k] - tail);
+                }
+                if earliest > latest + 1e-6 {
+                    self.model.columns[x].high = 0.0;
+                }
+                let (earliest, latest) = ((earliest - zero) / unit, (latest.max(earliest) - zero) / unit);
                 self.model.at_least(0.0, [(t, 1.0), (x, -earliest)]);
-                self.model.at_most([(t, 1.0), (x, -latest.max(earliest))], 0.0);
+                self.model.at_most([(t, 1.0), (x, -latest)], 0.0);
                 xs.push(x);
                 ts.push(t);
             }
@@ -131,6 +152,24 @@ impl Builder<'_, '_> {
         }
         self.assigned.push(assigned);
         self.started.push(started);
+    }
+
+    /// The number of positions of a robot.
+    fn slots(&self, bounds: &Bounds, robot: usize) -> usize {
+        self.trips.map_or(bounds.trips[robot], |trips| trips[robot])
+    }
+
+    /// How long so many trips of a robot take at least [s].
+    fn blocks(&self, robot: usize) -> Vec<f64> {
+        let mut blocks: Vec<f64> =
+            (0..self.instance.jobs.len()).map(|job| self.instance.shortest(job, robot)).collect();
+        blocks.sort_by(f64::total_cmp);
+        let mut sum = 0.0;
+        let sums = blocks.into_iter().map(|block| {
+            sum += block;
+            sum
+        });
+        std::iter::once(0.0).chain(sums).collect()
     }
 
     /// The duration of a way in a position, with its energy in the cost.
@@ -172,9 +211,12 @@ impl Builder<'_, '_> {
         let free = (instance.free[robot] - instance.problem.start) / unit;
         let scaled = |terms: &Terms, factor: f64| -> Terms { terms.iter().map(|(c, v)| (*c, v * factor)).collect() };
         let mut before: Option<(Terms, Terms)> = None;
-        for k in 0..bounds.trips[robot] {
+        for k in 0..self.slots(bounds, robot) {
             let used: Terms = self.assigned[robot][k].iter().map(|x| (*x, 1.0)).collect();
             let start: Terms = self.started[robot][k].iter().map(|t| (*t, 1.0)).collect();
+            if self.trips.is_some() {
+                self.model.row(1.0, used.iter().copied(), 1.0);
+            }
             let slots = [0, 1, 2].map(|z| self.slot(tangents, robot, k, z));
             let mut arrive = start.clone();
             arrive.extend(scaled(&slots[0].duration, -1.0));
@@ -186,9 +228,11 @@ impl Builder<'_, '_> {
                 let mut chain = arrive;
                 chain.extend(scaled(&home, -1.0));
                 self.model.at_least(0.0, chain);
-                let mut filled = used.clone();
-                filled.extend(scaled(&earlier, -1.0));
-                self.model.at_least(0.0, filled);
+                if self.trips.is_none() {
+                    let mut filled = used.clone();
+                    filled.extend(scaled(&earlier, -1.0));
+                    self.model.at_least(0.0, filled);
+                }
             }
             let mut home = start;
             home.extend(scaled(&used, serve + deposit));
@@ -246,7 +290,7 @@ impl Builder<'_, '_> {
 }
 
 /// Exchanging two robots changes nothing.
-fn alike(instance: &Instance, m: usize, n: usize) -> bool {
+pub(crate) fn alike(instance: &Instance, m: usize, n: usize) -> bool {
     let close = |a: f64, b: f64| a == b;
     let same = |job: &super::instance::Job| {
         job.ways[m].iter().zip(&job.ways[n]).all(|(a, b)| {
