@@ -72,10 +72,12 @@ fn a_small_mission_is_planned_exactly_and_a_large_one_in_batches() {
     let options = Options::default();
     for (problem, word) in [
         (common::vineyard(1), "Position"),
-        (common::vineyard(3), "Batches"),
+        (common::vineyard(3), "Position"),
+        (common::vineyard(4), "Batches"),
         (common::fixed(0, 10, 2, 1), "Subsets"),
         (common::fixed(0, 3, 2, 2), "Constraint"),
-        (common::fixed(0, 4, 2, 3), "Batches"),
+        (common::fixed(0, 4, 2, 4), "Batches"),
+        (common::random(0, 13, 2, 1), "Batches"),
     ] {
         let choice = choose(&problem, &options);
         assert_eq!(format!("{:?}", choice.formulation), word);

@@ -23,7 +23,7 @@ use super::retime::retime;
 use super::subsets;
 
 /// The most operations that the constraint program is given at once.
-const MOST_CONSTRAINT: usize = 8;
+const MOST_CONSTRAINT: usize = 12;
 /// The most operations that the built-in engine is given at once.
 const MOST_BUILT_IN: usize = 12;
 /// The most operations that HiGHS is given at once.
