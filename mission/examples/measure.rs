@@ -1,6 +1,6 @@
 //! Measures the planners on the shapes of thesis Tables 5.5 to 5.7 and with speeds as decisions.
 //!
-//! `cargo run --release -p hierarq-mission --example measure -- [fixed|speeds|operations|weights|batches|agree] [highs] [SECONDS]`
+//! `cargo run --release -p hierarq-mission --example measure -- [fixed|speeds|operations|weights|batches|large|agree] [highs] [SECONDS]`
 //!
 //! `agree` compares all formulations and engines on problems that all of them prove; HiGHS too, if it is there.
 
@@ -75,6 +75,11 @@ fn main() {
         }
         for operations in 1..=3 {
             show(&format!("vineyard 4 x {operations}"), &common::vineyard(operations), &whole);
+        }
+    }
+    if asked("large") {
+        for (agents, operations) in [(60, 1), (50, 4), (100, 5)] {
+            show(&format!("large {agents} x {operations}"), &common::random(1, agents, 4, operations), &options);
         }
     }
     if asked("weights") {

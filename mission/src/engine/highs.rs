@@ -106,7 +106,7 @@ impl Highs {
         let more = ["/usr/lib", "/opt/homebrew/lib"];
         let usual = folders.into_iter().chain(more).map(PathBuf::from);
         let found = usual.flat_map(|folder| candidates(&folder)).find_map(|path| Highs::load(&path).ok());
-        let python = || candidates(&highspy()?).into_iter().find_map(|path| Highs::load(&path).ok());
+        let python = || highspy().iter().flat_map(|folder| candidates(folder)).find_map(|path| Highs::load(&path).ok());
         let searched = "HIERARQ_HIGHS, the usual folders of libraries, the package highspy of python3";
         found.or_else(python).ok_or_else(|| missing(format!("looked for in {searched}")))
     }
@@ -163,12 +163,12 @@ fn candidates(path: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// The folder of the Python package `highspy`, if `python3` has it. The package itself is not run.
-fn highspy() -> Option<PathBuf> {
-    let ask = "import importlib.util as u; print(u.find_spec('highspy').submodule_search_locations[0])";
+/// The folders of the Python package `highspy` that `python3` would see, outside of the working folder. Nothing of it runs.
+fn highspy() -> Vec<PathBuf> {
+    let ask = "import site; print(*site.getsitepackages(), site.getusersitepackages(), sep='\\n')";
     let output = Command::new("python3").args(["-I", "-c", ask]).stdin(Stdio::null()).stderr(Stdio::null()).output();
-    let text = String::from_utf8(output.ok()?.stdout).ok()?;
-    Some(PathBuf::from(text.trim())).filter(|path| path.is_dir())
+    let text = output.ok().and_then(|output| String::from_utf8(output.stdout).ok()).unwrap_or_default();
+    text.lines().map(|folder| Path::new(folder).join("highspy")).filter(|path| path.is_dir()).collect()
 }
 
 /// Looks the functions up by name.

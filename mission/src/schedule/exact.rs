@@ -12,8 +12,10 @@ use super::instance::Instance;
 use super::position::{Position, Tangents, alike, first_tangents};
 use super::retime::{Timed, retime};
 
-/// Times that the parts that are still open are tried with what is left of the budget.
-const PASSES: usize = 4;
+/// Nodes for each part at first, and how many times as many for the parts that are still open, again and again: by nodes
+/// and not by time, so that every run does the same.
+const FIRST_NODES: u64 = 60;
+const MORE_NODES: u64 = 8;
 
 /// The most parts into which a problem is cut.
 const PARTS: usize = 150;
@@ -44,6 +46,8 @@ struct Part {
     trips: Option<Vec<usize>>,
     /// None of them costs less.
     bound: f64,
+    /// More work on it finds nothing.
+    done: bool,
 }
 
 /// Plans by the position form on this engine.
@@ -59,19 +63,17 @@ pub(crate) fn exact(instance: &Instance, engine: &dyn Milp, budget: &Budget) -> 
         Search { instance, engine, budget, begun: Instant::now(), timed, tangents, statistics, stopped: None };
     search.add_tangents(&search.timed.clone());
     let mut parts = search.parts()?;
-    for _ in 0..PASSES {
-        let mut left = parts.iter().filter(|part| !search.is_closed(part.bound)).count();
+    let mut nodes = FIRST_NODES;
+    loop {
         search.stopped = None;
-        for part in parts.iter_mut() {
-            if !search.is_closed(part.bound) {
-                search.close(part, left)?;
-                left = left.saturating_sub(1).max(1);
-            }
+        for part in parts.iter_mut().filter(|part| !part.done) {
+            search.close(part, nodes)?;
         }
         parts.sort_by(|a, b| a.bound.total_cmp(&b.bound));
-        if search.stopped.is_none() {
+        if search.stopped.is_none() || search.left().is_none() {
             break;
         }
+        nodes = nodes.saturating_mul(MORE_NODES);
     }
     if parts.iter().all(|part| search.is_closed(part.bound)) {
         search.stopped = None;
@@ -94,16 +96,15 @@ struct Search<'a, 'b> {
 }
 
 impl Search<'_, '_> {
-    /// An equal share of what is left of the budget; none, with the reason, if nothing is.
-    fn share(&mut self, parts: usize) -> Option<Budget> {
+    /// What is left of the budget; none, with the reason, if nothing is.
+    fn left(&mut self) -> Option<Budget> {
         let time = self.budget.time.saturating_sub(self.begun.elapsed());
         let nodes = self.budget.nodes.saturating_sub(self.statistics.nodes);
         if time.is_zero() || nodes == 0 {
             self.stopped = Some(if nodes == 0 { Limit::Work } else { Limit::Time });
             return None;
         }
-        let parts = u32::try_from(parts).unwrap_or(u32::MAX).max(1);
-        Some(Budget { time: time / parts, nodes: (nodes / u64::from(parts)).max(1), gap: self.budget.gap })
+        Some(Budget { time, nodes, gap: self.budget.gap })
     }
 
     fn is_closed(&self, bound: f64) -> bool {
@@ -114,40 +115,42 @@ impl Search<'_, '_> {
     fn parts(&mut self) -> Result<Vec<Part>, EngineError> {
         let bounds = Bounds::new(self.instance, self.timed.cost);
         if self.is_closed(bounds.cost) {
-            return Ok(vec![Part { trips: None, bound: bounds.cost }]);
+            return Ok(vec![Part { trips: None, bound: bounds.cost, done: true }]);
         }
         let mut parts = Vec::new();
         let shares = shares(self.instance, &bounds);
         for trips in shares {
             let mut bound = bounds.cost;
-            if let (Some(_), Some(share)) = (&trips, self.share(1)) {
+            if let (Some(_), Some(left)) = (&trips, self.left()) {
                 let mut model = Position::new(self.instance, &bounds, &self.tangents, trips.as_deref()).model;
                 model.columns.iter_mut().for_each(|column| column.integer = false);
-                bound = bound.max(match self.engine.solve(&model, &[], &share) {
+                bound = bound.max(match self.engine.solve(&model, &[], &left) {
                     Err(EngineError::Infeasible { .. }) if !self.is_here(trips.as_deref()) => self.timed.cost,
                     answer => answer?.bound,
                 });
                 self.statistics.solves += 1;
             }
-            parts.push(Part { trips, bound });
+            parts.push(Part { trips, bound, done: false });
         }
         parts.sort_by(|a, b| a.bound.total_cmp(&b.bound));
         Ok(parts)
     }
 
-    /// Closes the gap of a part, one of `left` that are still to be closed, as far as its share of the budget goes.
-    fn close(&mut self, part: &mut Part, left: usize) -> Result<(), EngineError> {
+    /// Closes the gap of a part as far as so many nodes for each of its programs go.
+    fn close(&mut self, part: &mut Part, nodes: u64) -> Result<(), EngineError> {
         for _ in 0..ROUNDS {
-            if self.is_closed(part.bound) {
+            part.done = self.is_closed(part.bound);
+            if part.done {
                 return Ok(());
             }
-            let Some(share) = self.share(left) else { return Ok(()) };
+            let Some(left) = self.left() else { return Ok(()) };
+            let share = Budget { nodes: left.nodes.min(nodes), ..left };
             let bounds = Bounds::new(self.instance, self.timed.cost);
             let position = Position::new(self.instance, &bounds, &self.tangents, part.trips.as_deref());
             let start = position.point(&self.timed.sequence);
             let answer = match self.engine.solve(&position.model, &start, &share) {
                 Err(EngineError::Infeasible { .. }) if !self.is_here(part.trips.as_deref()) => {
-                    part.bound = self.timed.cost;
+                    (part.bound, part.done) = (self.timed.cost, true);
                     return Ok(());
                 }
                 answer => answer?,
@@ -169,10 +172,12 @@ impl Search<'_, '_> {
                 self.stopped = answer.stopped;
                 return Ok(());
             }
-            if added == 0 {
+            part.done = added == 0;
+            if part.done {
                 return Ok(());
             }
         }
+        part.done = true;
         Ok(())
     }
 
