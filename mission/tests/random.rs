@@ -148,6 +148,47 @@ proptest! {
     }
 }
 
+/// Zero, or anything from tiny to beyond what is allowed.
+fn extreme() -> impl Strategy<Value = f64> {
+    prop_oneof![1 => Just(0.0), 8 => (-6.0_f64..6.02).prop_map(|power| 10.0_f64.powf(power))]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 96, ..ProptestConfig::default() })]
+
+    #[test]
+    fn extreme_numbers_give_a_valid_plan_or_a_refusal(
+        numbers in proptest::collection::vec(extreme(), 24), operations in 1_usize..3, formulation in 0_usize..5,
+    ) {
+        let mut problem = small(1, 2, 2, operations, formulation < 3, false);
+        let mut next = numbers.iter().copied();
+        let mut take = || next.next().unwrap_or(1.0);
+        for robot in &mut problem.robots {
+            robot.depot = [take(), -take()];
+            if formulation >= 3 {
+                robot.speed.low = take();
+                robot.speed.high = robot.speed.low * (1.0 + take());
+                robot.proximity = None;
+            }
+            (robot.serve, robot.deposit) = (take(), take());
+            robot.energy.standby = take();
+            robot.energy.drag = take();
+        }
+        for agent in &mut problem.agents {
+            agent.place = [take(), take()];
+            agent.duration.mean = take();
+            agent.wait_distance = take();
+            agent.wait_weights = vec![take(); operations];
+        }
+        problem.weights.makespan = take();
+        let wanted = [Formulation::Subsets, Formulation::Constraint, Formulation::Batches, Formulation::Position];
+        let options = quick(wanted.get(formulation).copied());
+        if let Ok(plan) = plan(&problem, &options) {
+            valid(&problem, &plan)?;
+        }
+    }
+}
+
 #[test]
 fn each_constraint_has_a_plan_that_breaks_it_alone() {
     let problem = small(3, 3, 2, 1, false, false);

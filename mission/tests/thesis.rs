@@ -79,7 +79,7 @@ fn a_small_mission_is_planned_exactly_and_a_large_one_in_batches() {
         (common::fixed(0, 4, 2, 4), "Batches"),
         (common::random(0, 13, 2, 1), "Batches"),
     ] {
-        let choice = choose(&problem, &options);
+        let choice = choose(&problem, &options).unwrap();
         assert_eq!(format!("{:?}", choice.formulation), word);
         assert!(!choice.why.is_empty());
     }

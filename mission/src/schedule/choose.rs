@@ -107,8 +107,17 @@ pub enum Refusal {
     Engine(#[from] EngineError),
 }
 
-/// The formulation for a problem in which [`Problem::check`] finds no mistake.
-pub fn choose(problem: &Problem, options: &Options) -> Choice {
+/// The formulation for a problem, as [`plan`] takes it.
+///
+/// # Errors
+///
+/// The problem has mistakes.
+pub fn choose(problem: &Problem, options: &Options) -> Result<Choice, Refusal> {
+    let mistakes = problem.check();
+    if mistakes.is_empty() { Ok(choice(problem, options)) } else { Err(Refusal::Problem(mistakes)) }
+}
+
+fn choice(problem: &Problem, options: &Options) -> Choice {
     let instance = Instance::new(problem);
     let count = instance.jobs.len();
     let chosen = |formulation, why: String| Choice { formulation, why };
@@ -144,11 +153,7 @@ pub fn choose(problem: &Problem, options: &Options) -> Choice {
 ///
 /// The problem has mistakes, or an engine is missing or failed.
 pub fn plan(problem: &Problem, options: &Options) -> Result<Plan, Refusal> {
-    let mistakes = problem.check();
-    if !mistakes.is_empty() {
-        return Err(Refusal::Problem(mistakes));
-    }
-    let choice = choose(problem, options);
+    let choice = choose(problem, options)?;
     let solver = Solver::new(options, choice.formulation)?;
     if choice.formulation == Formulation::Batches {
         let (schedule, statistics, stopped) = batches(problem, options.batch, &solver)?;
@@ -167,7 +172,7 @@ pub(crate) struct Solver {
 
 impl Solver {
     fn new(options: &Options, formulation: Formulation) -> Result<Solver, EngineError> {
-        let needed = matches!(formulation, Formulation::Position | Formulation::Batches);
+        let needed = formulation != Formulation::Subsets && options.formulation != Some(Formulation::Constraint);
         let milp: Box<dyn Milp> = match options.engine {
             Engine::Highs if needed => Box::new(Highs::find()?),
             _ => Box::new(Microlp),
@@ -199,7 +204,14 @@ impl Solver {
                 let robot = (0..problem.robots.len()).find(ranged).map(|m| problem.robots[m].name.clone());
                 Err(Refusal::Speeds { robot: robot.unwrap_or_default() })
             }
-            Formulation::Constraint => Ok((constraint(&instance, budget)?, "constraint program, pumpkin".into())),
+            Formulation::Constraint => match constraint(&instance, budget) {
+                // Numbers too far apart for whole ones: where nobody asked for them, real ones do.
+                Err(EngineError::Overflow { .. }) if asked.is_none() => {
+                    let found = exact(&instance, self.milp.as_ref(), budget)?;
+                    Ok((found, format!("position form, {}", self.milp.name())))
+                }
+                found => Ok((found?, "constraint program, pumpkin".into())),
+            },
             Formulation::Subsets if !subsets::fits(&instance) => Err(Refusal::NotSubsets),
             Formulation::Subsets => {
                 let failed = || EngineError::Failed { engine: "subsets".into(), message: "no sequence".into() };

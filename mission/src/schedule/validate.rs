@@ -11,8 +11,9 @@ use crate::plan::{Activity, Actor, Phase, Plan, Target};
 
 use super::problem::{Agent, Begun, Distances, Problem, Range};
 
-/// How far a time may be off [s].
+/// How far a time may be off [s], and what is added for each second of it: rounding of very large times.
 pub const TOLERANCE: f64 = 1e-6;
+const ROUNDING: f64 = 1e-12;
 
 /// A constraint, by the equation of the thesis where it has one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -134,14 +135,14 @@ impl<'a> Validator<'a> {
 
     /// `value` is at least `least`, both in seconds.
     fn at_least(&mut self, rule: Rule, target: Target, value: f64, least: f64) {
-        if value < least - TOLERANCE {
+        if value < least - tolerance(least) {
             self.broken(rule, Some(target), least - value);
         }
     }
 
     /// `value` is `wanted`, both in seconds.
     fn equal(&mut self, rule: Rule, target: Target, value: f64, wanted: f64) {
-        if (value - wanted).abs() > TOLERANCE {
+        if (value - wanted).abs() > tolerance(wanted) {
             self.broken(rule, Some(target), (value - wanted).abs());
         }
     }
@@ -160,7 +161,7 @@ impl<'a> Validator<'a> {
                 Actor::Agent(a) => a == target.agent && activity.phase == Phase::Operation,
             };
             let finite = activity.start.is_finite() && activity.end.is_finite();
-            if !known || !by || !finite || activity.end < activity.start - TOLERANCE {
+            if !known || !by || !finite || activity.end < activity.start - tolerance(activity.start) {
                 self.broken(Rule::Form, Some(target), 0.0);
             }
         }
@@ -227,7 +228,7 @@ impl<'a> Validator<'a> {
             let z = (planned - mean) / sigma;
             (probability(z) - self.problem.confidence) * sigma / density(z)
         };
-        if off.is_nan() || off.abs() > TOLERANCE {
+        if off.is_nan() || off.abs() > tolerance(part.end) {
             self.broken(Rule::OperationTime, Some(target), off.abs());
         }
     }
@@ -262,10 +263,10 @@ impl<'a> Validator<'a> {
             }
         } else {
             self.at_least(Rule::Past, target, service.parts[1].start, self.problem.start);
-            self.equal(Rule::ServiceTime, target, service.parts[4].end - service.parts[4].start, machine.serve);
+            self.equal(Rule::ServiceTime, target, service.parts[4].end, service.parts[4].start + machine.serve);
             for (rule, part, length, speeds, rest) in ways {
-                self.at_least(rule, target, part.end - part.start, length / speeds.high + rest);
-                self.at_least(rule, target, length / speeds.low + rest, part.end - part.start);
+                self.at_least(rule, target, part.end, part.start + length / speeds.high + rest);
+                self.at_least(rule, target, part.start + length / speeds.low + rest, part.end);
             }
         }
         for (_, part, length, _, rest) in ways {
@@ -285,13 +286,18 @@ impl<'a> Validator<'a> {
                 let (from, to) = (service.parts[1].start, service.parts[5].end);
                 let (other_from, other_to) = (other.parts[1].start, other.parts[5].end);
                 let both = to.min(other_to) - from.max(other_from);
-                if both > TOLERANCE {
+                if both > tolerance(to) {
                     let (target, other) = (Some(service.target), Some(other.target));
                     self.violations.push(Violation { rule: Rule::Overlap, target, other, by: both });
                 }
             }
         }
     }
+}
+
+/// How far this time may be off [s].
+fn tolerance(time: f64) -> f64 {
+    TOLERANCE + ROUNDING * time.abs()
 }
 
 /// Speeds and distance of this robot's approach to this agent.
