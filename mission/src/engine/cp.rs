@@ -7,16 +7,15 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use pumpkin_solver::Solver;
-use pumpkin_solver::conflict_resolvers::resolvers::ResolutionResolver;
-use pumpkin_solver::core::DefaultBrancher;
-use pumpkin_solver::core::optimisation::OptimisationDirection;
-use pumpkin_solver::core::optimisation::linear_sat_unsat::LinearSatUnsat;
-use pumpkin_solver::core::predicate;
-use pumpkin_solver::core::results::{OptimisationResult, ProblemSolution, SolutionReference};
-use pumpkin_solver::core::termination::TerminationCondition;
-use pumpkin_solver::core::variables::{AffineView, DomainId, Literal, TransformableVariable};
-use pumpkin_solver::propagators::disjunctive::ArgDisjunctiveTask;
+use pumpkin_conflict_resolvers::resolvers::ResolutionResolver;
+use pumpkin_core::optimisation::OptimisationDirection;
+use pumpkin_core::optimisation::linear_sat_unsat::LinearSatUnsat;
+use pumpkin_core::predicate;
+use pumpkin_core::results::{OptimisationResult, ProblemSolution, SolutionReference};
+use pumpkin_core::termination::TerminationCondition;
+use pumpkin_core::variables::{AffineView, DomainId, Literal, TransformableVariable};
+use pumpkin_core::{DefaultBrancher, Solver};
+use pumpkin_propagators::disjunctive::ArgDisjunctiveTask;
 
 use crate::plan::Limit;
 
@@ -143,7 +142,7 @@ impl Program {
             }
             return Ok(());
         }
-        let constraint = self.solver.add_constraint(pumpkin_solver::less_than_or_equals(views, bound, tag));
+        let constraint = self.solver.add_constraint(pumpkin_constraints::less_than_or_equals(views, bound, tag));
         match only {
             Some(only) => constraint.implied_by(only.0),
             None => constraint.post(),
@@ -192,7 +191,7 @@ impl Program {
         fit("the horizon with what is parked", parked)?;
         if tasks.len() > 1 {
             let tag = self.solver.new_constraint_tag();
-            self.solver.add_constraint(pumpkin_solver::disjunctive_strict(tasks, tag)).post();
+            self.solver.add_constraint(pumpkin_constraints::disjunctive_strict(tasks, tag)).post();
         }
         Ok(())
     }
