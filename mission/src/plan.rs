@@ -72,14 +72,14 @@ pub struct Activity {
     pub phase: Phase,
     /// What it is for.
     pub target: Target,
-    /// When it begins [s].
+    /// When it begins (s).
     pub start: f64,
-    /// When it ends [s], not before `start`.
+    /// When it ends (s), not before `start`.
     pub end: f64,
-    /// Mean speed of a motion [m/s]; none where nothing moves.
+    /// Mean speed of a motion (m/s); none where nothing moves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed: Option<f64>,
-    /// Where the actor is when it ends [m]; none where the problem gives no coordinates.
+    /// Where the actor is when it ends (m); none where the problem gives no coordinates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place: Option<[f64; 2]>,
     /// It had begun when the plan was made, and stays as it is.
@@ -195,7 +195,7 @@ impl Plan {
         self.activities.iter().filter(move |activity| activity.actor == actor)
     }
 
-    /// When the last activity ends [s]; none for a plan of nothing.
+    /// When the last activity ends (s); none for a plan of nothing.
     pub fn end(&self) -> Option<f64> {
         self.activities.iter().map(|activity| activity.end).reduce(f64::max)
     }

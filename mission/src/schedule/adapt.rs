@@ -16,13 +16,13 @@ pub struct Feedback {
     pub operation: usize,
     /// Index of the robot `m*` that served.
     pub robot: usize,
-    /// Speed of its approach [m/s].
+    /// Speed of its approach (m/s).
     pub speed: f64,
     /// `f^w`, -1 to 1: the wait was too short (-1) or too long (1).
     pub wait: f64,
     /// `f^v`, -1 to 1: the robot came too fast (-1) or too slowly (1).
     pub approach: f64,
-    /// `f^l` [m]: how much farther away the robot shall wait.
+    /// `f^l` (m): how much farther away the robot shall wait.
     pub distance: f64,
 }
 

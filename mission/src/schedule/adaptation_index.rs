@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
-    /// A wait [s]: positive feedback asks for a shorter one.
+    /// A wait (s): positive feedback asks for a shorter one.
     Wait,
-    /// Speed of an approach [m/s]: positive feedback asks for a faster one.
+    /// Speed of an approach (m/s): positive feedback asks for a faster one.
     Speed,
 }
 

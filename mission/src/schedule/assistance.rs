@@ -13,9 +13,9 @@ pub struct Assistance {
     pub agent: usize,
     /// Number of the operation, from 0.
     pub operation: usize,
-    /// When the operation begins [s].
+    /// When the operation begins (s).
     pub start: f64,
-    /// When it ends [s].
+    /// When it ends (s).
     pub end: f64,
     /// Index of the robot that serves.
     pub robot: usize,

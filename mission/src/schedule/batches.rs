@@ -142,7 +142,7 @@ impl Batch {
     }
 }
 
-/// What of a schedule has begun before `time` [s]: operations, and services whose robot has left its depot. Where a robot
+/// What of a schedule has begun before `time` (s): operations, and services whose robot has left its depot. Where a robot
 /// has left for an operation, what comes before it for the same agent is settled too.
 pub fn begun_at(schedule: &[Assistance], time: f64) -> Vec<Begun> {
     let left = |of: &Assistance| {

@@ -6,13 +6,13 @@ use super::instance::Instance;
 /// Bounds on the schedules of an instance.
 #[derive(Clone, Debug)]
 pub(crate) struct Bounds {
-    /// The earliest start of each job's service by each robot [s].
+    /// The earliest start of each job's service by each robot (s).
     pub earliest: Vec<Vec<f64>>,
-    /// The latest start of each job's service [s].
+    /// The latest start of each job's service (s).
     pub latest: Vec<f64>,
     /// The most trips of each robot.
     pub trips: Vec<usize>,
-    /// The latest end [s].
+    /// The latest end (s).
     pub end: f64,
     /// No schedule costs less.
     pub cost: f64,

@@ -5,12 +5,12 @@
 
 use super::problem::{Duration, Problem};
 
-/// Planned duration of an operation of this agent `delta_{a,min}^o` [s]; 0 for an agent that does not exist.
+/// Planned duration of an operation of this agent `delta_{a,min}^o` (s); 0 for an agent that does not exist.
 pub fn nominal(problem: &Problem, agent: usize) -> f64 {
     problem.agents.get(agent).map_or(0.0, |who| quantile(who.duration, problem.confidence))
 }
 
-/// The time [s] within which an operation of this duration ends with probability `confidence`, between 0 and 1.
+/// The time (s) within which an operation of this duration ends with probability `confidence`, between 0 and 1.
 pub fn quantile(duration: Duration, confidence: f64) -> f64 {
     if duration.sigma == 0.0 { duration.mean } else { duration.mean + duration.sigma * normal_quantile(confidence) }
 }

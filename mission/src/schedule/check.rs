@@ -10,9 +10,9 @@ use super::problem::{Begun, Distances, Problem, Range};
 pub const MAX_ROBOTS: usize = 64;
 /// The most operations all agents of a problem may have together.
 pub const MAX_OPERATIONS: usize = 512;
-/// The largest length [m], time [s], weight or coefficient.
+/// The largest length (m), time (s), weight or coefficient.
 pub const MAX_NUMBER: f64 = 1e6;
-/// The slowest speed [m/s].
+/// The slowest speed (m/s).
 pub const MIN_SPEED: f64 = 1e-3;
 
 /// A declaration of the problem: an entry, and a key of it where the mistake is about one.

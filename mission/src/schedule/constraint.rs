@@ -15,7 +15,7 @@ use super::exact::{Found, status};
 use super::instance::{Instance, Sequence};
 use super::retime::{Timed, retime};
 
-/// Ticks that are tried, the longest first: one in which all durations are whole keeps them exact [s].
+/// Ticks that are tried, the longest first: one in which all durations are whole keeps them exact (s).
 const TICKS: [f64; 7] = [1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01];
 
 /// Ticks in the horizon where none of these fits.
@@ -208,7 +208,7 @@ impl Model {
     }
 }
 
-/// The tick [s]: one in which everything is whole, or a small part of the horizon.
+/// The tick (s): one in which everything is whole, or a small part of the horizon.
 fn tick(instance: &Instance, horizon: f64) -> f64 {
     let robots = 0..instance.free.len();
     let mut times: Vec<f64> = instance.free.iter().map(|free| free - instance.problem.start).collect();

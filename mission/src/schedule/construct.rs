@@ -23,7 +23,7 @@ const PASSES: usize = 6;
 const EXACT_JOBS: usize = 16;
 const EXACT_CANDIDATES: usize = 24;
 
-/// The duration of each way of each job by each robot [s].
+/// The duration of each way of each job by each robot (s).
 type Guess = Vec<Vec<[f64; 3]>>;
 
 /// How slow the first guesses are: from the greatest speeds (0) to those of least energy (1).

@@ -34,7 +34,7 @@ impl Cost {
 }
 
 impl Energy {
-    /// Energy of a way of `length` [m] in `time` [s], thesis (5.3) [J]: `rho_1 D + rho_2 l + rho_3 l^2 / D`. Zero for no
+    /// Energy of a way of `length` (m) in `time` (s), thesis (5.3) (J): `rho_1 D + rho_2 l + rho_3 l^2 / D`. Zero for no
     /// way; infinite for a way in no time.
     pub fn of_way(&self, length: f64, time: f64) -> f64 {
         if length == 0.0 {
@@ -116,7 +116,7 @@ pub fn cost_where(problem: &Problem, schedule: &[Assistance], counts: impl Fn(&A
     cost
 }
 
-/// The wait of an agent after an operation [s].
+/// The wait of an agent after an operation (s).
 pub fn wait(schedule: &[Assistance], of: &Assistance) -> f64 {
     let next = schedule.iter().find(|next| next.agent == of.agent && next.operation == of.operation + 1);
     next.map_or(of.times.serving, |next| next.start) - of.end

@@ -14,13 +14,13 @@ use super::problem::{Begun, Problem, Scales, ServiceTimes};
 /// One of the three ways of a service by one robot, with what it costs: `rate D + bend / D + constant` for duration `D`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Way {
-    /// Length [m].
+    /// Length (m).
     pub length: f64,
     /// What a joule costs here; 0 for no way.
     pub weight: f64,
-    /// Shortest duration [s].
+    /// Shortest duration (s).
     pub low: f64,
-    /// Longest duration [s].
+    /// Longest duration (s).
     pub high: f64,
     /// Cost of a second.
     pub rate: f64,
@@ -65,11 +65,11 @@ pub(crate) enum Begin {
 pub(crate) struct Job {
     pub agent: usize,
     pub operation: usize,
-    /// Planned duration of the operation [s].
+    /// Planned duration of the operation (s).
     pub nominal: f64,
     /// The job of the agent's operation before, if its service has not begun either.
     pub previous: Option<usize>,
-    /// Without a previous job: the service starts no earlier [s].
+    /// Without a previous job: the service starts no earlier (s).
     pub release: f64,
     pub begin: Begin,
     /// Going, proximity and depositing by each robot.
@@ -87,11 +87,11 @@ pub(crate) type Sequence = Vec<Vec<usize>>;
 pub(crate) struct Instance<'a> {
     pub problem: &'a Problem,
     pub jobs: Vec<Job>,
-    /// When each robot is free [s], not before the plan is made.
+    /// When each robot is free (s), not before the plan is made.
     pub free: Vec<f64>,
     /// Cost of a second of the makespan.
     pub makespan_cost: f64,
-    /// When the last of the services that have begun ends [s].
+    /// When the last of the services that have begun ends (s).
     pub busy: f64,
     /// Cost of what no decision changes.
     pub constant: f64,
@@ -265,23 +265,23 @@ impl<'a> Instance<'a> {
         self.jobs.iter().all(|job| job.ways.iter().flatten().all(Way::is_fixed))
     }
 
-    /// Time a robot takes to serve [s].
+    /// Time a robot takes to serve (s).
     pub fn serve(&self, robot: usize) -> f64 {
         self.problem.robots[robot].serve
     }
 
-    /// Time a robot takes at its depot after a service [s].
+    /// Time a robot takes at its depot after a service (s).
     pub fn deposit(&self, robot: usize) -> f64 {
         self.problem.robots[robot].deposit
     }
 
-    /// From leaving the depot to the end of depositing without waiting, at the greatest speeds [s].
+    /// From leaving the depot to the end of depositing without waiting, at the greatest speeds (s).
     pub fn shortest(&self, job: usize, robot: usize) -> f64 {
         let ways = &self.jobs[job].ways[robot];
         ways.iter().map(|way| way.low).sum::<f64>() + self.serve(robot) + self.deposit(robot)
     }
 
-    /// The same at the least speeds [s].
+    /// The same at the least speeds (s).
     pub fn longest(&self, job: usize, robot: usize) -> f64 {
         let ways = &self.jobs[job].ways[robot];
         ways.iter().map(|way| way.high).sum::<f64>() + self.serve(robot) + self.deposit(robot)

@@ -11,7 +11,7 @@ use crate::engine::Model;
 use super::bounds::Bounds;
 use super::instance::{Instance, Sequence};
 
-/// Speeds [m/s] at which tangents are laid, of each robot on each of the three ways. Ascending.
+/// Speeds (m/s) at which tangents are laid, of each robot on each of the three ways. Ascending.
 pub(crate) type Tangents = Vec<[Vec<f64>; 3]>;
 
 /// Speeds of the first tangents of a way, from the slowest to the fastest.
@@ -159,7 +159,7 @@ impl Builder<'_, '_> {
         self.trips.map_or(bounds.trips[robot], |trips| trips[robot])
     }
 
-    /// How long so many trips of a robot take at least [s].
+    /// How long so many trips of a robot take at least (s).
     fn blocks(&self, robot: usize) -> Vec<f64> {
         let mut blocks: Vec<f64> =
             (0..self.instance.jobs.len()).map(|job| self.instance.shortest(job, robot)).collect();

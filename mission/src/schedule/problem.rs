@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A closed interval of speeds [m/s]. A point is a fixed speed.
+/// A closed interval of speeds (m/s). A point is a fixed speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Range {
     /// Lower end, more than 0.
@@ -30,11 +30,11 @@ impl Range {
 /// the three matter: the cost divides by the largest energy of the team.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Energy {
-    /// `rho_1`, what is always drawn [W]. Zero or more.
+    /// `rho_1`, what is always drawn (W). Zero or more.
     pub standby: f64,
-    /// `rho_2` [W s/m]. Zero or more.
+    /// `rho_2` (W s/m). Zero or more.
     pub friction: f64,
-    /// `rho_3` [W s^2/m^2]. Zero or more.
+    /// `rho_3` (W s^2/m^2). Zero or more.
     pub drag: f64,
 }
 
@@ -51,16 +51,16 @@ impl Energy {
 pub struct Robot {
     /// Its name.
     pub name: String,
-    /// Base position `x_m^d` [m]: where it starts and where every service ends.
+    /// Base position `x_m^d` (m): where it starts and where every service ends.
     pub depot: [f64; 2],
-    /// Cruising speeds `v_min^c .. v_max^c` [m/s].
+    /// Cruising speeds `v_min^c .. v_max^c` (m/s).
     pub speed: Range,
-    /// Speeds `v_min^p .. v_max^p` near an agent that says nothing of its own [m/s]; none: 0.8 of the team's least and
+    /// Speeds `v_min^p .. v_max^p` near an agent that says nothing of its own (m/s); none: 0.8 of the team's least and
     /// 0.75 of its greatest cruising speed. Both ends are clamped into `speed`.
     pub proximity: Option<Range>,
-    /// Time to serve an agent `delta_m^s` [s]. Zero or more.
+    /// Time to serve an agent `delta_m^s` (s). Zero or more.
     pub serve: f64,
-    /// Time of what is done at the depot after a service `delta_m^d` [s]. Zero or more.
+    /// Time of what is done at the depot after a service `delta_m^d` (s). Zero or more.
     pub deposit: f64,
     /// Physical factor `mu_m`: larger is more massive. More than 0.
     pub factor: f64,
@@ -78,12 +78,12 @@ pub enum AgentKind {
     Worker,
 }
 
-/// How long an operation takes: normal with this mean and standard deviation [s].
+/// How long an operation takes: normal with this mean and standard deviation (s).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Duration {
-    /// `phi_a` [s]. More than 0.
+    /// `phi_a` (s). More than 0.
     pub mean: f64,
-    /// `sigma_a` [s]. Zero or more.
+    /// `sigma_a` (s). Zero or more.
     pub sigma: f64,
 }
 
@@ -92,9 +92,9 @@ pub struct Duration {
 pub struct Approach {
     /// Index of the robot.
     pub robot: usize,
-    /// Speeds from the waiting place to the agent [m/s]; none: the robot's.
+    /// Speeds from the waiting place to the agent (m/s); none: the robot's.
     pub speed: Option<Range>,
-    /// Waiting distance `l_{a,m}^p` [m]; none: the agent's.
+    /// Waiting distance `l_{a,m}^p` (m); none: the agent's.
     pub wait_distance: Option<f64>,
 }
 
@@ -105,7 +105,7 @@ pub struct Agent {
     pub name: String,
     /// A person or a robot.
     pub kind: AgentKind,
-    /// Where it is served `x_a^s` [m].
+    /// Where it is served `x_a^s` (m).
     pub place: [f64; 2],
     /// Number of operations `q_a`. Zero: it is part of the team and needs nothing.
     pub operations: usize,
@@ -113,7 +113,7 @@ pub struct Agent {
     pub duration: Duration,
     /// Severity of its working conditions `rho_a^s`, 0 to 1.
     pub severity: f64,
-    /// Where a robot waits: this far from the place `l_{a,m}^p` [m]. Zero or more.
+    /// Where a robot waits: this far from the place `l_{a,m}^p` (m). Zero or more.
     pub wait_distance: f64,
     /// What differs for single robots, each robot at most once.
     pub approaches: Vec<Approach>,
@@ -129,7 +129,7 @@ pub struct Agent {
 pub enum Distances {
     /// The straight line between depot and place.
     Straight,
-    /// `l_{a,m}^d` [m] by `[robot][agent]`, the length of the path from the depot to the place.
+    /// `l_{a,m}^d` (m) by `[robot][agent]`, the length of the path from the depot to the place.
     Table(Vec<Vec<f64>>),
 }
 
@@ -144,7 +144,7 @@ pub struct Weights {
     pub makespan: f64,
 }
 
-/// When a robot passes from one phase of a service to the next [s], ascending. (5.10) holds by construction: each phase
+/// When a robot passes from one phase of a service to the next (s), ascending. (5.10) holds by construction: each phase
 /// begins where the one before ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ServiceTimes {
@@ -168,7 +168,7 @@ impl ServiceTimes {
         [self.going, self.waiting, self.proximity, self.serving, self.depositing, self.end]
     }
 
-    /// All instants later by `delay` [s].
+    /// All instants later by `delay` (s).
     pub fn later(&self, delay: f64) -> ServiceTimes {
         ServiceTimes {
             going: self.going + delay,
@@ -188,9 +188,9 @@ pub struct Begun {
     pub agent: usize,
     /// Number of the operation, from 0.
     pub operation: usize,
-    /// When it began [s].
+    /// When it began (s).
     pub start: f64,
-    /// When it ended, or is expected to end [s].
+    /// When it ended, or is expected to end (s).
     pub end: f64,
     /// The service, if its robot has left the depot: which robot, and its times as they were and are planned.
     pub service: Option<(usize, ServiceTimes)>,
@@ -199,11 +199,11 @@ pub struct Begun {
 /// What makes the terms of the cost comparable: the denominators of `Delta`, of `w` and of (5.4).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scales {
-    /// Of the makespan [s].
+    /// Of the makespan (s).
     pub makespan: f64,
-    /// Of a wait [s].
+    /// Of a wait (s).
     pub wait: f64,
-    /// Of the energy of going, proximity and depositing [J]; 0 where no robot has a way to go in that phase.
+    /// Of the energy of going, proximity and depositing (J); 0 where no robot has a way to go in that phase.
     pub energy: [f64; 3],
 }
 
@@ -220,7 +220,7 @@ pub struct Problem {
     pub confidence: f64,
     /// Weights of the cost.
     pub weights: Weights,
-    /// `t_0` [s]: when the plan is made. Nothing that has not begun begins before.
+    /// `t_0` (s): when the plan is made. Nothing that has not begun begins before.
     pub start: f64,
     /// What has begun, each operation at most once, the first ones of an agent.
     pub begun: Vec<Begun>,
@@ -228,7 +228,7 @@ pub struct Problem {
     pub scales: Option<Scales>,
 }
 
-/// Lengths of the three ways of a service [m].
+/// Lengths of the three ways of a service (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lengths {
     /// `l^g`, depot to waiting place.
@@ -245,8 +245,8 @@ impl Problem {
         self.agents.iter().map(|agent| agent.operations).sum()
     }
 
-    /// What holds when this robot approaches this agent: speeds [m/s], clamped into the cruising speeds of the robot
-    /// (the thesis asks for that and prints defaults that break it), and waiting distance [m].
+    /// What holds when this robot approaches this agent: speeds (m/s), clamped into the cruising speeds of the robot
+    /// (the thesis asks for that and prints defaults that break it), and waiting distance (m).
     pub fn approach(&self, agent: &Agent, robot: usize) -> (Range, f64) {
         let own = agent.approaches.iter().find(|approach| approach.robot == robot);
         let Some(machine) = self.robots.get(robot) else { return (Range::point(0.0), agent.wait_distance) };
@@ -260,7 +260,7 @@ impl Problem {
         (Range::new(clamp(asked.low), clamp(asked.high)), distance)
     }
 
-    /// The ways of this robot to this agent [m]. The waiting place lies on the path between depot and agent; beyond the
+    /// The ways of this robot to this agent (m). The waiting place lies on the path between depot and agent; beyond the
     /// depot if that is nearer than the waiting distance.
     pub fn lengths(&self, agent: usize, robot: usize) -> Lengths {
         let (Some(who), Some(machine)) = (self.agents.get(agent), self.robots.get(robot)) else {
@@ -274,7 +274,7 @@ impl Problem {
         Lengths { going: (depositing - proximity).abs(), proximity, depositing }
     }
 
-    /// Where this robot waits for this agent `x_{a,m}^w` [m]; none where lengths come from a table.
+    /// Where this robot waits for this agent `x_{a,m}^w` (m); none where lengths come from a table.
     pub fn waiting_place(&self, agent: usize, robot: usize) -> Option<[f64; 2]> {
         let (who, machine) = (self.agents.get(agent)?, self.robots.get(robot)?);
         if self.distances != Distances::Straight {

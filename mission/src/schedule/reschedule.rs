@@ -20,11 +20,11 @@ pub struct Observed {
     pub agent: usize,
     /// Number of the operation, from 0.
     pub operation: usize,
-    /// Its end [s].
+    /// Its end (s).
     pub end: f64,
 }
 
-/// The schedule that `previous` becomes at `time` [s] under the parameters of `problem`, with the problem as it stands
+/// The schedule that `previous` becomes at `time` (s) under the parameters of `problem`, with the problem as it stands
 /// then: its start is `time`, its `begun` what has begun, with services under way made to fit. `previous` is a schedule of
 /// `before`, which has the same robots and agents; `problem.begun` is not looked at. An end observed of an operation that
 /// has not begun by `time` is left out, and so is one after the start of a service that has begun.
@@ -163,7 +163,7 @@ impl Repair<'_> {
         }
     }
 
-    /// How long the approach takes [s]: at the planned speed, within what the agent allows now.
+    /// How long the approach takes (s): at the planned speed, within what the agent allows now.
     fn approach(&self, length: f64, near: Range, planned: &Assistance, time: f64) -> f64 {
         if length == 0.0 {
             return 0.0;
@@ -174,7 +174,7 @@ impl Repair<'_> {
     }
 }
 
-/// The shortest and longest time for a way [s].
+/// The shortest and longest time for a way (s).
 fn ends(length: f64, speeds: Range) -> (f64, f64) {
     (length / speeds.high, length / speeds.low)
 }

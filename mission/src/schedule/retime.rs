@@ -17,7 +17,7 @@ use super::timing::{self, Durations, Order};
 #[derive(Clone, Debug)]
 pub(crate) struct Timed {
     pub sequence: Sequence,
-    /// Durations of the three ways of each job [s].
+    /// Durations of the three ways of each job (s).
     pub durations: Durations,
     /// What it costs.
     pub cost: f64,

@@ -15,7 +15,7 @@ const MOST_OF_MORE: usize = 11;
 /// An order of a set of jobs that no other beats.
 #[derive(Clone, Copy)]
 struct Entry {
-    /// When the last robot is home [s].
+    /// When the last robot is home (s).
     end: f64,
     cost: f64,
     /// The last job; or, of several robots together, the set of the last robot.

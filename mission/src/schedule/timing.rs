@@ -4,7 +4,7 @@ use super::assistance::Assistance;
 use super::instance::{Begin, Instance, Sequence};
 use super::problem::ServiceTimes;
 
-/// Durations of going, proximity and depositing of each job [s].
+/// Durations of going, proximity and depositing of each job (s).
 pub(crate) type Durations = Vec<[f64; 3]>;
 
 /// An order in which every job comes after the one before it of its robot and of its agent, with the robot of each job and
@@ -47,7 +47,7 @@ impl Order {
     }
 }
 
-/// When services start [s] if each starts as early as it may, but not before `wanted`.
+/// When services start (s) if each starts as early as it may, but not before `wanted`.
 pub(crate) fn starts(instance: &Instance, order: &Order, durations: &Durations, wanted: Option<&[f64]>) -> Vec<f64> {
     let mut starts = vec![0.0; instance.jobs.len()];
     for &job in &order.jobs {

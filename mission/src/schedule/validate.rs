@@ -11,7 +11,7 @@ use crate::plan::{Activity, Actor, Phase, Plan, Target};
 
 use super::problem::{Agent, Begun, Distances, Problem, Range};
 
-/// How far a time may be off [s], and what is added for each second of it: rounding of very large times.
+/// How far a time may be off (s), and what is added for each second of it: rounding of very large times.
 pub const TOLERANCE: f64 = 1e-6;
 const ROUNDING: f64 = 1e-12;
 
@@ -295,7 +295,7 @@ impl<'a> Validator<'a> {
     }
 }
 
-/// How far this time may be off [s].
+/// How far this time may be off (s).
 fn tolerance(time: f64) -> f64 {
     TOLERANCE + ROUNDING * time.abs()
 }
