@@ -1,0 +1,118 @@
+//! What every schedule obeys, and what every schedule obeys that costs no more than one that is known: when services start
+//! at the earliest and latest, how many trips a robot makes, a first lower bound on the cost.
+
+use super::instance::Instance;
+
+/// Bounds on the schedules of an instance.
+#[derive(Clone, Debug)]
+pub(crate) struct Bounds {
+    /// The earliest start of each job's service by each robot (s).
+    pub earliest: Vec<Vec<f64>>,
+    /// The latest start of each job's service (s).
+    pub latest: Vec<f64>,
+    /// The most trips of each robot.
+    pub trips: Vec<usize>,
+    /// The latest end (s).
+    pub end: f64,
+    /// No schedule costs less.
+    pub cost: f64,
+}
+
+impl Bounds {
+    /// Bounds on the schedules that cost at most `known`.
+    pub fn new(instance: &Instance, known: f64) -> Bounds {
+        let (count, robots) = (instance.jobs.len(), instance.free.len());
+        let earliest = earliest(instance);
+        let first: Vec<f64> = earliest.iter().map(|times| least(times.iter().copied())).collect();
+        let shortest = |job: usize| least((0..robots).map(|m| instance.shortest(job, m)));
+        let back = |job: usize, m: usize| instance.serve(m) + instance.jobs[job].ways[m][2].low + instance.deposit(m);
+        let energy = |job: usize, m: usize| {
+            let ways: f64 = instance.jobs[job].ways[m].iter().map(|way| way.cost(way.cheapest())).sum();
+            ways + instance.jobs[job].serve_cost * instance.serve(m)
+        };
+        // Every schedule ends after each job's earliest end, and after the work of all, shared.
+        let work: f64 = (0..count).map(shortest).sum::<f64>() + instance.free.iter().sum::<f64>();
+        let alone = |job: usize| least((0..robots).map(|m| earliest[job][m] + back(job, m)));
+        let end = (0..count).map(alone).fold(instance.busy.max(least(instance.free.iter().copied())), f64::max);
+        let end = if robots > 0 { end.max(work / robots as f64) } else { end };
+        // What can be saved at most on jobs that gain by starting late is counted at the latest start.
+        let serial: f64 = (0..count)
+            .map(|job| instance.jobs[job].nominal + (0..robots).map(|m| instance.longest(job, m)).fold(0.0, f64::max))
+            .sum();
+        let released = instance.jobs.iter().map(|job| job.release).chain(instance.free.iter().copied());
+        let horizon = released.fold(instance.problem.start, f64::max) + serial;
+        let start_cost = |job: usize| {
+            let cost = instance.jobs[job].start_cost;
+            cost * if cost >= 0.0 { first[job] } else { horizon }
+        };
+        let fixed: f64 =
+            (0..count).map(|job| start_cost(job) + least((0..robots).map(|m| energy(job, m)))).sum::<f64>()
+                + instance.constant;
+        let cost = fixed + instance.makespan_cost * end;
+        let slack = (known - cost).max(0.0) + 1e-7 * known.abs().max(1.0);
+        let until = |rate: f64, from: f64| if rate > 0.0 { from + slack / rate } else { f64::INFINITY };
+        let last = until(instance.makespan_cost, end);
+        let latest = (0..count).map(|job| {
+            let ends = last - least((0..robots).map(|m| back(job, m)));
+            until(instance.jobs[job].start_cost, first[job]).min(ends).min(horizon)
+        });
+        let mut latest: Vec<f64> = latest.collect();
+        // What comes first for an agent leaves time for what comes after; jobs of an agent stand in order.
+        let serve = least((0..robots).map(|m| instance.serve(m)));
+        for (index, job) in instance.jobs.iter().enumerate().rev() {
+            if let Some(previous) = job.previous {
+                latest[previous] = latest[previous].min(latest[index] - serve - job.nominal);
+            }
+        }
+        let mut bounds = Bounds { latest, earliest, trips: Vec::new(), end: last, cost };
+        bounds.trips = (0..robots).map(|m| bounds.trips(instance, m, &first, fixed, known)).collect();
+        bounds
+    }
+
+    /// The most trips of a robot in a schedule that costs no more than `known`: the shortest ones, one after the other,
+    /// make the end and the waits late.
+    fn trips(&self, instance: &Instance, robot: usize, first: &[f64], fixed: f64, known: f64) -> usize {
+        let count = instance.jobs.len();
+        if !instance.is_regular() {
+            return count;
+        }
+        let mut blocks: Vec<f64> = (0..count).map(|job| instance.shortest(job, robot)).collect();
+        blocks.sort_by(f64::total_cmp);
+        let mut late = first.to_vec();
+        late.sort_by(|a, b| b.total_cmp(a));
+        let arrive = least(instance.jobs.iter().map(|job| job.ways[robot][0].low + job.ways[robot][1].low));
+        let rate = least(instance.jobs.iter().map(|job| job.start_cost));
+        let (mut home, mut starts, mut firsts) = (instance.free[robot], 0.0, 0.0);
+        for (trips, (block, first)) in blocks.iter().zip(&late).enumerate() {
+            starts += home + arrive;
+            firsts += first;
+            home += block;
+            let least = fixed + rate * (starts - firsts).max(0.0) + instance.makespan_cost * home.max(instance.busy);
+            if least > known + 1e-7 * known.abs().max(1.0) {
+                return trips.max(1);
+            }
+        }
+        count
+    }
+}
+
+fn least(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(f64::INFINITY, f64::min)
+}
+
+/// When each robot could serve each job, were there no other job but those before it of its agent.
+fn earliest(instance: &Instance) -> Vec<Vec<f64>> {
+    let mut earliest: Vec<Vec<f64>> = Vec::with_capacity(instance.jobs.len());
+    for job in &instance.jobs {
+        let ready = match job.previous {
+            Some(previous) => {
+                let served = earliest[previous].iter().enumerate().map(|(m, start)| start + instance.serve(m));
+                least(served) + job.nominal
+            }
+            None => job.release,
+        };
+        let arrive = |m: usize| instance.free[m] + job.ways[m][0].low + job.ways[m][1].low;
+        earliest.push((0..instance.free.len()).map(|m| ready.max(arrive(m))).collect());
+    }
+    earliest
+}

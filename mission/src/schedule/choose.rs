@@ -1,0 +1,228 @@
+//! Planning a schedule: which formulation for which problem, and why.
+//!
+//! | problem | formulation | because |
+//! |---|---|---|
+//! | every way takes a fixed time, one service for each agent | subsets | proves fourteen operations in a blink |
+//! | every way takes a fixed time | constraint program | knows the order of an agent's operations |
+//! | speeds are decided, few operations | position form | bounds the cost; re-timing is exact |
+//! | more operations than one of these proves | batches | each batch is small; no bound |
+
+use serde::{Deserialize, Serialize};
+
+use crate::engine::{Budget, EngineError, Highs, Microlp, Milp};
+use crate::plan::{Limit, Plan, Statistics, Status};
+
+use super::assistance::{Assistance, to_plan};
+use super::batches::batches;
+use super::check::Mistake;
+use super::constraint::constraint;
+use super::exact::{Found, exact};
+use super::instance::Instance;
+use super::problem::Problem;
+use super::retime::retime;
+use super::subsets;
+
+/// The most operations that the constraint program is given at once.
+const MOST_CONSTRAINT: usize = 12;
+/// The most operations that the built-in engine is given at once.
+const MOST_BUILT_IN: usize = 12;
+/// The most operations that HiGHS is given at once.
+const MOST_HIGHS: usize = 16;
+/// Operations in a batch if nobody says.
+pub const BATCH: usize = 4;
+
+/// How a schedule is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Formulation {
+    /// Mixed-integer program in position form, with exact re-timing.
+    Position,
+    /// Constraint program; for fixed durations only.
+    Constraint,
+    /// Dynamic program over sets of operations; for fixed durations and one service for each agent.
+    Subsets,
+    /// Algorithm 4: some operations at a time.
+    Batches,
+}
+
+/// Which engine solves mixed-integer programs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Engine {
+    /// The one that is always there.
+    #[default]
+    BuiltIn,
+    /// HiGHS, which must be installed.
+    Highs,
+}
+
+/// How to plan.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Options {
+    /// The formulation; none: [`choose`] says.
+    pub formulation: Option<Formulation>,
+    /// The engine of the position form.
+    pub engine: Engine,
+    /// Operations in a batch, at least 1.
+    pub batch: usize,
+    /// How much work it may be.
+    pub budget: Budget,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options { formulation: None, engine: Engine::BuiltIn, batch: BATCH, budget: Budget::default() }
+    }
+}
+
+/// A formulation, and why it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Choice {
+    /// The formulation.
+    pub formulation: Formulation,
+    /// Why it, in a sentence.
+    pub why: String,
+}
+
+/// Why there is no plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(rename_all = "snake_case")]
+pub enum Refusal {
+    /// The problem is wrong.
+    #[error("the problem has {} mistakes", .0.len())]
+    Problem(Vec<Mistake>),
+    /// The formulation that was asked for needs fixed durations.
+    #[error("a constraint program and one of subsets need speeds that are points, and {robot} has a range")]
+    Speeds {
+        /// The name of a robot whose ways may take longer or shorter.
+        robot: String,
+    },
+    /// The formulation that was asked for is of another kind of problem.
+    #[error(
+        "a program of subsets needs one service to come for each agent, weights that do not rise, and few operations"
+    )]
+    NotSubsets,
+    /// An engine gave no answer.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+}
+
+/// The formulation for a problem, as [`plan`] takes it.
+///
+/// # Errors
+///
+/// The problem has mistakes.
+pub fn choose(problem: &Problem, options: &Options) -> Result<Choice, Refusal> {
+    let mistakes = problem.check();
+    if mistakes.is_empty() { Ok(choice(problem, options)) } else { Err(Refusal::Problem(mistakes)) }
+}
+
+fn choice(problem: &Problem, options: &Options) -> Choice {
+    let instance = Instance::new(problem);
+    let count = instance.jobs.len();
+    let chosen = |formulation, why: String| Choice { formulation, why };
+    if let Some(formulation) = options.formulation {
+        return chosen(formulation, "it was asked for".into());
+    }
+    if subsets::fits(&instance) {
+        let why = format!("every way takes a fixed time, each agent has one service to come, {count} in all");
+        return chosen(Formulation::Subsets, why);
+    }
+    let (exact, most, name) = match options.engine {
+        _ if instance.is_fixed() && count <= MOST_CONSTRAINT => {
+            (Formulation::Constraint, MOST_CONSTRAINT, "the constraint program")
+        }
+        Engine::BuiltIn => (Formulation::Position, MOST_BUILT_IN, "the built-in engine"),
+        Engine::Highs => (Formulation::Position, MOST_HIGHS, "HiGHS"),
+    };
+    if count > most {
+        let why = format!("{count} operations are to be served, and {name} is given {most} at once");
+        return chosen(Formulation::Batches, why);
+    }
+    let why = match exact {
+        Formulation::Constraint => "every way takes a fixed time",
+        _ if instance.is_fixed() => "the constraint program is too slow for so many operations",
+        _ => "speeds are decided",
+    };
+    chosen(exact, format!("{why}, and {count} operations are few enough for {name}"))
+}
+
+/// Plans a schedule. The same problem and options give the same plan unless its status says that the wall time ended it.
+///
+/// # Errors
+///
+/// The problem has mistakes, or an engine is missing or failed.
+pub fn plan(problem: &Problem, options: &Options) -> Result<Plan, Refusal> {
+    let choice = choose(problem, options)?;
+    let solver = Solver::new(options, choice.formulation)?;
+    if choice.formulation == Formulation::Batches {
+        let (schedule, statistics, stopped) = batches(problem, options.batch, &solver)?;
+        let engine = format!("batches of {}", options.batch.max(1));
+        return Ok(to_plan(problem, &schedule, Status::Unbounded { stopped }, engine, statistics));
+    }
+    let (found, engine) = solver.solve(problem, &options.budget)?;
+    Ok(to_plan(problem, &found.timed.schedule, found.status, engine, found.statistics))
+}
+
+/// What solves a problem, or a part of one, at once.
+pub(crate) struct Solver {
+    milp: Box<dyn Milp>,
+    options: Options,
+}
+
+impl Solver {
+    fn new(options: &Options, formulation: Formulation) -> Result<Solver, EngineError> {
+        let needed = formulation != Formulation::Subsets && options.formulation != Some(Formulation::Constraint);
+        let milp: Box<dyn Milp> = match options.engine {
+            Engine::Highs if needed => Box::new(Highs::find()?),
+            _ => Box::new(Microlp),
+        };
+        Ok(Solver { milp, options: *options })
+    }
+
+    /// How much work the whole planning may be.
+    pub fn budget(&self) -> Budget {
+        self.options.budget
+    }
+
+    /// The schedule of a problem without mistakes, and what found it. A part of a mission is never cut into parts again.
+    pub fn solve(&self, problem: &Problem, budget: &Budget) -> Result<(Found, String), Refusal> {
+        let instance = Instance::new(problem);
+        let asked = self.options.formulation.filter(|formulation| *formulation != Formulation::Batches);
+        let formulation = asked.unwrap_or_else(|| match () {
+            () if subsets::fits(&instance) => Formulation::Subsets,
+            () if instance.is_fixed() && instance.jobs.len() <= MOST_CONSTRAINT => Formulation::Constraint,
+            () => Formulation::Position,
+        });
+        match formulation {
+            Formulation::Position | Formulation::Batches => {
+                let found = exact(&instance, self.milp.as_ref(), budget)?;
+                Ok((found, format!("position form, {}", self.milp.name())))
+            }
+            Formulation::Constraint | Formulation::Subsets if !instance.is_fixed() => {
+                let ranged = |m: &usize| instance.jobs.iter().any(|job| job.ways[*m].iter().any(|way| !way.is_fixed()));
+                let robot = (0..problem.robots.len()).find(ranged).map(|m| problem.robots[m].name.clone());
+                Err(Refusal::Speeds { robot: robot.unwrap_or_default() })
+            }
+            Formulation::Constraint => match constraint(&instance, budget) {
+                // Numbers too far apart for whole ones: where nobody asked for them, real ones do.
+                Err(EngineError::Overflow { .. }) if asked.is_none() => {
+                    let found = exact(&instance, self.milp.as_ref(), budget)?;
+                    Ok((found, format!("position form, {}", self.milp.name())))
+                }
+                found => Ok((found?, "constraint program, pumpkin".into())),
+            },
+            Formulation::Subsets if !subsets::fits(&instance) => Err(Refusal::NotSubsets),
+            Formulation::Subsets => {
+                let failed = || EngineError::Failed { engine: "subsets".into(), message: "no sequence".into() };
+                let timed = retime(&instance, &subsets::best(&instance))?.ok_or_else(failed)?;
+                let status = Status::Proven { bound: timed.cost };
+                let statistics = Statistics { solves: 1, ..Statistics::default() };
+                Ok((Found { timed, status, statistics }, "subsets".into()))
+            }
+        }
+    }
+}
+
+/// A schedule in parts: what it is, how much work, what ended the search of a part.
+pub(crate) type Parts = (Vec<Assistance>, Statistics, Option<Limit>);

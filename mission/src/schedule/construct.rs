@@ -1,0 +1,246 @@
+//! A good sequence without a proof: jobs inserted one after the other, then moved and exchanged as long as that helps, then
+//! shaken and improved again. It starts the exact planners, and stands in for them where they run out of budget.
+//!
+//! Candidates are compared at fixed durations, the best is re-timed exactly, and its durations are used for the next pass.
+//! The shaking is by a generator with a fixed seed, and all limits are counts: the same problem gives the same sequence.
+
+use crate::engine::EngineError;
+
+use super::instance::{Instance, Sequence, Way};
+use super::retime::{Timed, retime};
+use super::timing::{self, Durations, Order};
+
+/// Jobs placed at most in all sequences compared; keeps large problems short.
+const PLACED: usize = 4_000_000;
+
+/// Times that a sequence is shaken in vain.
+const SHAKES: usize = 60;
+
+/// Passes of moving and re-timing at most.
+const PASSES: usize = 6;
+
+/// The most jobs for which promising sequences are re-timed exactly, and how many of these in a pass.
+const EXACT_JOBS: usize = 16;
+const EXACT_CANDIDATES: usize = 24;
+
+/// The duration of each way of each job by each robot (s).
+type Guess = Vec<Vec<[f64; 3]>>;
+
+/// How slow the first guesses are: from the greatest speeds (0) to those of least energy (1).
+const SLOWNESS: [f64; 3] = [0.0, 0.3, 1.0];
+
+/// A good sequence, re-timed. The same for the same problem.
+///
+/// # Errors
+///
+/// The cone solver failed.
+pub(crate) fn construct(instance: &Instance) -> Result<Timed, EngineError> {
+    let nothing = || EngineError::Failed { engine: "construction".into(), message: "no sequence".into() };
+    let mut best: Option<Timed> = None;
+    let starts = if instance.is_fixed() { &SLOWNESS[..1] } else { &SLOWNESS };
+    for slowness in starts {
+        let guess = first_guess(instance, *slowness);
+        let mut left = PLACED / instance.jobs.len().max(1) / starts.len();
+        let timed = retime(instance, &insert(instance, &guess, &mut left))?.ok_or_else(nothing)?;
+        let timed = polish(instance, guess, timed, left)?;
+        if best.as_ref().is_none_or(|best| timed.cost < best.cost) {
+            best = Some(timed);
+        }
+    }
+    best.ok_or_else(nothing)
+}
+
+/// A schedule improved as [`construct`] does.
+///
+/// # Errors
+///
+/// The cone solver failed.
+pub(crate) fn refine(instance: &Instance, timed: Timed) -> Result<Timed, EngineError> {
+    polish(instance, first_guess(instance, 0.0), timed, PLACED / instance.jobs.len().max(1))
+}
+
+fn first_guess(instance: &Instance, slowness: f64) -> Guess {
+    let ways = |ways: &[Way; 3]| ways.map(|way| way.low + slowness * (way.cheapest() - way.low).max(0.0));
+    instance.jobs.iter().map(|job| job.ways.iter().map(ways).collect()).collect()
+}
+
+/// The durations of a schedule, and of every job by another robot those at the speeds that it has now.
+fn next_guess(instance: &Instance, timed: &Timed) -> Guess {
+    let mut robot = vec![0; instance.jobs.len()];
+    for (m, jobs) in timed.sequence.iter().enumerate() {
+        jobs.iter().for_each(|job| robot[*job] = m);
+    }
+    let of = |index: usize, m: usize| {
+        let (own, other) = (&instance.jobs[index].ways[robot[index]], &instance.jobs[index].ways[m]);
+        let mut times = timed.durations[index];
+        for (time, (own, other)) in times.iter_mut().zip(own.iter().zip(other)) {
+            let same = if own.length > 0.0 { *time * other.length / own.length } else { other.low };
+            *time = same.max(other.low).min(other.high);
+        }
+        times
+    };
+    let robots = instance.free.len();
+    (0..instance.jobs.len()).map(|index| (0..robots).map(|m| of(index, m)).collect()).collect()
+}
+
+fn polish(instance: &Instance, mut guess: Guess, mut best: Timed, mut left: usize) -> Result<Timed, EngineError> {
+    for pass in 0..PASSES {
+        let next = shake(instance, &guess, &best.sequence, &mut left);
+        let Some(next) = retime(instance, &next)? else { break };
+        let better = next.cost < best.cost - 1e-9 * best.cost.abs();
+        if better {
+            best = next;
+        } else if pass > 0 {
+            break;
+        }
+        guess = next_guess(instance, &best);
+    }
+    if instance.is_fixed() || instance.jobs.len() > EXACT_JOBS { Ok(best) } else { exactly(instance, best) }
+}
+
+/// Moves and exchanges once more, the most promising ones re-timed exactly.
+fn exactly(instance: &Instance, mut best: Timed) -> Result<Timed, EngineError> {
+    for _ in 0..PASSES {
+        let guess = next_guess(instance, &best);
+        let mut candidates: Vec<(f64, Sequence)> = Vec::new();
+        neighbours(&best.sequence, |sequence| {
+            let price = price(instance, &guess, &sequence);
+            if price.is_finite() {
+                candidates.push((price, sequence));
+            }
+            true
+        });
+        candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut next: Option<Timed> = None;
+        for (_, sequence) in candidates.into_iter().take(EXACT_CANDIDATES) {
+            let timed = retime(instance, &sequence)?;
+            let least = next.as_ref().map_or(best.cost - 1e-9 * best.cost.abs(), |next| next.cost);
+            next = timed.filter(|timed| timed.cost < least).or(next);
+        }
+        match next {
+            Some(next) => best = next,
+            None => break,
+        }
+    }
+    Ok(best)
+}
+
+/// Every sequence with one job elsewhere or two exchanged, as long as they are wanted.
+fn neighbours(sequence: &Sequence, mut wanted: impl FnMut(Sequence) -> bool) {
+    let places: Vec<(usize, usize)> =
+        sequence.iter().enumerate().flat_map(|(m, jobs)| (0..jobs.len()).map(move |k| (m, k))).collect();
+    for (index, &(m, k)) in places.iter().enumerate() {
+        let mut without = sequence.clone();
+        let job = without[m].remove(k);
+        for n in 0..sequence.len() {
+            for l in 0..=without[n].len() {
+                if (n, l) != (m, k) {
+                    let mut moved = without.clone();
+                    moved[n].insert(l, job);
+                    if !wanted(moved) {
+                        return;
+                    }
+                }
+            }
+        }
+        for &(n, l) in &places[index + 1..] {
+            let mut exchanged = sequence.clone();
+            (exchanged[m][k], exchanged[n][l]) = (sequence[n][l], sequence[m][k]);
+            if !wanted(exchanged) {
+                return;
+            }
+        }
+    }
+}
+
+/// What a sequence costs at these durations; infinite if it is none.
+fn price(instance: &Instance, guess: &Guess, sequence: &Sequence) -> f64 {
+    let Some(order) = Order::of(instance, sequence) else { return f64::INFINITY };
+    let durations: Durations = order.robot.iter().enumerate().map(|(job, robot)| guess[job][*robot]).collect();
+    let starts = timing::starts(instance, &order, &durations, None);
+    timing::cost(instance, &order, &durations, &starts)
+}
+
+/// Jobs in the order in which they can be served, each given to the robot that serves it first.
+fn insert(instance: &Instance, guess: &Guess, left: &mut usize) -> Sequence {
+    let mut sequence: Sequence = vec![Vec::new(); instance.free.len()];
+    let mut free = instance.free.clone();
+    let mut ready: Vec<Option<f64>> =
+        instance.jobs.iter().map(|job| job.previous.is_none().then_some(job.release)).collect();
+    for _ in 0..instance.jobs.len() {
+        let first = ready.iter().enumerate().filter_map(|(job, at)| at.map(|at| (job, at)));
+        let Some((job, at)) = first.min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+        let start = |m: usize| at.max(free[m] + guess[job][m][0] + guess[job][m][1]);
+        let end = |m: usize| start(m) + instance.serve(m) + guess[job][m][2] + instance.deposit(m);
+        let Some(robot) = (0..free.len()).min_by(|a, b| end(*a).total_cmp(&end(*b))) else { break };
+        let (served, home) = (start(robot) + instance.serve(robot), end(robot));
+        sequence[robot].push(job);
+        free[robot] = home;
+        ready[job] = None;
+        if let Some(next) = instance.jobs.iter().position(|other| other.previous == Some(job)) {
+            ready[next] = Some(served + instance.jobs[next].nominal);
+        }
+    }
+    improve(instance, guess, sequence, left)
+}
+
+/// Improves a sequence, and what becomes of it when some jobs are moved at random, until that helps no more.
+fn shake(instance: &Instance, guess: &Guess, sequence: &Sequence, left: &mut usize) -> Sequence {
+    let mut best = improve(instance, guess, sequence.clone(), left);
+    let mut cost = price(instance, guess, &best);
+    let mut random: u64 = 0x2545_f491_4f6c_dd1d;
+    let mut below = |count: usize| {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (random >> 33) as usize % count.max(1)
+    };
+    let mut vain = 0;
+    // Few sequences of few jobs: nothing to find by shaking.
+    let shakes = SHAKES.min(instance.jobs.len().saturating_sub(3) * 8);
+    while vain < shakes && *left > 0 {
+        let mut shaken = best.clone();
+        for _ in 0..2 + below(3) {
+            let from = below(shaken.len());
+            if shaken[from].is_empty() {
+                continue;
+            }
+            let place = below(shaken[from].len());
+            let job = shaken[from].remove(place);
+            let to = below(shaken.len());
+            let place = below(shaken[to].len() + 1);
+            shaken[to].insert(place, job);
+        }
+        vain += 1;
+        if Order::of(instance, &shaken).is_none() {
+            continue;
+        }
+        let shaken = improve(instance, guess, shaken, left);
+        let price = price(instance, guess, &shaken);
+        if price < cost - 1e-9 {
+            (best, cost, vain) = (shaken, price, 0);
+        }
+    }
+    best
+}
+
+/// Moves a job elsewhere or exchanges two, as long as that makes the sequence cheaper.
+fn improve(instance: &Instance, guess: &Guess, mut sequence: Sequence, left: &mut usize) -> Sequence {
+    let mut cost = price(instance, guess, &sequence);
+    loop {
+        let mut best: Option<(f64, Sequence)> = None;
+        neighbours(&sequence, |candidate| {
+            let price = price(instance, guess, &candidate);
+            if price < best.as_ref().map_or(cost, |(price, _)| *price) - 1e-9 {
+                best = Some((price, candidate));
+            }
+            *left = left.saturating_sub(1);
+            *left > 0
+        });
+        match best {
+            Some((price, better)) => (cost, sequence) = (price, better),
+            None => return sequence,
+        }
+        if *left == 0 {
+            return sequence;
+        }
+    }
+}

@@ -1,0 +1,319 @@
+//! A problem made ready for planners: jobs (operations whose service has not begun), their ways, and the cost as a linear
+//! function of when services start.
+//!
+//! Everything an agent does follows from the starts `s` of its services. An operation begins as soon as it may, or, where
+//! the wait after it weighs more than the wait before it, so late that it ends when its service starts: the cost is linear
+//! in that instant, so that one of the two is optimal. So `C = constant + sum c_j s_j + sum d_j delta^s of j's robot +
+//! energy + kappa Delta`.
+
+use super::assistance::{Assistance, begun_of};
+use super::chance;
+use super::cost::scaled;
+use super::problem::{Begun, Problem, Scales, ServiceTimes};
+
+/// One of the three ways of a service by one robot, with what it costs: `rate D + bend / D + constant` for duration `D`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Way {
+    /// Length (m).
+    pub length: f64,
+    /// What a joule costs here; 0 for no way.
+    pub weight: f64,
+    /// Shortest duration (s).
+    pub low: f64,
+    /// Longest duration (s).
+    pub high: f64,
+    /// Cost of a second.
+    pub rate: f64,
+    /// Cost times a second: what speed takes.
+    pub bend: f64,
+    /// Cost that no duration changes.
+    pub constant: f64,
+}
+
+impl Way {
+    /// What this way costs in this time.
+    pub fn cost(&self, time: f64) -> f64 {
+        let bend = if self.bend > 0.0 { self.bend / time } else { 0.0 };
+        self.rate * time + bend + self.constant
+    }
+
+    /// The duration of least cost.
+    pub fn cheapest(&self) -> f64 {
+        let free = if self.rate > 0.0 { (self.bend / self.rate).sqrt() } else { f64::INFINITY };
+        if self.bend == 0.0 { self.low } else { free.clamp(self.low, self.high) }
+    }
+
+    /// Only one duration is possible.
+    pub fn is_fixed(&self) -> bool {
+        self.high <= self.low
+    }
+}
+
+/// When an operation begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Begin {
+    /// It began, or begins with the plan, and ends at a known time.
+    Fixed { start: f64, end: f64 },
+    /// At the end of the service of the job before.
+    Early { after: usize },
+    /// So that it ends when its service starts.
+    Late,
+}
+
+/// An operation whose service has not begun.
+#[derive(Clone, Debug)]
+pub(crate) struct Job {
+    pub agent: usize,
+    pub operation: usize,
+    /// Planned duration of the operation (s).
+    pub nominal: f64,
+    /// The job of the agent's operation before, if its service has not begun either.
+    pub previous: Option<usize>,
+    /// Without a previous job: the service starts no earlier (s).
+    pub release: f64,
+    pub begin: Begin,
+    /// Going, proximity and depositing by each robot.
+    pub ways: Vec<[Way; 3]>,
+    /// `c_j`: cost of a second of the start of its service.
+    pub start_cost: f64,
+    /// `d_j`: cost of a second of serving.
+    pub serve_cost: f64,
+}
+
+/// Who serves what in which order: jobs of each robot.
+pub(crate) type Sequence = Vec<Vec<usize>>;
+
+/// A problem ready to be planned.
+pub(crate) struct Instance<'a> {
+    pub problem: &'a Problem,
+    pub jobs: Vec<Job>,
+    /// When each robot is free (s), not before the plan is made.
+    pub free: Vec<f64>,
+    /// Cost of a second of the makespan.
+    pub makespan_cost: f64,
+    /// When the last of the services that have begun ends (s).
+    pub busy: f64,
+    /// Cost of what no decision changes.
+    pub constant: f64,
+    /// Services that have begun.
+    pub done: Vec<Assistance>,
+}
+
+/// A linear function of the starts of services.
+#[derive(Default)]
+struct Linear {
+    starts: Vec<(usize, f64)>,
+    serves: Vec<(usize, f64)>,
+    constant: f64,
+}
+
+impl<'a> Instance<'a> {
+    /// Prepares a problem in which [`Problem::check`] finds no mistake.
+    pub fn new(problem: &'a Problem) -> Instance<'a> {
+        let scales = Scales::of(problem);
+        let mut instance = Instance {
+            problem,
+            jobs: Vec::new(),
+            free: vec![problem.start; problem.robots.len()],
+            makespan_cost: scaled(problem.weights.makespan, scales.makespan),
+            busy: f64::NEG_INFINITY,
+            constant: 0.0,
+            done: Vec::new(),
+        };
+        for begun in &problem.begun {
+            if let Some((robot, times)) = begun.service {
+                instance.free[robot] = instance.free[robot].max(times.end);
+                instance.busy = instance.busy.max(times.end);
+                instance.done.push(done(begun, robot, times));
+            }
+        }
+        instance.done.sort_by_key(Assistance::target);
+        for agent in 0..problem.agents.len() {
+            instance.add_jobs(agent, &scales);
+        }
+        for agent in 0..problem.agents.len() {
+            instance.add_waits(agent, &scales);
+        }
+        let waits = instance.constant;
+        let energy = super::cost::cost_where(problem, &instance.done, |_| true);
+        instance.constant = waits + energy.going + energy.proximity + energy.depositing;
+        instance
+    }
+
+    /// The cost of a second of waiting after this operation.
+    fn wait_cost(&self, agent: usize, operation: usize, scales: &Scales) -> f64 {
+        scaled(self.problem.wait_weight(agent, operation), scales.wait)
+    }
+
+    fn add_jobs(&mut self, agent: usize, scales: &Scales) {
+        let problem = self.problem;
+        let nominal = chance::nominal(problem, agent);
+        let (mut previous, mut ready) = (None, problem.start);
+        for operation in 0..problem.agents[agent].operations {
+            let begun = begun_of(problem, agent, operation);
+            if let Some((_, times)) = begun.and_then(|begun| begun.service) {
+                ready = times.depositing;
+                continue;
+            }
+            let eager = operation == 0
+                || self.wait_cost(agent, operation - 1, scales) >= self.wait_cost(agent, operation, scales);
+            let begin = match begun {
+                Some(begun) => Begin::Fixed { start: begun.start, end: begun.end },
+                None if operation == 0 => Begin::Fixed { start: problem.start, end: problem.start + nominal },
+                None => match (eager, previous) {
+                    (true, Some(after)) => Begin::Early { after },
+                    (true, None) => {
+                        let start = ready.max(problem.start);
+                        Begin::Fixed { start, end: start + nominal }
+                    }
+                    (false, _) => Begin::Late,
+                },
+            };
+            let release = match begin {
+                Begin::Fixed { end, .. } => end.max(problem.start),
+                Begin::Early { .. } | Begin::Late => ready.max(problem.start) + nominal,
+            };
+            let ways = (0..problem.robots.len()).map(|robot| ways(problem, scales, agent, operation, robot)).collect();
+            self.jobs.push(Job {
+                agent,
+                operation,
+                nominal,
+                previous,
+                release,
+                begin,
+                ways,
+                start_cost: 0.0,
+                serve_cost: 0.0,
+            });
+            previous = Some(self.jobs.len() - 1);
+        }
+    }
+
+    /// Adds what the waits of an agent cost to the coefficients of its jobs.
+    fn add_waits(&mut self, agent: usize, scales: &Scales) {
+        for operation in 0..self.problem.agents[agent].operations {
+            let weight = self.wait_cost(agent, operation, scales);
+            let from = self.end_of(agent, operation);
+            let to = if operation + 1 < self.problem.agents[agent].operations {
+                self.start_of(agent, operation + 1)
+            } else {
+                self.service_of(agent, operation)
+            };
+            for (line, sign) in [(to, weight), (from, -weight)] {
+                line.starts.into_iter().for_each(|(job, c)| self.jobs[job].start_cost += sign * c);
+                line.serves.into_iter().for_each(|(job, c)| self.jobs[job].serve_cost += sign * c);
+                self.constant += sign * line.constant;
+            }
+        }
+    }
+
+    /// The job of an operation, unless its service has begun.
+    pub fn job_of(&self, agent: usize, operation: usize) -> Option<usize> {
+        self.jobs.iter().position(|job| job.agent == agent && job.operation == operation)
+    }
+
+    fn done_of(&self, agent: usize, operation: usize) -> Option<&Assistance> {
+        self.done.iter().find(|done| done.agent == agent && done.operation == operation)
+    }
+
+    /// When the service of an operation starts, as a function of the jobs' starts.
+    fn service_of(&self, agent: usize, operation: usize) -> Linear {
+        match self.job_of(agent, operation) {
+            Some(job) => Linear { starts: vec![(job, 1.0)], ..Linear::default() },
+            None => {
+                let constant = self.done_of(agent, operation).map_or(0.0, |done| done.times.serving);
+                Linear { constant, ..Linear::default() }
+            }
+        }
+    }
+
+    fn start_of(&self, agent: usize, operation: usize) -> Linear {
+        let Some(index) = self.job_of(agent, operation) else {
+            let constant = self.done_of(agent, operation).map_or(0.0, |done| done.start);
+            return Linear { constant, ..Linear::default() };
+        };
+        let job = &self.jobs[index];
+        match job.begin {
+            Begin::Fixed { start, .. } => Linear { constant: start, ..Linear::default() },
+            Begin::Early { after } => Linear { starts: vec![(after, 1.0)], serves: vec![(after, 1.0)], constant: 0.0 },
+            Begin::Late => Linear { starts: vec![(index, 1.0)], constant: -job.nominal, ..Linear::default() },
+        }
+    }
+
+    fn end_of(&self, agent: usize, operation: usize) -> Linear {
+        let Some(index) = self.job_of(agent, operation) else {
+            let constant = self.done_of(agent, operation).map_or(0.0, |done| done.end);
+            return Linear { constant, ..Linear::default() };
+        };
+        match self.jobs[index].begin {
+            Begin::Fixed { end, .. } => Linear { constant: end, ..Linear::default() },
+            Begin::Early { .. } | Begin::Late => {
+                let mut end = self.start_of(agent, operation);
+                end.constant += self.jobs[index].nominal;
+                end
+            }
+        }
+    }
+
+    /// No service gains by starting later than it may.
+    pub fn is_regular(&self) -> bool {
+        self.jobs.iter().all(|job| job.start_cost >= 0.0)
+    }
+
+    /// Every way of every job takes a fixed time.
+    pub fn is_fixed(&self) -> bool {
+        self.jobs.iter().all(|job| job.ways.iter().flatten().all(Way::is_fixed))
+    }
+
+    /// Time a robot takes to serve (s).
+    pub fn serve(&self, robot: usize) -> f64 {
+        self.problem.robots[robot].serve
+    }
+
+    /// Time a robot takes at its depot after a service (s).
+    pub fn deposit(&self, robot: usize) -> f64 {
+        self.problem.robots[robot].deposit
+    }
+
+    /// From leaving the depot to the end of depositing without waiting, at the greatest speeds (s).
+    pub fn shortest(&self, job: usize, robot: usize) -> f64 {
+        let ways = &self.jobs[job].ways[robot];
+        ways.iter().map(|way| way.low).sum::<f64>() + self.serve(robot) + self.deposit(robot)
+    }
+
+    /// The same at the least speeds (s).
+    pub fn longest(&self, job: usize, robot: usize) -> f64 {
+        let ways = &self.jobs[job].ways[robot];
+        ways.iter().map(|way| way.high).sum::<f64>() + self.serve(robot) + self.deposit(robot)
+    }
+}
+
+fn done(begun: &Begun, robot: usize, times: ServiceTimes) -> Assistance {
+    let Begun { agent, operation, start, end, .. } = *begun;
+    Assistance { agent, operation, start, end, robot, times }
+}
+
+fn ways(problem: &Problem, scales: &Scales, agent: usize, operation: usize, robot: usize) -> [Way; 3] {
+    let machine = &problem.robots[robot];
+    let lengths = problem.lengths(agent, robot);
+    let (near, _) = problem.approach(&problem.agents[agent], robot);
+    let third = problem.weights.energy / 3.0;
+    let way = |length: f64, speeds: super::problem::Range, weight: f64, scale: f64| {
+        let weight = if length > 0.0 { scaled(weight, scale) } else { 0.0 };
+        Way {
+            length,
+            weight,
+            low: length / speeds.high,
+            high: length / speeds.low,
+            rate: weight * machine.energy.standby,
+            bend: weight * machine.energy.drag * length * length,
+            constant: weight * machine.energy.friction * length,
+        }
+    };
+    let zeta = problem.approach_weight(agent, operation);
+    [
+        way(lengths.going, machine.speed, third, scales.energy[0]),
+        way(lengths.proximity, near, third * zeta, scales.energy[1]),
+        way(lengths.depositing, machine.speed, third, scales.energy[2]),
+    ]
+}

@@ -1,0 +1,180 @@
+//! A plan made to fit what has happened, thesis Algorithm 3: who serves whom in which order stays, times move.
+//!
+//! Operations take longer, agents move, bounds change. Every service keeps its times where it can. Where its operation
+//! ends late, the robot waits and approaches then, at the planned speed, which is what a person feels safe with; where the
+//! way has become longer, it goes faster if it may; where that does not suffice, the rest of the service is later, and so
+//! is what follows it for that robot and that agent, by what is left after faster ways back (`HandleShift`; the thesis
+//! postpones everything that follows by the same amount, here each service is postponed by what it needs).
+
+use serde::{Deserialize, Serialize};
+
+use super::assistance::Assistance;
+use super::batches::begun_at;
+use super::chance;
+use super::problem::{Begun, Problem, Range, ServiceTimes};
+
+/// When an operation ended, or is now expected to end.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Observed {
+    /// Index of the agent.
+    pub agent: usize,
+    /// Number of the operation, from 0.
+    pub operation: usize,
+    /// Its end (s).
+    pub end: f64,
+}
+
+/// The schedule that `previous` becomes at `time` (s) under the parameters of `problem`, with the problem as it stands
+/// then: its start is `time`, its `begun` what has begun, with services under way made to fit. `previous` is a schedule of
+/// `before`, which has the same robots and agents; `problem.begun` is not looked at. An end observed of an operation that
+/// has not begun by `time` is left out, and so is one after the start of a service that has begun.
+pub fn reschedule(
+    before: &Problem,
+    previous: &[Assistance],
+    problem: &Problem,
+    time: f64,
+    observed: &[Observed],
+) -> (Problem, Vec<Assistance>) {
+    let mut begun = begun_at(previous, time);
+    for begun in &mut begun {
+        let same = |o: &&Observed| o.agent == begun.agent && o.operation == begun.operation;
+        if let Some(seen) = observed.iter().find(same).filter(|_| begun.start < time) {
+            let served = begun.service.map_or(f64::INFINITY, |(_, times)| times.serving);
+            let latest = if served <= time { served } else { f64::INFINITY };
+            begun.end = seen.end.max(begun.start).min(latest);
+        }
+    }
+    let mut repair = Repair {
+        before,
+        problem,
+        time,
+        begun,
+        home: vec![f64::NEG_INFINITY; problem.robots.len()],
+        served: vec![None; problem.agents.len()],
+        schedule: Vec::with_capacity(previous.len()),
+    };
+    let mut waiting: Vec<&Assistance> = previous.iter().collect();
+    waiting.sort_by(|a, b| {
+        a.times
+            .going
+            .total_cmp(&b.times.going)
+            .then(a.times.serving.total_cmp(&b.times.serving))
+            .then(a.target().cmp(&b.target()))
+    });
+    // In the order of leaving, but never before what comes first for the same agent.
+    while !waiting.is_empty() {
+        let first = |at: &Assistance| {
+            waiting.iter().all(|other| other.agent != at.agent || other.operation >= at.operation)
+                && waiting.iter().take_while(|other| other.target() != at.target()).all(|other| other.robot != at.robot)
+        };
+        let place = waiting.iter().position(|at| first(at)).unwrap_or(0);
+        let next = waiting.remove(place);
+        repair.repair(next);
+    }
+    let Repair { mut schedule, begun, .. } = repair;
+    schedule.sort_by_key(Assistance::target);
+    let mut after = problem.clone();
+    after.start = time;
+    after.begun = begun.into_iter().map(|begun| as_scheduled(begun, &schedule)).collect();
+    (after, schedule)
+}
+
+/// What has begun with the times that it has now.
+fn as_scheduled(begun: Begun, schedule: &[Assistance]) -> Begun {
+    let same = |at: &&Assistance| at.agent == begun.agent && at.operation == begun.operation;
+    let Some(at) = schedule.iter().find(same) else { return begun };
+    Begun { start: at.start, end: at.end, service: begun.service.map(|(robot, _)| (robot, at.times)), ..begun }
+}
+
+struct Repair<'a> {
+    before: &'a Problem,
+    problem: &'a Problem,
+    time: f64,
+    begun: Vec<Begun>,
+    /// When each robot is back at its depot.
+    home: Vec<f64>,
+    /// When the last operation of each agent has been served.
+    served: Vec<Option<f64>>,
+    schedule: Vec<Assistance>,
+}
+
+impl Repair<'_> {
+    fn repair(&mut self, planned: &Assistance) {
+        let Assistance { agent, operation, robot, times: was, .. } = *planned;
+        if agent >= self.served.len() || robot >= self.home.len() {
+            return;
+        }
+        let begun = self.begun.iter().find(|begun| begun.agent == agent && begun.operation == operation).copied();
+        let (start, end) = self.operation(planned, begun);
+        let left = was.going < self.time;
+        // What lies before the present has happened: it is kept to the digit.
+        let past = |instant: f64| left && instant <= self.time;
+        let lengths = self.problem.lengths(agent, robot);
+        let machine = &self.problem.robots[robot];
+        let (near, _) = self.problem.approach(&self.problem.agents[agent], robot);
+
+        let earliest = if left { was.going } else { self.home[robot].max(self.time) };
+        let going = was.going.max(earliest);
+        let (fast, slow) = ends(lengths.going, machine.speed);
+        // Arrive when planned if that is possible at all, else as soon as it is.
+        let waiting = if past(was.waiting) { was.waiting } else { was.waiting.clamp(going + fast, going + slow) };
+        let planned_speed = (was.serving - was.proximity).max(0.0);
+        let approach = self.approach(lengths.proximity, near, planned, planned_speed);
+        let late = was.serving < end;
+        let proximity = if past(was.proximity) {
+            was.proximity
+        } else {
+            let ready = if late { end } else { (was.serving - approach).max(end - approach) };
+            waiting.max(ready)
+        };
+        let serving = if past(was.serving) { was.serving } else { (proximity + approach).max(end) };
+        let serve = if left && past(was.serving) { was.depositing - was.serving } else { machine.serve };
+        let depositing = if past(was.depositing) { was.depositing } else { serving + serve };
+        let (fast, slow) = ends(lengths.depositing, machine.speed);
+        let home = if past(was.end) {
+            was.end
+        } else {
+            was.end.clamp(depositing + fast + machine.deposit, depositing + slow + machine.deposit)
+        };
+        let times = ServiceTimes { going, waiting, proximity, serving, depositing, end: home };
+        self.home[robot] = self.home[robot].max(home);
+        self.served[agent] = Some(depositing);
+        self.schedule.push(Assistance { agent, operation, start, end, robot, times });
+    }
+
+    /// When an operation begins and ends now.
+    fn operation(&self, planned: &Assistance, begun: Option<Begun>) -> (f64, f64) {
+        let served = self.served[planned.agent];
+        let nominal = chance::nominal(self.problem, planned.agent);
+        match begun {
+            Some(begun) if begun.start < self.time => (begun.start, begun.end),
+            // The robot has left, the operation has not begun: it keeps its length.
+            Some(begun) => {
+                let start = begun.start.max(served.unwrap_or(f64::NEG_INFINITY));
+                (start, start + nominal)
+            }
+            None => {
+                let start = match served {
+                    Some(served) => planned.start.max(served),
+                    None => self.time,
+                };
+                (start.max(self.time), start.max(self.time) + nominal)
+            }
+        }
+    }
+
+    /// How long the approach takes (s): at the planned speed, within what the agent allows now.
+    fn approach(&self, length: f64, near: Range, planned: &Assistance, time: f64) -> f64 {
+        if length == 0.0 {
+            return 0.0;
+        }
+        let before = self.before.lengths(planned.agent, planned.robot).proximity;
+        let speed = if time > 0.0 && before > 0.0 { before / time } else { near.high };
+        length / speed.clamp(near.low, near.high)
+    }
+}
+
+/// The shortest and longest time for a way (s).
+fn ends(length: f64, speeds: Range) -> (f64, f64) {
+    (length / speeds.high, length / speeds.low)
+}

@@ -1,0 +1,228 @@
+//! Random problems and what happens to their plans: every plan passes the validator, every damage to one is caught.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
+
+mod common;
+
+use std::time::Duration;
+
+use hierarq_mission::engine::Budget;
+use hierarq_mission::plan::{Actor, Phase, Plan};
+use hierarq_mission::schedule::adapt::{Adaptation, Feedback, adapt};
+use hierarq_mission::schedule::assistance::{Assistance, from_plan, to_plan};
+use hierarq_mission::schedule::choose::{Formulation, Options, plan};
+use hierarq_mission::schedule::problem::{AgentKind, Problem};
+use hierarq_mission::schedule::reallocate::{optimality_index, reallocate};
+use hierarq_mission::schedule::reschedule::{Observed, reschedule};
+use hierarq_mission::schedule::validate::{Rule, validate};
+use proptest::prelude::*;
+
+fn quick(formulation: Option<Formulation>) -> Options {
+    let budget = Budget { time: Duration::from_secs(20), nodes: 40, ..Budget::default() };
+    Options { formulation, budget, ..Options::default() }
+}
+
+/// A random problem of few operations, some of them with uneven weights.
+fn small(seed: u64, agents: usize, robots: usize, operations: usize, fixed: bool, uneven: bool) -> Problem {
+    let mut problem = if fixed {
+        common::fixed(seed, agents, robots, operations)
+    } else {
+        common::random(seed, agents, robots, operations)
+    };
+    if uneven {
+        let mut random = common::Random(seed ^ 5);
+        for agent in &mut problem.agents {
+            agent.wait_weights = (0..operations).map(|_| random.within(0.0, 3.0)).collect();
+            agent.approach_weights = (0..operations).map(|_| random.within(0.0, 3.0)).collect();
+        }
+    }
+    problem
+}
+
+fn valid(problem: &Problem, plan: &Plan) -> Result<(), TestCaseError> {
+    prop_assert_eq!(validate(problem, plan), Vec::new());
+    prop_assert!(plan.status.bound().is_none_or(|bound| bound <= plan.cost));
+    Ok(())
+}
+
+fn shown(problem: &Problem, schedule: &[Assistance]) -> Plan {
+    let status = hierarq_mission::plan::Status::Unbounded { stopped: None };
+    to_plan(problem, schedule, status, "test".into(), Default::default())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+
+    #[test]
+    fn plans_pass_the_validator(
+        seed in 0_u64..100_000, agents in 1_usize..4, robots in 1_usize..4, operations in 1_usize..3,
+        fixed in any::<bool>(), uneven in any::<bool>(), parts in any::<bool>(),
+    ) {
+        let problem = small(seed, agents, robots, operations, fixed, uneven);
+        prop_assert_eq!(problem.check(), Vec::new());
+        let options = quick(parts.then_some(Formulation::Batches));
+        let first = plan(&problem, &options).unwrap();
+        valid(&problem, &first)?;
+        prop_assert_eq!(&plan(&problem, &options).unwrap(), &first, "not the same plan");
+        let text = serde_json::to_string(&first).unwrap();
+        prop_assert_eq!(serde_json::from_str::<Plan>(&text).unwrap(), first);
+    }
+
+    #[test]
+    fn damage_is_caught(
+        seed in 0_u64..100_000, agents in 2_usize..4, which in 0_usize..1000, kind in 0_usize..6, by in 0.01_f64..50.0,
+    ) {
+        let problem = small(seed, agents, 2, 1, false, false);
+        let mut broken = plan(&problem, &quick(None)).unwrap();
+        let at = which % broken.activities.len();
+        let phase = broken.activities[at].phase;
+        match kind {
+            // A start or an end alone, so that phases no longer meet or a duration is another.
+            0 => broken.activities[at].start += by,
+            1 => broken.activities[at].end += by,
+            2 => { broken.activities.remove(at); }
+            3 => { let copy = broken.activities[at].clone(); broken.activities.push(copy); }
+            4 => broken.activities[at].start = f64::NAN,
+            _ => match broken.activities[at].actor {
+                Actor::Robot(m) => broken.activities[at].actor = Actor::Robot(1 - m),
+                Actor::Agent(a) => broken.activities[at].actor = Actor::Agent((a + 1) % agents),
+            },
+        }
+        prop_assert!(!validate(&problem, &broken).is_empty(), "{kind} of {phase:?}");
+    }
+
+    #[test]
+    fn what_happens_never_gives_a_plan_that_is_none(
+        seed in 0_u64..100_000, agents in 1_usize..4, operations in 1_usize..3, fixed in any::<bool>(),
+        steps in proptest::collection::vec((0.02_f64..0.5, 0_usize..3, 0.0_f64..400.0, -1.0_f64..1.0), 1..4),
+    ) {
+        let mut problem = small(seed, agents, 2, operations, fixed, false);
+        let mut schedule = from_plan(&plan(&problem, &quick(None)).unwrap()).unwrap();
+        let mut satisfied = vec![None; agents];
+        for (share, what, delay, feeling) in steps {
+            let end = schedule.iter().map(|s| s.times.end).fold(0.0, f64::max);
+            let time = problem.start + share * (end - problem.start).max(0.0);
+            let mut now = problem.clone();
+            let at = &schedule[(delay as usize) % schedule.len()];
+            let mut observed = Vec::new();
+            match what {
+                // An operation that is under way takes longer, or has ended early.
+                0 => observed.extend(schedule.iter().filter(|s| s.start < time && s.end > time).map(|s| Observed {
+                    agent: s.agent, operation: s.operation, end: (s.end + delay * feeling).max(time),
+                })),
+                // An agent moves.
+                1 if !fixed => {
+                    now.agents[at.agent].place[0] += 10.0 * feeling;
+                    now.agents[at.agent].place[1] -= delay / 100.0;
+                }
+                // A person says something.
+                _ => {
+                    let feedback = Feedback {
+                        agent: at.agent, operation: at.operation, robot: at.robot, speed: 0.15 * delay.max(100.0) / 400.0,
+                        wait: feeling, approach: -feeling, distance: 0.5 * feeling,
+                    };
+                    if now.agents[at.agent].kind == AgentKind::Human {
+                        let (next, state) =
+                            adapt(&now, satisfied[at.agent], &feedback, &Adaptation::default()).unwrap();
+                        satisfied[at.agent] = Some(state);
+                        now = next;
+                    }
+                }
+            }
+            let (after, repaired) = reschedule(&problem, &schedule, &now, time, &observed);
+            prop_assert_eq!(after.check(), Vec::new());
+            valid(&after, &shown(&after, &repaired))?;
+            let index = optimality_index((&problem, &schedule), (&after, &repaired));
+            prop_assert!(index >= 0.0);
+            if index > 0.1 {
+                let fresh = reallocate(&after, &repaired, &quick(None)).unwrap();
+                valid(&after, &fresh)?;
+                let kept = shown(&after, &repaired).cost;
+                prop_assert!(fresh.cost <= kept * (1.0 + 1e-9), "{} {}", fresh.cost, kept);
+                schedule = from_plan(&fresh).unwrap();
+            } else {
+                schedule = repaired;
+            }
+            problem = after;
+        }
+    }
+}
+
+/// Zero, or anything from tiny to beyond what is allowed.
+fn extreme() -> impl Strategy<Value = f64> {
+    prop_oneof![1 => Just(0.0), 8 => (-6.0_f64..6.02).prop_map(|power| 10.0_f64.powf(power))]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 96, ..ProptestConfig::default() })]
+
+    #[test]
+    fn extreme_numbers_give_a_valid_plan_or_a_refusal(
+        numbers in proptest::collection::vec(extreme(), 24), operations in 1_usize..3, formulation in 0_usize..5,
+    ) {
+        let mut problem = small(1, 2, 2, operations, formulation < 3, false);
+        let mut next = numbers.iter().copied();
+        let mut take = || next.next().unwrap_or(1.0);
+        for robot in &mut problem.robots {
+            robot.depot = [take(), -take()];
+            if formulation >= 3 {
+                robot.speed.low = take();
+                robot.speed.high = robot.speed.low * (1.0 + take());
+                robot.proximity = None;
+            }
+            (robot.serve, robot.deposit) = (take(), take());
+            robot.energy.standby = take();
+            robot.energy.drag = take();
+        }
+        for agent in &mut problem.agents {
+            agent.place = [take(), take()];
+            agent.duration.mean = take();
+            agent.wait_distance = take();
+            agent.wait_weights = vec![take(); operations];
+        }
+        problem.weights.makespan = take();
+        let wanted = [Formulation::Subsets, Formulation::Constraint, Formulation::Batches, Formulation::Position];
+        let options = quick(wanted.get(formulation).copied());
+        if let Ok(plan) = plan(&problem, &options) {
+            valid(&problem, &plan)?;
+        }
+    }
+}
+
+#[test]
+fn each_constraint_has_a_plan_that_breaks_it_alone() {
+    let problem = small(3, 3, 2, 1, false, false);
+    let good = plan(&problem, &quick(None)).unwrap();
+    let rules = |change: &dyn Fn(&mut Vec<Assistance>)| {
+        let mut schedule = from_plan(&good).unwrap();
+        change(&mut schedule);
+        let mut rules: Vec<Rule> =
+            validate(&problem, &shown(&problem, &schedule)).iter().map(|violation| violation.rule).collect();
+        rules.sort();
+        rules.dedup();
+        rules
+    };
+    assert_eq!(rules(&|_| ()), []);
+    // All of one service 30 s earlier than its operation ends, and before the plan is made.
+    let early = |s: &mut Vec<Assistance>| s[0].times = s[0].times.later(-(s[0].times.going + 30.0));
+    assert!(rules(&early).contains(&Rule::Past));
+    assert!(rules(&early).contains(&Rule::ServiceAfterOperation));
+    let stretched = |s: &mut Vec<Assistance>| {
+        s[0].end += 20.0;
+        s[0].times = s[0].times.later(4000.0);
+    };
+    assert_eq!(rules(&stretched), [Rule::OperationTime]);
+    let late = |s: &mut Vec<Assistance>| {
+        s[1].start += 1.0;
+        s[1].end += 1.0;
+        s[1].times = s[1].times.later(4000.0);
+    };
+    assert_eq!(rules(&late), [Rule::FirstOperation]);
+    let mut swapped = good.clone();
+    for activity in swapped.activities.iter_mut().filter(|activity| activity.phase != Phase::Operation) {
+        if let Some(speed) = &mut activity.speed {
+            *speed *= 1.5;
+        }
+    }
+    assert!(validate(&problem, &swapped).iter().all(|violation| violation.rule == Rule::Speed));
+}
