@@ -197,9 +197,11 @@ impl Stage {
         self.evaluator.update(q, moment, &mut self.problem)?;
         self.solver.solve(&self.problem, &mut self.solution);
         usable(&self.solution, &self.evaluator)?;
-        if self.evaluator.reconsider(q, moment, &mut self.problem, &self.solution.x)? {
-            self.solver.solve(&self.problem, &mut self.solution);
-            usable(&self.solution, &self.evaluator)?;
+        for k in 0..self.evaluator.safety().count() {
+            if self.evaluator.reconsider(k, q, moment, &mut self.problem, &self.solution.x)? {
+                self.solver.solve(&self.problem, &mut self.solution);
+                usable(&self.solution, &self.evaluator)?;
+            }
         }
         self.blend.goes_on = false;
         if self.is_between() {

@@ -167,6 +167,8 @@ impl Evaluator {
             wanted.extend(Planning::reads(program, *guard));
             planners.push(planner);
         }
+        // In the order in which they decide.
+        planners.sort_by_key(|p: &Planning| members[p.task].level);
         let values = ValueTable::new(&program.values, &wanted, &program.interface);
         let tables = || std::iter::once(&values).chain(planners.iter().map(|p| &p.values));
         let needed = |c: &&Capture| (c.at..c.at + c.len).any(|k| tables().any(|t| t.is_read(k)));

@@ -47,25 +47,30 @@ impl Evaluator {
         Ok(())
     }
 
-    /// Lets planners see the velocity `x` that the hierarchy made of their plans. Where one decides once more, the rows that
-    /// follow from it are written anew, and the answer is that the problem is to be solved once more.
+    /// Lets planner `k`, in the order in which they decided, see the velocity `x` that the hierarchy made of the plans. Where
+    /// it decides once more, the rows that follow from it are written anew, and the answer is that the problem is to be
+    /// solved once more, before the next planner looks.
     ///
     /// # Errors
     /// A task could not write its rows.
-    pub fn reconsider(&mut self, q: &[f64], moment: Moment, problem: &mut Problem, x: &[f64]) -> Result<bool, Fault> {
-        let mut again = false;
-        for k in 0..self.planners.len() {
-            let p = &mut self.planners[k];
-            let (task, guard) = (p.task, p.guard);
-            let above = &problem.levels[..self.members[task].level];
-            if p.reconsider(above, x, &self.values.current, &mut self.values.rates)? {
-                again = true;
-                self.tasks[guard].decided(&p.internal);
-                self.write(task, q, moment, problem)?;
-                self.write(guard, q, moment, problem)?;
-            }
+    pub fn reconsider(
+        &mut self,
+        k: usize,
+        q: &[f64],
+        moment: Moment,
+        problem: &mut Problem,
+        x: &[f64],
+    ) -> Result<bool, Fault> {
+        let Some(p) = self.planners.get_mut(k) else { return Ok(false) };
+        let (task, guard) = (p.task, p.guard);
+        let above = &problem.levels[..self.members[task].level];
+        if !p.reconsider(above, x, &self.values.current, &mut self.values.rates)? {
+            return Ok(false);
         }
-        Ok(again)
+        self.tasks[guard].decided(&p.internal);
+        self.write(task, q, moment, problem)?;
+        self.write(guard, q, moment, problem)?;
+        Ok(true)
     }
 
     /// Fills the problem for this tick. Never allocates.

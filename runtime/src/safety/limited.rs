@@ -11,7 +11,8 @@
 //! last  min q_c (u_c - 1)^2 + sum q_a u_a^2 + q_n |N (v - k_n g)|^2 + q_w w^2,    g . v + w >= need
 //! ```
 //!
-//! `N v` is the internal motion `N u_n` of the one-row program, and where no limit acts the two have the same optimum. The hierarchy of the
+//! `N v` is the internal motion `N u_n` of the one-row program, so where neither limits nor speeds act and nothing is damped
+//! the two have the same optimum. The hierarchy of the
 //! controller, which is asked for the task's rows at these inputs and for `v` below them, has no other answer than this `v`:
 //! it meets the levels above, nothing meets the task better at these inputs, and what is left is met exactly. Levels
 //! between the task and the planner are not looked at; what they take is told as withheld.

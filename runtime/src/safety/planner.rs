@@ -95,7 +95,8 @@ pub struct Plan {
     pub u_c: f64,
     /// The deviation inputs, m/s or rad/s.
     pub u_alpha: Vec<f64>,
-    /// The internal velocity, n numbers: the target of a level `v = u_n` below the task.
+    /// The internal velocity, n numbers: the target of a level `v = u_n` below the task. The whole velocity in a plan that
+    /// was made below limits.
     pub u_n: Vec<f64>,
     /// w and the row's multiplier.
     pub outcome: Outcome,
@@ -103,9 +104,10 @@ pub struct Plan {
     pub task_share: f64,
     /// nu_s = eta u_c + dnu, m numbers: the rates that the task's rows take in place of those of their target, (4.8).
     pub rate: Vec<f64>,
-    /// The velocity of the law, n numbers, and what the parts of dF/dt are parts of.
+    /// The velocity that is counted on, n numbers: that of the law, whose rate of F is the sum of the parts; or that of a
+    /// plan below limits, which is no such sum.
     pub velocity: Vec<f64>,
-    /// dF/dt that the law gives, with the people's part.
+    /// dF/dt at that velocity, with the people's part.
     pub field_rate: f64,
 }
 
@@ -336,7 +338,8 @@ impl SafetyPlanner {
     }
 
     /// Sees the velocity `x` that the hierarchy made of the plan of this tick. Where levels above the task withheld some of
-    /// the rate that the field needs, decides once more, below these levels. Whether there is a plan that does better.
+    /// the rate that the field needs, decides once more, below these levels. Whether there is a plan that does better;
+    /// if not, the slack of the plan is what the hierarchy leaves it short of.
     /// Never allocates.
     ///
     /// # Errors
@@ -358,12 +361,15 @@ impl SafetyPlanner {
             program: &self.program,
             parts: &self.parts,
         };
-        let Some((velocity, inputs)) = self.limited.solve(&now) else { return Ok(false) };
-        let rate = tick.field.rate(velocity);
-        let slack = (plan.need - rate).max(0.0);
-        if slack.is_nan() || slack + WITHHELD > short {
+        let better = self.limited.solve(&now).map(|(velocity, inputs)| {
+            let rate = tick.field.rate(velocity);
+            (velocity, inputs, rate, (plan.need - rate).max(0.0))
+        });
+        let Some((velocity, inputs, rate, slack)) = better.filter(|b| b.3 + WITHHELD <= short) else {
+            // The first plan is kept, and what the hierarchy leaves it short of is told.
+            self.plan.outcome.slack = short;
             return Ok(false);
-        }
+        };
         let plan = &mut self.plan;
         let within = |i: usize| inputs[i].clamp(self.program.lower[i], self.program.upper[i]);
         plan.u_c = within(0);

@@ -145,7 +145,11 @@ impl DeviationParams {
 pub const TELLS: [Told; 5] = [
     Told { name: "scaling", dimension: NONE, is: "u_c, how fast the clock goes" },
     Told { name: "deviation", dimension: LENGTH, is: "the size of the largest deviation; rad count as m" },
-    Told { name: "slack", dimension: VELOCITY, is: "w, what bounds and weights did not let the inputs give" },
+    Told {
+        name: "slack",
+        dimension: VELOCITY,
+        is: "w, what bounds, weights and limits above did not let the inputs give",
+    },
     Told {
         name: "withheld",
         dimension: VELOCITY,
