@@ -51,8 +51,11 @@ impl Recorder for Means {
     }
 }
 
+/// Scenarios by name, each with its M1, M2 and M3.
+pub type Figures = Vec<(String, [f64; 3])>;
+
 /// M1, M2 and M3 of each scenario, in its order.
-pub fn figures() -> Result<Vec<(String, [f64; 3])>, Box<dyn Error>> {
+pub fn figures() -> Result<Figures, Box<dyn Error>> {
     let spec = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/give_way.hq");
     let compiled = compile(&spec, &Settings::default());
     let program = compiled.program.ok_or("the spec does not compile: see `hierarq check`")?;

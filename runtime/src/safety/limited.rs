@@ -170,7 +170,7 @@ impl LimitedProgram {
             self.basis[found * n..(found + 1) * n].copy_from_slice(&self.column);
             found += 1;
         }
-        let Some(last) = self.problem.levels.last_mut() else { return None };
+        let last = self.problem.levels.last_mut()?;
         for (i, row) in self.basis[..found * n].chunks_exact(n.max(1)).enumerate() {
             let at = 1 + inputs + i;
             last.row_mut(at)[..n].copy_from_slice(row);
