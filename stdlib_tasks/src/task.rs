@@ -205,7 +205,8 @@ pub struct Rows<'a> {
     pub undefined: &'a mut bool,
     /// Rows that are known to have no say: only their margins are wanted. Empty where all have one.
     pub idle: &'a [bool],
-    /// The rows are only looked at: whatever the task remembers from tick to tick stays as it is.
+    /// The rows are only looked at, and are asked for once more before the tick ends: what the next tick's rows depend on
+    /// stays as it is. What every update writes anew may change.
     pub trial: bool,
 }
 
