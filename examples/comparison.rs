@@ -62,9 +62,13 @@ pub fn figures() -> Result<Figures, Box<dyn Error>> {
     let mut figures = Vec::new();
     for (scenario, guard) in program.scenarios.iter().zip(["planner", "evasive", "stop"]) {
         let own = scenario.program(&program);
-        let mut means = Means::new(&own, guard).ok_or("the scenarios are in another order")?;
+        let mut means = Means::new(&own, guard).ok_or_else(|| format!("`{guard}` tells nothing in this spec"))?;
         Simulation::in_world(&own, scenario)?.run(&mut means, &mut || 0.0, &mut |_| true)?;
-        figures.push((scenario.name.clone(), means.sums.map(|s| s / means.ticks)));
+        let means = means.sums.map(|s| s / means.ticks);
+        if !means.iter().all(|m| m.is_finite()) {
+            return Err(format!("`{guard}` or `motion` does not run all the time in \"{}\"", scenario.name).into());
+        }
+        figures.push((scenario.name.clone(), means));
     }
     Ok(figures)
 }

@@ -280,6 +280,30 @@ scenario s {{ duration 4.6 s  humans {{ walker {{ path [{{ at 0 s  value [1.7, 0
     assert!(apart.fold(0.0, f64::max) < 1e-9);
 }
 
+/// A pedestal is nearest all the time and cannot get out of the way: it takes nothing from the limit of what can.
+#[test]
+fn a_part_that_stands_does_not_hide_those_that_move() {
+    let of = |parts: &str| {
+        let program = common::program_of(
+            &format!(
+                "{ROBOT}human walker {{ points [hand, foot]  velocity measured }}
+scenario s {{ duration 4.6 s  humans {{ walker {{ points {{
+  hand {{ path [{{ at 0 s  value [1.7, 0, 0.34] m }}, {{ at 4.4 s  value [0.6, 0, 0.34] m }}] }}
+  foot {{ value [0, 0.25, 0.05] m }} }} }} }} }}"
+            )
+            .replace("home {", "points { tip tool }  home {")
+            .replace("norm(frame(tool).position - walker.hand)", &format!("distance({parts}, walker)")),
+        );
+        let seen = run(&program);
+        assert!(seen.faults.iter().all(Option::is_none), "{parts}");
+        seen
+    };
+    let (alone, beside) = (of("tip"), of("[base_link, tip]"));
+    assert!(least(&alone.margins).abs() < 1e-3, "the limit acts: {}", least(&alone.margins));
+    assert_eq!(alone.commands, beside.commands);
+    assert_eq!(alone.margins, beside.margins);
+}
+
 /// A forearm sweeps towards the tool, nearest somewhere between wrist and elbow: the velocity of that place counts. With
 /// the velocity of neither end known, the robot is late by the speed over the gain.
 #[test]

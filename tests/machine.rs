@@ -15,5 +15,7 @@ mod interpreter;
 mod semantics;
 #[path = "machine/sensors.rs"]
 mod sensors;
+#[path = "machine/told.rs"]
+mod told;
 #[path = "machine/variables.rs"]
 mod variables;

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use dsl::Diagnostic;
-use runtime::program::{HumanProgram, Program, TaskProgram, Velocity};
+use runtime::program::{Program, TaskProgram, Velocity};
 use stdlib_tasks::bound::Bound;
-use stdlib_tasks::task::Nature;
+use stdlib_tasks::task::Reckons;
 
 use crate::lowering::Places;
 
@@ -18,8 +18,8 @@ pub(crate) fn check(program: &Program, places: &Places, diagnostics: &mut Vec<Di
         }
         let numbers: BTreeSet<usize> = signals().flat_map(|s| s.at + 1..=s.at + s.len).collect();
         let uses = program.tasks.iter().enumerate().filter_map(|(i, t)| Some((i, reckons(program, t, &numbers)?)));
-        let uses: Vec<(usize, &str)> = uses.collect();
-        let Some(&(task, param)) = uses.first() else { continue };
+        let uses: Vec<(usize, (&str, &Reckons))> = uses.collect();
+        let Some(&(task, (param, how))) = uses.first() else { continue };
         let t = &program.tasks[task];
         let more = match uses.len() - 1 {
             0 => String::new(),
@@ -28,39 +28,30 @@ pub(crate) fn check(program: &Program, places: &Places, diagnostics: &mut Vec<Di
         };
         let text = format!("`{}` takes `{}` to stand{more}", t.name, human.name);
         let at = places.tasks.get(task).map(|b| b.spans.get(param).copied().unwrap_or(b.span)).unwrap_or_default();
-        diagnostics.push(Diagnostic::warning("HQ0524", at, text).note(why(t, human)).help(format!(
+        let note = format!("with `velocity none` the points of `{}` have no speed: {}", human.name, how.lacking);
+        diagnostics.push(Diagnostic::warning("HQ0524", at, text).note(note).help(format!(
             "write `velocity estimated` into `human {}`, or `velocity measured` where the host sends it{}",
             human.name,
-            if t.kind == "speed_separation" { "; or `human assumed` here" } else { "" }
+            how.instead.map_or_else(String::new, |instead| format!("; or {instead}"))
         )));
     }
 }
 
-/// What the missing velocity does.
-fn why(task: &TaskProgram, human: &HumanProgram) -> String {
-    let none = format!("with `velocity none` the points of `{}` have no speed", human.name);
-    match task.kind.as_str() {
-        "speed_separation" => format!("{none}, and nothing is added to the distance for how fast they come"),
-        _ => format!("{none}: a row that lacks it lets whoever comes get inside the limit, by their speed over `gain`"),
-    }
-}
-
-/// The parameter by which a limit or a planner depends on how fast the points move that have these numbers of the table of
-/// signals; none where it does not.
-fn reckons<'t>(program: &Program, task: &'t TaskProgram, numbers: &BTreeSet<usize>) -> Option<&'t str> {
-    let kind = stdlib_tasks::find(&task.kind)?;
-    let planner = task.kind == "safety_planner";
-    let assumed = matches!(task.params.get("human"), Some(Bound::Choice(human)) if human == "assumed");
-    if assumed || !(planner || kind.nature == Nature::Limit) {
-        return None;
-    }
+/// How a task reckons with the speed of the points that have these numbers of the table of signals, and the parameter by
+/// which it does; none where it does not.
+fn reckons<'t>(
+    program: &Program,
+    task: &'t TaskProgram,
+    numbers: &BTreeSet<usize>,
+) -> Option<(&'t str, &'static Reckons)> {
+    let how = stdlib_tasks::find(&task.kind)?.reckons?;
     let reads = |bound: &Bound| {
         let places: BTreeSet<usize> = match bound {
             Bound::Field(field) => program.fields.get(*field)?.points.iter().flatten().copied().collect(),
-            _ if planner => return None,
             _ => bound.slots().into_iter().flat_map(|s| s.at..s.at + s.len).collect(),
         };
         (!program.values.tape.only(&places).signals().is_disjoint(numbers)).then_some(())
     };
-    task.params.iter().find(|(_, bound)| reads(bound).is_some()).map(|(name, _)| name.as_str())
+    let counts = |(name, bound): &(&'t String, &Bound)| (how.rate)(name, &task.params) && reads(bound).is_some();
+    task.params.iter().find(counts).map(|(name, _)| (name.as_str(), how))
 }

@@ -91,8 +91,30 @@ pub struct TaskKind {
     pub actuals: &'static [Actual],
     /// What the task tells while it runs, in the order of [`Task::told`].
     pub tells: &'static [Told],
+    /// How it reckons with people who come; none where it keeps nobody safe.
+    pub reckons: Option<&'static Reckons>,
     /// Builds a task.
     pub build: Build,
+}
+
+/// That a task reckons with how fast the points of people move: with the rates of its parameters in time.
+#[derive(Clone, Copy, Debug)]
+pub struct Reckons {
+    /// Whether the rate of a parameter, by its name, counts where all parameters are these.
+    pub rate: fn(&str, &BoundParams) -> bool,
+    /// What becomes of it where a rate is missing, in half a sentence.
+    pub lacking: &'static str,
+    /// What can be written into the task instead, if there is something.
+    pub instead: Option<&'static str>,
+}
+
+impl Reckons {
+    /// As a row does that keeps a number above a bound: every rate counts.
+    pub const LIMIT: Reckons = Reckons {
+        rate: |_, _| true,
+        lacking: "a row that lacks it lets whoever comes get inside the limit, by their speed over `gain`",
+        instead: None,
+    };
 }
 
 impl std::fmt::Debug for TaskKind {
@@ -205,7 +227,8 @@ pub struct Rows<'a> {
     pub undefined: &'a mut bool,
     /// Rows that are known to have no say: only their margins are wanted. Empty where all have one.
     pub idle: &'a [bool],
-    /// The rows are only looked at: whatever the task remembers from tick to tick stays as it is.
+    /// The rows are only looked at, and are asked for once more before the tick ends: what the next tick's rows depend on
+    /// stays as it is. What every update writes anew may change.
     pub trial: bool,
 }
 

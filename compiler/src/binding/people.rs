@@ -113,7 +113,8 @@ impl TaskScope<'_> {
         Ok(alone.chain(links).collect())
     }
 
-    /// The smallest distance between some parts and what people are made of.
+    /// The smallest distance between some parts and what people are made of. Parts that cannot move do not count: no motion
+    /// takes them away from anybody.
     pub(super) fn away(
         &mut self,
         graph: &mut Graph,
@@ -121,8 +122,17 @@ impl TaskScope<'_> {
         people: &[Segment],
         span: Span,
     ) -> Result<Typed, Box<Diagnostic>> {
+        let model = &self.robot.model;
+        let moving: Vec<&Geometry> = parts.iter().filter(|part| !model.support(part.link).is_empty()).collect();
+        if moving.is_empty() {
+            let d =
+                Diagnostic::error("HQ0313", span, "these parts cannot move, and no motion takes them away from people");
+            return Err(Box::new(d.help(
+                "name parts of links that move; how far a person is from a place is `norm(HUMAN.POINT - [x, y, z] m)`",
+            )));
+        }
         let one = |part: &Geometry, ends: &Segment| Leaf::Away(Box::new(Away { part: part.clone(), ends: *ends }));
-        let leaves = parts.iter().flat_map(|part| people.iter().map(move |ends| one(part, ends))).collect();
+        let leaves = moving.iter().flat_map(|&part| people.iter().map(move |ends| one(part, ends))).collect();
         self.smallest(graph, leaves, "a limit for each of them", span)
     }
 }

@@ -80,6 +80,8 @@ pub struct Controller {
     started: Option<f64>,
     /// When the last tick was, in s.
     last: f64,
+    /// Whether the tasks of the active stack ran to the end of this tick, and told what they tell.
+    told: bool,
     /// Whether the reference stands where the robot does.
     anchored: bool,
     /// A fault of the last tick that the machine has not seen yet.
@@ -161,6 +163,7 @@ impl Controller {
             command: vec![0.0; nv],
             started: None,
             last: 0.0,
+            told: false,
             anchored: false,
             raised: None,
             halted: None,

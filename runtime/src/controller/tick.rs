@@ -13,6 +13,18 @@ const PASSED: f64 = 1e-6;
 impl Controller {
     /// What the machine and the active stack answer to an observation: the command, or what is wrong.
     pub(super) fn tick(&mut self, o: &Observation) -> Option<Fault> {
+        self.told = false;
+        let fault = self.answer(o);
+        if !self.told {
+            // What was told before is of another tick: no condition goes on holding by it.
+            for signal in self.stages[self.active].evaluator.telling() {
+                self.signals.forget(signal);
+            }
+        }
+        fault
+    }
+
+    fn answer(&mut self, o: &Observation) -> Option<Fault> {
         // A clock that says nothing is taken to go on.
         let time = if o.time.is_finite() { o.time } else { self.last + self.period };
         self.sense(o.q, time);
@@ -137,6 +149,7 @@ impl Controller {
                 self.signals.forget(signal);
             }
         }
+        self.told = true;
         stage.evaluator.advance();
         let dofs = &stage.evaluator.model().dofs;
         for (((c, v), e), d) in self.command.iter_mut().zip(&self.velocity).zip(&self.tracking).zip(dofs) {

@@ -165,6 +165,11 @@ impl Planning {
         self.internal.fill(0.0);
         self.values.restart();
         self.values.inputs.copy_from_slice(inputs);
+        for d in &mut self.deviated {
+            if let Along::State(direction) = &mut d.along {
+                direction.forget();
+            }
+        }
     }
 
     /// Works out the protected task's parameters at the planner's clock, and puts them into the stack's table.

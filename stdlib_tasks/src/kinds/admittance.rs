@@ -88,6 +88,7 @@ wrench { force [20, 0, 0] N * smoothstep(t/(1 s)) }\n}",
         Actual { name: "target.orientation", ty: ActualType::Rotation },
     ],
     tells: &[],
+    reckons: None,
     build,
 };
 

@@ -77,6 +77,7 @@ relative { position initial(relative.position)  orientation initial(relative.ori
         Actual { name: "relative.orientation", ty: ActualType::Rotation },
     ],
     tells: &[],
+    reckons: None,
     build,
 };
 

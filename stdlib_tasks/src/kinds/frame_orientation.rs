@@ -36,6 +36,7 @@ short and either may be taken.\n\nSource: thesis (2.5), (3.33), (3.34).",
     positional: &["frame"],
     actuals: &[Actual { name: "orientation", ty: ActualType::Rotation }],
     tells: &[],
+    reckons: None,
     build,
 };
 

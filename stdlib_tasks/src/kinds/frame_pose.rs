@@ -41,6 +41,7 @@ are the frame's own pose at the moment the stack became active.\n\nSource: thesi
         Actual { name: "orientation", ty: ActualType::Rotation },
     ],
     tells: &[],
+    reckons: None,
     build,
 };
 

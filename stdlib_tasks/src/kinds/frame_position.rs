@@ -35,6 +35,7 @@ Source: thesis (2.5), (3.33), (3.34).",
     positional: &["frame"],
     actuals: &[Actual { name: "position", ty: ActualType::Vector(LENGTH) }],
     tells: &[],
+    reckons: None,
     build,
 };
 

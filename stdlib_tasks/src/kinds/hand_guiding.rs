@@ -47,6 +47,7 @@ wrench { force [0, 10, 0] N * smoothstep(t/(1 s)) }\n}",
     positional: &["frame"],
     actuals: &[],
     tells: &[],
+    reckons: None,
     build,
 };
 

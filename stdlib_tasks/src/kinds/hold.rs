@@ -31,6 +31,7 @@ Source: thesis (3.33), (3.34) with a constant desired value.",
     positional: &["frames"],
     actuals: &[],
     tells: &[],
+    reckons: None,
     build,
 };
 

@@ -4,7 +4,7 @@ use crate::bound::{BoundParams, Slot, check};
 use crate::dimension::{ACCELERATION, ANGULAR_ACCELERATION};
 use crate::kinds::joint_position_limits::{among, replaced};
 use crate::params::{ParamType, Presence};
-use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 
 crate::params! {
     /// Parameters of `joint_acceleration_limits`.
@@ -42,6 +42,7 @@ Source: thesis (4.41), the difference quotient of the velocity; the rows are our
     positional: &["joints"],
     actuals: &[],
     tells: &[],
+    reckons: Some(&Reckons::LIMIT),
     build,
 };
 

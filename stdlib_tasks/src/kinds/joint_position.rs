@@ -29,6 +29,7 @@ where revolute and prismatic joints mix, it mixes rad and m.\n\nSource: thesis (
     positional: &[],
     actuals: &[],
     tells: &[],
+    reckons: None,
     build,
 };
 

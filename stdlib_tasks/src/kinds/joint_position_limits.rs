@@ -5,7 +5,7 @@ use robot::Model;
 use crate::bound::{BoundParams, Slot, check};
 use crate::dimension::{ANGLE, LENGTH, RATE};
 use crate::params::{Input, ParamType, Presence, Quantity};
-use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 
 crate::params! {
     /// Parameters of `joint_position_limits`.
@@ -38,6 +38,7 @@ Source: thesis (3.13)-(3.15); the lower bound of (3.15) lacks its minus sign the
     positional: &["joints"],
     actuals: &[],
     tells: &[],
+    reckons: Some(&Reckons::LIMIT),
     build,
 };
 

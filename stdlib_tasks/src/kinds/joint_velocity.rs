@@ -27,6 +27,7 @@ Source: thesis 3.5.1.1, (3.43).",
     positional: &[],
     actuals: &[],
     tells: &[],
+    reckons: None,
     build,
 };
 

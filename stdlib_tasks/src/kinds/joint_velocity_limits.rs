@@ -4,7 +4,7 @@ use crate::bound::{BoundParams, Slot, check};
 use crate::dimension::{ANGULAR_VELOCITY, VELOCITY};
 use crate::kinds::joint_position_limits::{among, replaced};
 use crate::params::{ParamType, Presence};
-use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 
 crate::params! {
     /// Parameters of `joint_velocity_limits`.
@@ -31,6 +31,7 @@ Source: thesis (3.12), (3.16).",
     positional: &["joints"],
     actuals: &[],
     tells: &[],
+    reckons: Some(&Reckons::LIMIT),
     build,
 };
 

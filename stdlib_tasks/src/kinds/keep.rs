@@ -13,7 +13,9 @@ use crate::bound::{BoundParams, check};
 use crate::dimension::{Dimension, NONE, RATE};
 use crate::expression::{Term, settle};
 use crate::params::{Form, Input, Operand, ParamType, Presence, Quantity};
-use crate::task::{Actual, ActualType, BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{
+    Actual, ActualType, BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+};
 use crate::written::{Gain, actual, dimension, fault, row_names};
 
 crate::params! {
@@ -57,6 +59,7 @@ Source: thesis (3.19) for any h; the derivative by reverse accumulation is ours.
     positional: &["value"],
     actuals: &[Actual { name: "value", ty: ActualType::Of("value") }],
     tells: &[],
+    reckons: Some(&Reckons::LIMIT),
     build,
 };
 

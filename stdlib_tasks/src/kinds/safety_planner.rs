@@ -11,7 +11,9 @@ use crate::bound::{Bound, BoundParams, check};
 use crate::dimension::{ANGLE, ANGULAR_VELOCITY, LENGTH, NONE, RATE, VELOCITY};
 use crate::kinds::joint_position::common_dimension;
 use crate::params::{Form, Input, ParamInfo, ParamType, Presence, Quantity};
-use crate::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind, Told};
+use crate::task::{
+    BuildError, Context, Measure, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind, Told,
+};
 
 /// A weight in the planner's cost.
 const WEIGHT: Quantity = Quantity::above(NONE, 0.0).constant();
@@ -158,6 +160,9 @@ pub const TELLS: [Told; 5] = [
     Told { name: "field", dimension: LENGTH, is: "F; absent while there is nobody" },
 ];
 
+/// People move its field.
+const RECKONS: Reckons = Reckons { rate: |param, _| param == "field", ..Reckons::LIMIT };
+
 /// The catalogue entry.
 pub static KIND: TaskKind = TaskKind {
     name: "safety_planner",
@@ -191,6 +196,7 @@ deviate { absolute { position { along operator.chest - frame(left_tool).position
     positional: &["task"],
     actuals: &[],
     tells: &TELLS,
+    reckons: Some(&RECKONS),
     build,
 };
 

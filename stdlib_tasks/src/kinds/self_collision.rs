@@ -14,7 +14,7 @@ use crate::dimension::{LENGTH, RATE};
 use crate::params::{Auto, Input, ParamType, Presence, Quantity};
 use crate::reserve::{Reserve, extent, is_ball};
 use crate::slope;
-use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 
 crate::params! {
     /// Parameters of `self_collision`.
@@ -57,6 +57,7 @@ Source: thesis (3.21)-(3.24); printed there with `h` and `J` both negated, which
     positional: &[],
     actuals: &[],
     tells: &[],
+    reckons: Some(&Reckons::LIMIT),
     build,
 };
 

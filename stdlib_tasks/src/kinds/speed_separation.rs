@@ -13,11 +13,11 @@
 use nalgebra::{Isometry3, Vector3};
 use robot::{Shape, geometry};
 
-use crate::bound::{BoundParams, Geometry, check};
+use crate::bound::{Bound, BoundParams, Geometry, check};
 use crate::dimension::{ACCELERATION, LENGTH, TIME, VELOCITY};
 use crate::field::{SpeedAndSeparation, Stopping};
 use crate::params::{Input, ParamType, Presence, Quantity};
-use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind, Told};
+use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind, Told};
 
 crate::params! {
     /// Parameters of `speed_separation`.
@@ -59,6 +59,13 @@ const TELLS: [Told; 4] = [
     },
     Told { name: "speed_limit", dimension: VELOCITY, is: "v_max, the least of all parts" },
 ];
+
+/// How fast people come is measured, where it is not assumed.
+const RECKONS: Reckons = Reckons {
+    rate: |_, params| !matches!(params.get("human"), Some(Bound::Choice(human)) if human == "assumed"),
+    lacking: "nothing is added to the distance for how fast they come",
+    instead: Some("`human assumed` here"),
+};
 
 /// The catalogue entry.
 pub static KIND: TaskKind = TaskKind {
@@ -105,6 +112,7 @@ is ours.",
     positional: &["parts"],
     actuals: &[],
     tells: &TELLS,
+    reckons: Some(&RECKONS),
     build,
 };
 

@@ -54,6 +54,7 @@ Source: thesis (3.35)-(3.42). The gradient is that of the dihedral angle, checke
     positional: &[],
     actuals: &[Actual { name: "*", ty: ActualType::Scalar(ANGLE) }],
     tells: &[],
+    reckons: None,
     build,
 };
 

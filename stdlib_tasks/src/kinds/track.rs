@@ -61,6 +61,7 @@ Source: thesis (2.5) for any y; the derivative by reverse accumulation is ours."
     positional: &["value"],
     actuals: &[Actual { name: "value", ty: ActualType::Of("value") }],
     tells: &[],
+    reckons: None,
     build,
 };
 

@@ -57,6 +57,7 @@ right { position initial(right.position)  orientation initial(right.orientation)
         Actual { name: "right.orientation", ty: ActualType::Rotation },
     ],
     tells: &[],
+    reckons: None,
     build,
 };
 

@@ -17,7 +17,7 @@ use crate::dimension::{LENGTH, RATE};
 use crate::params::{Auto, FromBound, Input, ParamType, Presence, Quantity};
 use crate::reserve::{Reserve, extent};
 use crate::slope;
-use crate::task::{BuildError, Context, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 
 /// Three points, as nine constants.
 #[derive(Clone, Copy, Debug)]
@@ -74,6 +74,7 @@ Source: thesis (3.17)-(3.20); the Jacobian has the sign that follows from `h`, n
     positional: &["points"],
     actuals: &[],
     tells: &[],
+    reckons: Some(&Reckons::LIMIT),
     build,
 };
 
