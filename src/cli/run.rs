@@ -224,7 +224,12 @@ fn show(program: &Program, (summary, good): (&Summary, bool), folder: &Path, too
     let speed = summary.duration_s / took.as_secs_f64().max(1e-9);
     let t = &summary.tick_us;
     let verified = summary.verification.as_ref().map(table::verification).unwrap_or_default();
-    let mark = if summary.ok { "held" } else { "FAILED" };
+    let mark = match summary.ok {
+        true => "held",
+        // What is expected of a scenario decides, and may be that a limit does not hold.
+        false if good => "limits",
+        false => "FAILED",
+    };
     let cut = if summary.interrupted { "INTERRUPTED before its end\n" } else { "" };
     output::print(&format!(
         "\n{}\n{}\n{}{}{}{}{}\n{cut}{mark}: {}\n{}{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\n{verified}wrote {}\n",

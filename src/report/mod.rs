@@ -73,21 +73,31 @@ fn expected(summary: &Summary) -> String {
     }
 }
 
-/// One sentence: did everything hold, and what came closest.
+/// What became of faults and limits, and what came closest to a limit.
 pub fn verdict(summary: &Summary) -> String {
+    let answered = match summary.faults.iter().filter(|f| f.answered).count() {
+        0 => String::new(),
+        1 => "A fault was answered by the machine. ".to_string(),
+        n => format!("{n} faults were answered by the machine. "),
+    };
+    answered + &limits(summary)
+}
+
+/// What became of limits, or the fault that nothing answered.
+fn limits(summary: &Summary) -> String {
     if let Some(f) = summary.faults.iter().find(|f| !f.answered) {
         return format!("Fault at {:.2} s: {}. The robot was kept still from then on.", f.time, f.text);
     }
     // Distances only: a joint that rests at its limit has a margin of zero, and that is as it should be.
-    let closest = |t: &&(&String, &TaskSummary)| t.1.unit == "m" && t.1.min_margin.is_some();
+    let closest = |t: &&(&String, &TaskSummary)| t.1.unit == "m" && t.1.min_margin.is_some_and(f64::is_finite);
     let limits: Vec<(&String, &TaskSummary)> = summary.tasks.iter().filter(|t| t.1.min_margin.is_some()).collect();
-    let passed: Vec<String> = limits
+    let broken: Vec<String> = limits
         .iter()
         .filter(|(_, t)| t.min_margin.is_some_and(|m| m < -MARGIN_TOLERANCE))
         .map(|(name, t)| format!("`{name}` ({})", t.min_margin_row.as_deref().unwrap_or("?")))
         .collect();
-    if !passed.is_empty() {
-        return format!("Passed: {}.", passed.join(", "));
+    if !broken.is_empty() {
+        return format!("Limits that did not hold: {}.", broken.join(", "));
     }
     let distance = limits
         .iter()

@@ -1,5 +1,6 @@
 //! Names in expressions: what is built in, what the scope knows, and what to write for a name that means nothing.
 
+use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
 use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE, TIME};
@@ -8,6 +9,7 @@ use super::functions::FUNCTIONS;
 use super::present::Now;
 use super::scope::{Failed, Meaning};
 use super::{Axes, Kind, Lowering, Typed};
+use crate::forms::{target, written};
 use crate::names::suggest;
 use crate::units;
 
@@ -87,5 +89,17 @@ impl Lowering<'_> {
             d = d.help("declare it with `param NAME = VALUE`, or use `t`, `time`, `pi`");
         }
         self.fail(d)
+    }
+
+    /// A name before a dot that means nothing, and is nearly that of a person, a signal or a value.
+    pub(super) fn misspelt(&mut self, inner: &Value) -> Option<Diagnostic> {
+        let ValueKind::Name(name) = &inner.kind else { return None };
+        if !matches!(self.scope.name(name), Meaning::Unknown) {
+            return None;
+        }
+        let names = self.scope.names();
+        let near = suggest(target(name), names.iter().map(String::as_str))?;
+        let text = format!("there is no person, signal or value `{}`", written(name));
+        Some(Diagnostic::error("HQ0201", inner.span, text).help(format!("did you mean `{near}`?")))
     }
 }

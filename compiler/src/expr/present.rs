@@ -103,6 +103,9 @@ impl Lowering<'_> {
         if let Some(part) = self.pose_field(inner, field, span) {
             return part;
         }
+        if let Some(misspelt) = self.misspelt(inner) {
+            return self.fail(misspelt);
+        }
         self.fail(
             Diagnostic::error("HQ0201", span, "the value of a task stands only inside `initial(..)`")
                 .note("of what the robot does now there is `frame(F).position`, `.orientation`, `.pose`, `point(F, ..)`, `joint(J)`, `distance(a, b)`, `com`, `field(F)`")
