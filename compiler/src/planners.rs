@@ -4,9 +4,12 @@ use dsl::{Diagnostic, Span};
 use runtime::program::{Program, StackProgram};
 use runtime::{Evaluator, build_tasks, deviates};
 use stdlib_tasks::bound::{Bound, BoundParams, Slot};
+use stdlib_tasks::dimension::LENGTH;
+use stdlib_tasks::field::Chi;
 use stdlib_tasks::kinds::safety_planner::DeviationParams;
 
 use crate::lowering::Places;
+use crate::units::shown;
 
 /// The task that a planner protects; none for other tasks.
 fn protected(program: &Program, task: usize) -> Option<usize> {
@@ -88,6 +91,28 @@ fn place(places: &Places, task: usize, param: &str) -> Span {
     places.tasks.get(task).map_or_else(Span::default, |t| t.spans.get(param).copied().unwrap_or(t.span))
 }
 
+/// Reports a threshold that does not move and lies beyond what the field's distance ends at.
+fn out_of_reach(program: &Program, guard: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+    let params = &program.tasks[guard].params;
+    let (Some(Bound::Field(field)), Some(Bound::Value(min))) = (params.get("field"), params.get("min")) else { return };
+    let Some((f, name)) = program.fields.get(*field).and_then(|f| Some((f.field(&program.robot.model).ok()?, &f.name)))
+    else {
+        return;
+    };
+    let (Chi::Clamped { reach } | Chi::Saturating { reach }) = *f.chi() else { return };
+    let moves = program.values.tape.outputs.iter().any(|o| o.at == min.at);
+    let Some(threshold) = program.values.initial.get(min.at).copied().filter(|t| !moves && *t >= reach) else { return };
+    let (threshold, reach) = (shown(threshold, LENGTH), shown(reach, LENGTH));
+    let text = format!(
+        "no position of the joints and of people meets `min`: it asks for {threshold} of a field below {reach}"
+    );
+    diagnostics.push(
+        Diagnostic::error("HQ0520", place(places, guard, "min"), text)
+            .note(format!("the distance of `{name}` ends at {reach}, however far away everybody is"))
+            .help("choose a smaller `min`, or let the field see farther"),
+    );
+}
+
 /// Checks the target of a protected task.
 fn target(
     program: &Program,
@@ -107,6 +132,7 @@ fn target(
         let d = Diagnostic::error("HQ0608", place(places, guard, "task"), text);
         diagnostics.push(d.help("let a task without a planner follow a person"));
     }
+    out_of_reach(program, guard, places, diagnostics);
     let Some(Bound::Group(deviate)) = program.tasks[guard].params.get("deviate") else { return };
     let mut all = Vec::new();
     deviating(&t.params, deviate, "", &mut all);
