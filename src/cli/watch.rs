@@ -40,6 +40,8 @@ pub struct Arguments {
 }
 
 pub fn run(a: &Arguments) -> Outcome {
+    // Also where it was started with interruptions ignored, as shells start what runs in the background.
+    let _ = ctrlc::set_handler(|| std::process::exit(130));
     let (sender, events) = channel();
     let mut watcher = match notify::recommended_watcher(sender) {
         Ok(watcher) => watcher,
