@@ -10,11 +10,12 @@ use std::time::Duration;
 
 use hierarq_mission::engine::Budget;
 use hierarq_mission::execution::{
-    Doing, Durations, Event, Execution, Happening, NoPlan, Potentials, Record, Replan, Settings, Stage, Travel,
+    Doing, Durations, Event, EventError, Execution, Happening, NoPlan, Obstacle, Potentials, Record, Refusal, Replan,
+    Settings, Stage, Travel,
 };
 use hierarq_mission::plan::{Activity, Actor, Phase, Plan, Target};
 use hierarq_mission::schedule::choose::{Formulation, Options};
-use hierarq_mission::schedule::problem::Problem;
+use hierarq_mission::schedule::problem::{Begun, Problem, Range};
 use hierarq_mission::schedule::validate::validate;
 use proptest::prelude::*;
 
@@ -244,4 +245,271 @@ fn run_told(execution: &mut Execution) {
         }
         assert!(steps < 5_000, "the mission does not end");
     }
+}
+
+/// Records of a mission advanced in steps that end at these times, and what it came to.
+fn in_steps(problem: &Problem, settings: &Settings, events: &[(f64, Event)], steps: &[f64]) -> (Vec<Record>, String) {
+    let mut execution = Execution::new(problem.clone(), settings.clone()).unwrap();
+    let mut steps = steps.iter().copied().peekable();
+    for (time, event) in events.iter().copied().chain([(20_000.0, Event::Done { agent: usize::MAX })]) {
+        while let Some(step) = steps.next_if(|step| *step < time) {
+            execution.advance(step);
+        }
+        execution.advance(time);
+        let _ = execution.tell(event);
+    }
+    let all: Vec<String> = (0..problem.robots.len()).map(|robot| format!("{:?}", execution.robot(robot))).collect();
+    (execution.records().to_vec(), format!("{:?} {all:?}", execution.statistics()))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
+
+    #[test]
+    fn small_steps_are_one_large_step(
+        (problem, settings) in mission(),
+        events in proptest::collection::vec((0.0_f64..1500.0, 0_usize..12, 0_usize..8, -1.0_f64..1.0, -1.0_f64..1.0), 0..6),
+        mut steps in proptest::collection::vec(0.0_f64..5000.0, 0..60),
+    ) {
+        let (robots, people) = (problem.robots.len(), problem.agents.len());
+        let told = events.into_iter().map(|(time, what, who, a, b)| (time, event(what, who, robots, people, a, b)));
+        let mut told: Vec<(f64, Event)> = told.collect();
+        told.sort_by(|a, b| a.0.total_cmp(&b.0));
+        steps.sort_by(f64::total_cmp);
+        let once = in_steps(&problem, &settings, &told, &[]);
+        prop_assert_eq!(in_steps(&problem, &settings, &told, &steps), once.clone());
+        let text = serde_json::to_string(&once.0).unwrap();
+        prop_assert_eq!(serde_json::from_str::<Vec<Record>>(&text).unwrap(), once.0);
+    }
+}
+
+/// Table 5.4 from executed runs: how often an operation ends within the time that it was planned to take.
+#[test]
+fn operations_end_in_time_as_often_as_wanted() {
+    for confidence in [0.6, 0.7, 0.8, 0.9, 0.95, 0.99] {
+        let (mut enough, mut count) = (0, 0);
+        let mut problem = common::vineyard(3);
+        problem.confidence = confidence;
+        for (number, agent) in problem.agents.iter_mut().enumerate() {
+            agent.duration.mean = 250.0 + 10.0 * (number + 1) as f64;
+            agent.duration.sigma = 0.1 * agent.duration.mean;
+        }
+        let settings = Settings { replan: Replan::None, ..settings() };
+        let plan = Execution::new(problem.clone(), settings.clone()).unwrap().plan().clone();
+        for seed in 0..50 {
+            let durations = Durations::Sampled { seed };
+            let mut execution =
+                Execution::with_plan(problem.clone(), plan.clone(), Settings { durations, ..settings.clone() })
+                    .unwrap();
+            run(&mut execution);
+            assert!(execution.done());
+            let late = |record: &&Record| matches!(record.what, Happening::OperationLate { .. });
+            let times = happened(execution.records());
+            for ((agent, _), times) in &times {
+                let duration = problem.agents[*agent].duration;
+                let planned = hierarq_mission::schedule::chance::quantile(duration, confidence);
+                enough += usize::from(times["end"] - times["start"] <= planned);
+                count += 1;
+            }
+            assert_eq!(
+                execution.records().iter().any(|r| late(&r)),
+                times.iter().any(|((agent, _), times)| {
+                    let duration = problem.agents[*agent].duration;
+                    times["end"] - times["start"]
+                        > hierarq_mission::schedule::chance::quantile(duration, confidence) + 1e-9
+                })
+            );
+        }
+        near(enough as f64 / f64::from(count), confidence, 0.03);
+    }
+}
+
+/// A duration depends on its name alone: another plan, fewer agents or events change none.
+#[test]
+fn durations_depend_on_nothing_but_their_name() {
+    let problem = common::vineyard(2);
+    let settings = Settings { durations: Durations::Sampled { seed: 7 }, ..settings() };
+    let lengths = |execution: &mut Execution| {
+        run(execution);
+        let times = happened(execution.records());
+        let names = execution.plan().agents.clone();
+        times.iter().map(|((a, o), t)| ((names[*a].clone(), *o), t["end"] - t["start"])).collect::<BTreeMap<_, _>>()
+    };
+    let mut all = Execution::new(problem.clone(), settings.clone()).unwrap();
+    let all = lengths(&mut all);
+    let mut fewer = problem.clone();
+    fewer.agents.remove(0);
+    let mut fewer = Execution::new(fewer, settings.clone()).unwrap();
+    fewer.advance(100.0);
+    fewer.tell(Event::Moved { agent: 0, place: [0.0, 0.0] }).unwrap();
+    for (name, length) in lengths(&mut fewer) {
+        near(all[&name], length, 1e-9);
+    }
+    let other = Settings { durations: Durations::Sampled { seed: 8 }, ..settings };
+    let other = lengths(&mut Execution::new(problem, other).unwrap());
+    assert!(all.iter().all(|(name, length)| other[name] != *length));
+}
+
+fn count(records: &[Record], of: impl Fn(&Happening) -> bool) -> usize {
+    records.iter().filter(|record| of(&record.what)).count()
+}
+
+/// 5.F: an operation that ends early is served early by a robot that waits; one that is late is waited for.
+#[test]
+fn a_robot_that_waits_approaches_when_the_operation_ends() {
+    let mut problem = common::vineyard(1);
+    for robot in &mut problem.robots {
+        (robot.speed, robot.proximity) = (Range::point(0.2), Some(Range::point(0.2)));
+    }
+    let mut execution = Execution::new(problem, Settings { replan: Replan::Reschedule, ..settings() }).unwrap();
+    let robot_waits = |execution: &Execution| {
+        (0..2).find_map(|m| Some(execution.robot(m)?).filter(|r| r.stage == Stage::Waiting)?.target)
+    };
+    while robot_waits(&execution).is_none() {
+        let next = execution.next().unwrap();
+        execution.advance(next);
+    }
+    let agent = robot_waits(&execution).unwrap().agent;
+    let coming = execution.agent(agent).unwrap().coming.unwrap();
+    assert!(execution.agent(agent).unwrap().doing == Doing::Working && coming.approaches > execution.time() + 1.0);
+    execution.advance(execution.time() + 1.0);
+    let now = execution.time();
+    execution.tell(Event::Done { agent }).unwrap();
+    let next = execution.agent(agent).unwrap().coming.unwrap();
+    near(next.approaches, now, 1e-9);
+    near(next.serves - next.approaches, coming.serves - coming.approaches, 1e-9);
+    assert_eq!(
+        execution.advance(now).last().unwrap().what,
+        Happening::Approaches { robot: next.robot, agent, operation: 0 }
+    );
+    let mut late = execution.clone();
+    run(&mut execution);
+    assert!(execution.done());
+    // Another one says that it needs longer.
+    let other = (0..4).find(|a| late.agent(*a).unwrap().doing == Doing::Working).unwrap();
+    let expected = late.agent(other).unwrap().until.unwrap();
+    late.tell(Event::Late { agent: other, by: 200.0 }).unwrap();
+    near(late.agent(other).unwrap().until.unwrap(), expected + 200.0, 1e-9);
+    assert!(late.agent(other).unwrap().coming.unwrap().serves >= expected + 200.0 - 1e-9);
+    run(&mut late);
+    near(happened(late.records())[&(other, 0)]["end"], expected + 200.0, 1e-9);
+}
+
+/// A robot that is lost: what it was doing is broken off, the other one does all the rest; lost too, the mission stands
+/// still and says why; back again, it goes on to its end.
+#[test]
+fn robots_that_are_lost_are_done_without() {
+    let mut execution = Execution::new(common::vineyard(2), settings()).unwrap();
+    execution.advance(100.0);
+    let lost = (0..2).find(|m| execution.robot(*m).unwrap().stage == Stage::Going).unwrap();
+    execution.tell(Event::Lost { who: Actor::Robot(lost) }).unwrap();
+    assert_eq!(count(execution.records(), |what| matches!(what, Happening::BrokenOff { .. })), 1);
+    assert!(execution.tell(Event::Lost { who: Actor::Robot(lost) }).is_err());
+    let new = execution.plan().activities.iter().filter(|a| !a.begun && a.phase == Phase::Going);
+    assert!(new.clone().count() > 0 && new.into_iter().all(|a| a.actor == Actor::Robot(1 - lost)));
+    assert!(validate(execution.problem(), execution.plan()).is_empty());
+    execution.advance(700.0);
+    execution.tell(Event::Lost { who: Actor::Robot(1 - lost) }).unwrap();
+    assert_eq!(execution.stranded(), Some(&NoPlan::NoRobot));
+    execution.advance(3000.0);
+    assert_eq!(execution.next(), None);
+    assert!(!execution.done());
+    let waiting =
+        |execution: &Execution| (0..4).filter(|a| execution.agent(*a).unwrap().doing == Doing::Waiting).count();
+    assert_eq!(waiting(&execution), 4);
+    execution.tell(Event::Back { who: Actor::Robot(lost) }).unwrap();
+    assert_eq!(execution.stranded(), None);
+    run(&mut execution);
+    assert!(execution.done());
+    assert!(execution.statistics().agents.iter().all(|agent| agent.served == 2));
+    assert_eq!(execution.statistics().robots[1 - lost].served + execution.statistics().robots[lost].served, 8);
+}
+
+/// An agent who leaves is not served any more, the robot under way to it goes home; back, it does its operation again.
+#[test]
+fn agents_come_and_go() {
+    let mut execution = Execution::new(common::vineyard(2), settings()).unwrap();
+    execution.advance(200.0);
+    let (robot, target) = (0..2).find_map(|m| Some((m, execution.robot(m)?.target?))).unwrap();
+    execution.tell(Event::Lost { who: Actor::Agent(target.agent) }).unwrap();
+    assert_eq!(execution.robot(robot).unwrap().stage, Stage::Recalled);
+    assert_eq!(execution.problem().operations(), 6);
+    assert_eq!(execution.plan().of(Actor::Agent(target.agent)).count(), 0);
+    let mut without = execution.clone();
+    run(&mut without);
+    assert!(without.done());
+    assert_eq!(without.statistics().agents[target.agent].served, 0);
+    execution.advance(900.0);
+    execution.tell(Event::Back { who: Actor::Agent(target.agent) }).unwrap();
+    run(&mut execution);
+    assert!(execution.done());
+    assert_eq!(execution.statistics().agents[target.agent].served, 2);
+    assert_eq!(happened(execution.records())[&(target.agent, 0)]["start"], 900.0);
+    // After the end too.
+    without.tell(Event::Back { who: Actor::Agent(target.agent) }).unwrap();
+    assert!(!without.done());
+    run(&mut without);
+    assert!(without.done());
+    assert_eq!(without.statistics().agents[target.agent].served, 2);
+}
+
+/// A service that failed takes its time once more; one that ends earlier is over; a place that moved is gone to.
+#[test]
+fn services_fail_end_early_and_move() {
+    let mut execution = Execution::new(common::vineyard(1), settings()).unwrap();
+    let serving = |execution: &Execution| (0..4).find(|a| execution.agent(*a).unwrap().doing == Doing::Served);
+    while serving(&execution).is_none() {
+        let next = execution.next().unwrap();
+        execution.advance(next);
+    }
+    let agent = serving(&execution).unwrap();
+    let since = execution.time();
+    execution.advance(since + 4.0);
+    execution.tell(Event::Failed { agent }).unwrap();
+    near(execution.agent(agent).unwrap().until.unwrap(), since + 14.0, 1e-9);
+    assert!(matches!(execution.tell(Event::Moved { agent, place: [0.0, 0.0] }), Err(EventError::RobotNear { .. })));
+    execution.advance(since + 5.0);
+    execution.tell(Event::Served { agent }).unwrap();
+    assert_eq!(execution.agent(agent).unwrap().doing, Doing::Finished);
+    let other = (0..4).find(|a| execution.agent(*a).unwrap().doing == Doing::Working).unwrap();
+    execution.tell(Event::Moved { agent: other, place: [5.0, 5.0] }).unwrap();
+    run(&mut execution);
+    assert!(execution.done());
+    let at = part(execution.plan(), (other, 0), Phase::Serving).unwrap();
+    assert_eq!(at.place, Some([5.0, 5.0]));
+    assert!(matches!(execution.tell(Event::Done { agent }), Err(EventError::NotWorking { .. })));
+    assert!(matches!(execution.tell(Event::Done { agent: 9 }), Err(EventError::NoAgent { agent: 9 })));
+    let said = |wait| Event::Said { agent: 0, wait, approach: 0, distance: 0 };
+    assert!(matches!(execution.tell(said(3)), Err(EventError::Step { step: 3 })));
+}
+
+/// What makes no sense is refused before it begins.
+#[test]
+fn wrong_settings_are_refused() {
+    let refused = |change: &dyn Fn(&mut Problem, &mut Settings)| {
+        let (mut problem, mut settings) = (common::vineyard(1), settings());
+        change(&mut problem, &mut settings);
+        Execution::new(problem, settings).unwrap_err()
+    };
+    assert_eq!(refused(&|_, s| s.told = vec![7]), Refusal::Told(7));
+    assert!(matches!(refused(&|_, s| s.reallocate_above = f64::NAN), Refusal::Setting { .. }));
+    let bases = |change: &dyn Fn(&mut Potentials)| {
+        let mut potentials = Potentials::default();
+        change(&mut potentials);
+        refused(&|_, s| s.travel = Travel::Bases(potentials.clone()))
+    };
+    assert!(matches!(bases(&|p| p.step = 0.0), Refusal::Setting { .. }));
+    assert!(matches!(bases(&|p| p.threshold = 0.1), Refusal::Setting { .. }));
+    let rock = Obstacle { place: [1.0, -1.0], radius: 0.2 };
+    assert!(matches!(bases(&|p| p.obstacles = vec![rock]), Refusal::Covered { .. }));
+    let table = |p: &mut Problem, s: &mut Settings| {
+        *p = common::fixed(1, 2, 2, 1);
+        s.travel = Travel::Bases(Potentials::default());
+    };
+    assert_eq!(refused(&table), Refusal::NoPlaces);
+    assert!(matches!(refused(&|p, _| p.robots.clear()), Refusal::Plan(_)));
+    let begun = |p: &mut Problem, _: &mut Settings| {
+        p.begun = vec![Begun { agent: 0, operation: 0, start: 0.0, end: 10.0, service: None }];
+    };
+    assert_eq!(refused(&begun), Refusal::Begun);
 }
