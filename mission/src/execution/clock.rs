@@ -72,7 +72,9 @@ impl Execution {
         let state = &self.agents[agent];
         let planned = self.stranded.is_none();
         match state.doing {
-            Doing::Ready if planned => Some((self.service(agent, state.operation)?.start, Step::Begins(agent))),
+            // Where nothing is planned, an agent goes on with its work.
+            Doing::Ready if !planned => Some((self.time, Step::Begins(agent))),
+            Doing::Ready => Some((self.service(agent, state.operation)?.start, Step::Begins(agent))),
             Doing::Working if state.ends <= state.expected || (!planned && state.ends.is_finite()) => {
                 Some((state.ends, Step::Ends(agent)))
             }
