@@ -5,7 +5,9 @@
 //! gives; a solver from outside is found at run time and may be absent.
 //!
 //! - [`schedule`]: robots that serve agents at the end of their operations, thesis chapter 5.
+//! - [`execution`]: the world in which a schedule is executed, and the plan that follows what happens.
 
 pub mod engine;
+pub mod execution;
 pub mod plan;
 pub mod schedule;

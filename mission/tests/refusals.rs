@@ -9,7 +9,7 @@ use hierarq_mission::engine::cp::Program;
 use hierarq_mission::engine::{EngineError, Highs, Microlp, Milp, Model};
 use hierarq_mission::schedule::check::{Declaration, Item, Key, Mistake, Reason};
 use hierarq_mission::schedule::choose::{Formulation, Options, Refusal, plan};
-use hierarq_mission::schedule::problem::{Approach, Begun, Distances, Problem, Range, ServiceTimes};
+use hierarq_mission::schedule::problem::{Absence, Approach, Begun, Distances, Problem, Range, ServiceTimes};
 
 /// The first mistake of the vineyard after a change.
 fn mistake(change: impl Fn(&mut Problem)) -> Mistake {
@@ -84,10 +84,16 @@ fn what_has_begun_must_be_possible() {
     assert_eq!(first(&|p| p.begun = vec![begun(0, 0, Some((0, soon)))]), Reason::BeforeEnd);
     let both = |p: &mut Problem| p.begun = vec![begun(0, 0, Some((0, times))), begun(1, 0, Some((0, times)))];
     assert_eq!(first(&both), Reason::Overlap);
-    let still = ServiceTimes { waiting: 0.0, ..times };
+    let still = ServiceTimes { proximity: 200.0, ..times };
     assert!(matches!(first(&|p| p.begun = vec![begun(0, 0, Some((0, still)))]), Reason::NoDuration { .. }));
     let late = |p: &mut Problem| p.begun = vec![Begun { start: 60.0, ..begun(0, 0, None) }];
     assert_eq!(first(&late), Reason::Later { begins: 60.0 });
+    let away = |robot, until| Absence { robot, until };
+    assert_eq!(first(&|p| p.absent = vec![away(7, None)]), Reason::Unknown { index: 7 });
+    assert_eq!(first(&|p| p.absent = vec![away(1, None), away(1, Some(3.0))]), Reason::Twice);
+    assert_eq!(first(&|p| p.absent = vec![away(0, None), away(1, None)]), Reason::NoRobot);
+    let never = |p: &mut Problem| p.absent = vec![away(0, Some(f64::INFINITY))];
+    assert_eq!(first(&never), Reason::TooLarge { value: f64::INFINITY });
 }
 
 #[test]

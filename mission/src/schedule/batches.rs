@@ -75,8 +75,8 @@ fn sequence(instance: &Instance, schedule: &[Assistance]) -> Sequence {
     let mut services: Vec<&Assistance> = schedule.iter().collect();
     services.sort_by(|a, b| a.times.serving.total_cmp(&b.times.serving).then(a.target().cmp(&b.target())));
     for at in services {
-        if let Some(job) = instance.job_of(at.agent, at.operation) {
-            sequence[at.robot].push(job);
+        if let (Some(job), Some(robot)) = (instance.job_of(at.agent, at.operation), instance.place_of(at.robot)) {
+            sequence[robot].push(job);
         }
     }
     sequence

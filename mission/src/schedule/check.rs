@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::chance;
-use super::problem::{Begun, Distances, Problem, Range};
+use super::problem::{Distances, Problem, Range};
 
 /// The most robots a problem may have.
 pub const MAX_ROBOTS: usize = 64;
@@ -135,15 +135,16 @@ impl Problem {
         checker.robots();
         checker.agents();
         if checker.mistakes.is_empty() {
+            checker.absent();
             checker.begun();
         }
         checker.mistakes
     }
 }
 
-struct Checker<'a> {
-    problem: &'a Problem,
-    mistakes: Vec<Mistake>,
+pub(super) struct Checker<'a> {
+    pub problem: &'a Problem,
+    pub mistakes: Vec<Mistake>,
 }
 
 /// Entry and key as a declaration.
@@ -152,12 +153,12 @@ fn of(item: Item, key: Key) -> Declaration {
 }
 
 impl Checker<'_> {
-    fn refuse(&mut self, at: Declaration, reason: Reason) {
+    pub(super) fn refuse(&mut self, at: Declaration, reason: Reason) {
         self.mistakes.push(Mistake { at, against: None, reason });
     }
 
     /// A finite number of usual size; false if not.
-    fn usual(&mut self, at: Declaration, value: f64) -> bool {
+    pub(super) fn usual(&mut self, at: Declaration, value: f64) -> bool {
         let good = value.is_finite() && value.abs() <= MAX_NUMBER;
         if !good {
             self.refuse(at, Reason::TooLarge { value });
@@ -314,87 +315,5 @@ impl Checker<'_> {
         if self.mistakes.is_empty() && !(0..problem.robots.len()).any(far) {
             self.refuse(of(Item::Mission, Key::Distances), Reason::NoWay);
         }
-    }
-
-    fn begun(&mut self) {
-        let problem = self.problem;
-        for (index, begun) in problem.begun.iter().enumerate() {
-            if let Some(reason) = self.wrong_begun(index, begun) {
-                self.refuse(Declaration { item: Item::Begun(index), key: None }, reason);
-            }
-        }
-        for (index, begun) in problem.begun.iter().enumerate() {
-            for (other, earlier) in problem.begun[..index].iter().enumerate() {
-                let (Some((m, times)), Some((n, before))) = (begun.service, earlier.service) else { continue };
-                if m == n && times.going < before.end - 1e-6 && before.going < times.end - 1e-6 {
-                    let at = Declaration { item: Item::Begun(index), key: None };
-                    let against = Some(Declaration { item: Item::Begun(other), key: None });
-                    self.mistakes.push(Mistake { at, against, reason: Reason::Overlap });
-                }
-            }
-        }
-    }
-
-    fn wrong_begun(&self, index: usize, begun: &Begun) -> Option<Reason> {
-        let problem = self.problem;
-        let same = |other: &&Begun, operation: usize| other.agent == begun.agent && other.operation == operation;
-        let Some(agent) = problem.agents.get(begun.agent) else {
-            return Some(Reason::Unknown { index: begun.agent });
-        };
-        if begun.operation >= agent.operations {
-            return Some(Reason::Unknown { index: begun.operation });
-        }
-        if problem.begun[..index].iter().any(|other| same(&other, begun.operation)) {
-            return Some(Reason::Twice);
-        }
-        let usual = |t: &f64| t.is_finite() && t.abs() <= MAX_NUMBER;
-        if let Some(value) = [begun.start, begun.end].into_iter().find(|t| !usual(t)) {
-            return Some(Reason::TooLarge { value });
-        }
-        if begun.end < begun.start {
-            return Some(Reason::NotAscending);
-        }
-        // What a robot has left its depot for is settled, and what comes before it for the same agent.
-        let settled = |other: &Begun| {
-            let left = other.service.is_some_and(|(_, times)| times.going <= problem.start);
-            other.agent == begun.agent && other.operation >= begun.operation && left
-        };
-        let settled = problem.begun.iter().any(settled);
-        if begun.start > problem.start && !settled {
-            return Some(Reason::Later { begins: begun.start });
-        }
-        if begun.operation > 0 {
-            let before = problem.begun.iter().find(|other| same(other, begun.operation - 1));
-            match before.and_then(|other| other.service) {
-                None => return Some(Reason::NotServed),
-                Some((_, times)) if begun.start < times.depositing - 1e-6 => return Some(Reason::BeforeService),
-                Some(_) => {}
-            }
-        }
-        let (robot, times) = begun.service?;
-        if robot >= problem.robots.len() {
-            return Some(Reason::Unknown { index: robot });
-        }
-        let instants = times.instants();
-        if let Some(value) = instants.into_iter().find(|t| !usual(t)) {
-            return Some(Reason::TooLarge { value });
-        }
-        if instants.windows(2).any(|pair| pair[1] < pair[0]) {
-            return Some(Reason::NotAscending);
-        }
-        if times.going > problem.start && !settled {
-            return Some(Reason::Later { begins: times.going });
-        }
-        if times.serving < begun.end - 1e-6 {
-            return Some(Reason::BeforeEnd);
-        }
-        let lengths = problem.lengths(begun.agent, robot);
-        let moves = [
-            (lengths.going, times.waiting - times.going),
-            (lengths.proximity, times.serving - times.proximity),
-            (lengths.depositing, times.end - times.depositing - problem.robots[robot].deposit),
-        ];
-        let still = moves.into_iter().find(|(length, time)| *length > 0.0 && *time <= 0.0);
-        still.map(|(length, _)| Reason::NoDuration { length })
     }
 }

@@ -201,7 +201,7 @@ impl Solver {
             }
             Formulation::Constraint if !instance.is_fixed() => {
                 let ranged = |m: &usize| instance.jobs.iter().any(|job| job.ways[*m].iter().any(|way| !way.is_fixed()));
-                let robot = (0..problem.robots.len()).find(ranged).map(|m| problem.robots[m].name.clone());
+                let robot = (0..instance.robots.len()).find(ranged).map(|m| instance.machine(m).name.clone());
                 Err(Refusal::Speeds { robot: robot.unwrap_or_default() })
             }
             Formulation::Constraint => match constraint(&instance, budget) {

@@ -105,7 +105,12 @@ pub fn cost_where(problem: &Problem, schedule: &[Assistance], counts: impl Fn(&A
         }
         let lengths = problem.lengths(agent, robot);
         let zeta = problem.approach_weight(agent, operation);
-        let energy = |length: f64, time: f64, scale: f64| third * scaled(machine.energy.of_way(length, time), scale);
+        // A way that took no time before the plan was made had no length then.
+        let gone = problem.begun.iter().any(|begun| begun.service.is_some_and(|(m, t)| m == robot && t == times));
+        let energy = |length: f64, time: f64, scale: f64| match () {
+            () if gone && time <= 0.0 => 0.0,
+            () => third * scaled(machine.energy.of_way(length, time), scale),
+        };
         cost.going += energy(lengths.going, times.waiting - times.going, scales.energy[0]);
         cost.proximity += zeta * energy(lengths.proximity, times.serving - times.proximity, scales.energy[1]);
         let back = times.end - times.depositing - machine.deposit;

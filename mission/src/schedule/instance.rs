@@ -9,7 +9,7 @@
 use super::assistance::{Assistance, begun_of};
 use super::chance;
 use super::cost::scaled;
-use super::problem::{Begun, Problem, Scales, ServiceTimes};
+use super::problem::{Begun, Problem, Robot, Scales, ServiceTimes};
 
 /// One of the three ways of a service by one robot, with what it costs: `rate D + bend / D + constant` for duration `D`.
 #[derive(Clone, Copy, Debug)]
@@ -86,6 +86,8 @@ pub(crate) type Sequence = Vec<Vec<usize>>;
 /// A problem ready to be planned.
 pub(crate) struct Instance<'a> {
     pub problem: &'a Problem,
+    /// Index in the problem of each robot that takes services. Here and in all planners a robot is its place in this list.
+    pub robots: Vec<usize>,
     pub jobs: Vec<Job>,
     /// When each robot is free (s), not before the plan is made.
     pub free: Vec<f64>,
@@ -111,10 +113,12 @@ impl<'a> Instance<'a> {
     /// Prepares a problem in which [`Problem::check`] finds no mistake.
     pub fn new(problem: &'a Problem) -> Instance<'a> {
         let scales = Scales::of(problem);
+        let (robots, free) = (0..problem.robots.len()).filter_map(|robot| Some((robot, problem.ready(robot)?))).unzip();
         let mut instance = Instance {
             problem,
+            robots,
             jobs: Vec::new(),
-            free: vec![problem.start; problem.robots.len()],
+            free,
             makespan_cost: scaled(problem.weights.makespan, scales.makespan),
             busy: f64::NEG_INFINITY,
             constant: 0.0,
@@ -122,7 +126,9 @@ impl<'a> Instance<'a> {
         };
         for begun in &problem.begun {
             if let Some((robot, times)) = begun.service {
-                instance.free[robot] = instance.free[robot].max(times.end);
+                if let Some(place) = instance.place_of(robot) {
+                    instance.free[place] = instance.free[place].max(times.end);
+                }
                 instance.busy = instance.busy.max(times.end);
                 instance.done.push(done(begun, robot, times));
             }
@@ -173,7 +179,7 @@ impl<'a> Instance<'a> {
                 Begin::Fixed { end, .. } => end.max(problem.start),
                 Begin::Early { .. } | Begin::Late => ready.max(problem.start) + nominal,
             };
-            let ways = (0..problem.robots.len()).map(|robot| ways(problem, scales, agent, operation, robot)).collect();
+            let ways = self.robots.iter().map(|robot| ways(problem, scales, agent, operation, *robot)).collect();
             self.jobs.push(Job {
                 agent,
                 operation,
@@ -205,6 +211,16 @@ impl<'a> Instance<'a> {
                 self.constant += sign * line.constant;
             }
         }
+    }
+
+    /// The place of a robot of the problem among those that take services.
+    pub fn place_of(&self, robot: usize) -> Option<usize> {
+        self.robots.binary_search(&robot).ok()
+    }
+
+    /// The robot at this place.
+    pub fn machine(&self, robot: usize) -> &'a Robot {
+        &self.problem.robots[self.robots[robot]]
     }
 
     /// The job of an operation, unless its service has begun.
@@ -267,12 +283,12 @@ impl<'a> Instance<'a> {
 
     /// Time a robot takes to serve (s).
     pub fn serve(&self, robot: usize) -> f64 {
-        self.problem.robots[robot].serve
+        self.machine(robot).serve
     }
 
     /// Time a robot takes at its depot after a service (s).
     pub fn deposit(&self, robot: usize) -> f64 {
-        self.problem.robots[robot].deposit
+        self.machine(robot).deposit
     }
 
     /// From leaving the depot to the end of depositing without waiting, at the greatest speeds (s).

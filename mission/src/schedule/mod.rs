@@ -10,6 +10,7 @@ pub mod batches;
 mod bounds;
 pub mod chance;
 pub mod check;
+mod check_begun;
 pub mod choose;
 mod constraint;
 mod construct;

@@ -183,7 +183,7 @@ impl Builder<'_, '_> {
         // Jobs whose joule costs the same share a duration; those of other weights have one of their own.
         free.sort_by(|a, b| a.0.weight.total_cmp(&b.0.weight));
         for class in free.chunk_by(|a, b| a.0.weight == b.0.weight) {
-            let energy = self.instance.problem.robots[robot].energy;
+            let energy = self.instance.machine(robot).energy;
             let weight = class[0].0.weight;
             let d = self.model.real(weight * energy.standby * unit, 0.0, f64::INFINITY);
             self.model.at_least(0.0, class.iter().map(|(way, x)| (*x, -way.low / unit)).chain([(d, 1.0)]));

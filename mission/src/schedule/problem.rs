@@ -196,6 +196,16 @@ pub struct Begun {
     pub service: Option<(usize, ServiceTimes)>,
 }
 
+/// A robot that takes no new service: it is out of order, or on its way home from a service that was broken off. What it
+/// has begun, it goes on with.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Absence {
+    /// Index of the robot.
+    pub robot: usize,
+    /// When it is at its depot and ready (s); none: never.
+    pub until: Option<f64>,
+}
+
 /// What makes the terms of the cost comparable: the denominators of `Delta`, of `w` and of (5.4).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scales {
@@ -224,6 +234,9 @@ pub struct Problem {
     pub start: f64,
     /// What has begun, each operation at most once, the first ones of an agent.
     pub begun: Vec<Begun>,
+    /// Robots that take no new service, each at most once.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub absent: Vec<Absence>,
     /// Scales of the cost of a larger mission of which this is a part; none: those of this problem.
     pub scales: Option<Scales>,
 }
@@ -240,6 +253,14 @@ pub struct Lengths {
 }
 
 impl Problem {
+    /// From when on this robot takes new services (s): `start`, or later if it is absent; none if it never does.
+    pub fn ready(&self, robot: usize) -> Option<f64> {
+        match self.absent.iter().find(|absence| absence.robot == robot) {
+            Some(absence) => absence.until.map(|until| until.max(self.start)),
+            None => Some(self.start),
+        }
+    }
+
     /// Number of operations of all agents `|O|`.
     pub fn operations(&self) -> usize {
         self.agents.iter().map(|agent| agent.operations).sum()

@@ -24,6 +24,44 @@ pub struct Observed {
     pub end: f64,
 }
 
+/// How far an operation and its service have come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// What the problem says of what has begun: the operation, and the service if the robot has left for it or for a later
+    /// one of the agent. The end of the operation is the one that is now known or expected.
+    pub begun: Begun,
+    /// The operation itself has begun; if not, its robot has left before it.
+    pub started: bool,
+    /// How many of the six instants of the service have passed, in order. They are kept to the digit.
+    pub passed: usize,
+    /// The service reaches the waiting place, leaves it, is with the agent and ends no earlier than this (s), whatever the
+    /// speeds allow: for a robot that is late.
+    pub earliest: Earliest,
+}
+
+/// Bounds from below on instants of a service (s); minus infinity where there is none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Earliest {
+    /// The robot is at the waiting place.
+    pub waiting: f64,
+    /// It leaves it.
+    pub proximity: f64,
+    /// It is with the agent.
+    pub serving: f64,
+    /// It has ended what it does at the depot.
+    pub end: f64,
+}
+
+impl Earliest {
+    /// No bounds.
+    pub const NONE: Earliest = Earliest {
+        waiting: f64::NEG_INFINITY,
+        proximity: f64::NEG_INFINITY,
+        serving: f64::NEG_INFINITY,
+        end: f64::NEG_INFINITY,
+    };
+}
+
 /// The schedule that `previous` becomes at `time` (s) under the parameters of `problem`, with the problem as it stands
 /// then: its start is `time`, its `begun` what has begun, with services under way made to fit. `previous` is a schedule of
 /// `before`, which has the same robots and agents; `problem.begun` is not looked at. An end observed of an operation that
@@ -35,21 +73,40 @@ pub fn reschedule(
     time: f64,
     observed: &[Observed],
 ) -> (Problem, Vec<Assistance>) {
-    let mut begun = begun_at(previous, time);
-    for begun in &mut begun {
-        let same = |o: &&Observed| o.agent == begun.agent && o.operation == begun.operation;
-        if let Some(seen) = observed.iter().find(same).filter(|_| begun.start < time) {
-            let served = begun.service.map_or(f64::INFINITY, |(_, times)| times.serving);
-            let latest = if served <= time { served } else { f64::INFINITY };
-            begun.end = seen.end.max(begun.start).min(latest);
-        }
-    }
+    let progress: Vec<Progress> = begun_at(previous, time)
+        .into_iter()
+        .map(|mut begun| {
+            let same = |o: &&Observed| o.agent == begun.agent && o.operation == begun.operation;
+            let started = begun.start < time;
+            if let Some(seen) = observed.iter().find(same).filter(|_| started) {
+                let served = begun.service.map_or(f64::INFINITY, |(_, times)| times.serving);
+                let latest = if served <= time { served } else { f64::INFINITY };
+                begun.end = seen.end.max(begun.start).min(latest);
+            }
+            let left = begun.service.filter(|(_, times)| times.going < time);
+            let passed = left.map_or(0, |(_, times)| times.instants().iter().filter(|at| **at <= time).count());
+            Progress { begun, started, passed, earliest: Earliest::NONE }
+        })
+        .collect();
+    repair(before, previous, problem, time, &progress)
+}
+
+/// As [`reschedule`], for what has really happened: `progress` tells of every operation that has begun, or for whose
+/// service the robot has left, how far it has come.
+pub fn repair(
+    before: &Problem,
+    previous: &[Assistance],
+    problem: &Problem,
+    time: f64,
+    progress: &[Progress],
+) -> (Problem, Vec<Assistance>) {
+    let ready = |robot| problem.ready(robot).unwrap_or(f64::NEG_INFINITY);
     let mut repair = Repair {
         before,
         problem,
         time,
-        begun,
-        home: vec![f64::NEG_INFINITY; problem.robots.len()],
+        progress,
+        home: (0..problem.robots.len()).map(ready).collect(),
         served: vec![None; problem.agents.len()],
         schedule: Vec::with_capacity(previous.len()),
     };
@@ -71,11 +128,11 @@ pub fn reschedule(
         let next = waiting.remove(place);
         repair.repair(next);
     }
-    let Repair { mut schedule, begun, .. } = repair;
+    let Repair { mut schedule, .. } = repair;
     schedule.sort_by_key(Assistance::target);
     let mut after = problem.clone();
     after.start = time;
-    after.begun = begun.into_iter().map(|begun| as_scheduled(begun, &schedule)).collect();
+    after.begun = progress.iter().map(|progress| as_scheduled(progress.begun, &schedule)).collect();
     (after, schedule)
 }
 
@@ -90,7 +147,7 @@ struct Repair<'a> {
     before: &'a Problem,
     problem: &'a Problem,
     time: f64,
-    begun: Vec<Begun>,
+    progress: &'a [Progress],
     /// When each robot is back at its depot.
     home: Vec<f64>,
     /// When the last operation of each agent has been served.
@@ -104,38 +161,35 @@ impl Repair<'_> {
         if agent >= self.served.len() || robot >= self.home.len() {
             return;
         }
-        let begun = self.begun.iter().find(|begun| begun.agent == agent && begun.operation == operation).copied();
-        let (start, end) = self.operation(planned, begun);
-        let left = was.going < self.time;
-        // What lies before the present has happened: it is kept to the digit.
-        let past = |instant: f64| left && instant <= self.time;
+        let same = |p: &&Progress| p.begun.agent == agent && p.begun.operation == operation;
+        let progress = self.progress.iter().find(same).copied();
+        let (start, end) = self.operation(planned, progress);
+        let passed = progress.map_or(0, |progress| progress.passed);
+        let earliest = progress.map_or(Earliest::NONE, |progress| progress.earliest);
+        // What has passed is kept to the digit; what has not is not in the past.
+        let instant = |place: usize, was: f64, is: f64| if place < passed { was } else { is.max(self.time) };
         let lengths = self.problem.lengths(agent, robot);
         let machine = &self.problem.robots[robot];
         let (near, _) = self.problem.approach(&self.problem.agents[agent], robot);
 
-        let earliest = if left { was.going } else { self.home[robot].max(self.time) };
-        let going = was.going.max(earliest);
+        let going = instant(0, was.going, was.going.max(self.home[robot]));
         let (fast, slow) = ends(lengths.going, machine.speed);
         // Arrive when planned if that is possible at all, else as soon as it is.
-        let waiting = if past(was.waiting) { was.waiting } else { was.waiting.clamp(going + fast, going + slow) };
-        let planned_speed = (was.serving - was.proximity).max(0.0);
-        let approach = self.approach(lengths.proximity, near, planned, planned_speed);
+        let arrival = was.waiting.clamp(going + fast, going + slow).max(earliest.waiting);
+        let waiting = instant(1, was.waiting, arrival);
+        let planned_time = (was.serving - was.proximity).max(0.0);
+        let approach = self.approach(lengths.proximity, near, planned, planned_time);
         let late = was.serving < end;
-        let proximity = if past(was.proximity) {
-            was.proximity
-        } else {
-            let ready = if late { end } else { (was.serving - approach).max(end - approach) };
-            waiting.max(ready)
-        };
-        let serving = if past(was.serving) { was.serving } else { (proximity + approach).max(end) };
-        let serve = if left && past(was.serving) { was.depositing - was.serving } else { machine.serve };
-        let depositing = if past(was.depositing) { was.depositing } else { serving + serve };
+        let ready = if late { end } else { (was.serving - approach).max(end - approach) };
+        let proximity = instant(2, was.proximity, waiting.max(ready).max(earliest.proximity));
+        let arrival = if passed > 2 { was.serving } else { proximity + approach };
+        let serving = instant(3, was.serving, arrival.max(end).max(earliest.serving));
+        let serve = if passed > 3 { was.depositing - was.serving } else { machine.serve };
+        let depositing = instant(4, was.depositing, serving + serve);
         let (fast, slow) = ends(lengths.depositing, machine.speed);
-        let home = if past(was.end) {
-            was.end
-        } else {
-            was.end.clamp(depositing + fast + machine.deposit, depositing + slow + machine.deposit)
-        };
+        let way = was.end.clamp(depositing + fast + machine.deposit, depositing + slow + machine.deposit);
+        let home = if passed > 4 { was.end } else { way };
+        let home = instant(5, was.end, home.max(earliest.end));
         let times = ServiceTimes { going, waiting, proximity, serving, depositing, end: home };
         self.home[robot] = self.home[robot].max(home);
         self.served[agent] = Some(depositing);
@@ -143,14 +197,14 @@ impl Repair<'_> {
     }
 
     /// When an operation begins and ends now.
-    fn operation(&self, planned: &Assistance, begun: Option<Begun>) -> (f64, f64) {
+    fn operation(&self, planned: &Assistance, progress: Option<Progress>) -> (f64, f64) {
         let served = self.served[planned.agent];
         let nominal = chance::nominal(self.problem, planned.agent);
-        match begun {
-            Some(begun) if begun.start < self.time => (begun.start, begun.end),
+        match progress {
+            Some(Progress { begun, started: true, .. }) => (begun.start, begun.end),
             // The robot has left, the operation has not begun: it keeps its length.
-            Some(begun) => {
-                let start = begun.start.max(served.unwrap_or(f64::NEG_INFINITY));
+            Some(Progress { begun, .. }) => {
+                let start = begun.start.max(served.unwrap_or(f64::NEG_INFINITY)).max(self.time);
                 (start, start + nominal)
             }
             None => {

@@ -108,7 +108,14 @@ pub(crate) fn schedule(instance: &Instance, order: &Order, durations: &Durations
             depositing,
             end: depositing + durations[index][2] + instance.deposit(robot),
         };
-        schedule.push(Assistance { agent: job.agent, operation: job.operation, start, end, robot, times });
+        schedule.push(Assistance {
+            agent: job.agent,
+            operation: job.operation,
+            start,
+            end,
+            robot: instance.robots[robot],
+            times,
+        });
     }
     schedule.sort_by_key(Assistance::target);
     schedule

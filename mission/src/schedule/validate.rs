@@ -47,6 +47,8 @@ pub enum Rule {
     Begun,
     /// What has not begun begins no earlier than the plan is made.
     Past,
+    /// A robot that is absent leaves for no new service.
+    Absent,
     /// The speed in the plan is the length of the way over its time.
     Speed,
 }
@@ -69,6 +71,7 @@ impl Rule {
             Rule::Overlap => "a robot does one service at a time (5.14)",
             Rule::Begun => "what has begun stays as it is",
             Rule::Past => "nothing new begins before the plan is made",
+            Rule::Absent => "a robot that is absent leaves for no new service",
             Rule::Speed => "a speed is the length of the way over its time",
         }
     }
@@ -263,6 +266,12 @@ impl<'a> Validator<'a> {
             }
         } else {
             self.at_least(Rule::Past, target, service.parts[1].start, self.problem.start);
+            match self.problem.absent.iter().find(|absence| absence.robot == service.robot).map(|absence| absence.until)
+            {
+                Some(Some(until)) => self.at_least(Rule::Absent, target, service.parts[1].start, until),
+                Some(None) => self.broken(Rule::Absent, Some(target), 0.0),
+                None => {}
+            }
             self.equal(Rule::ServiceTime, target, service.parts[4].end, service.parts[4].start + machine.serve);
             for (rule, part, length, speeds, rest) in ways {
                 self.at_least(rule, target, part.end, part.start + length / speeds.high + rest);

@@ -62,6 +62,7 @@ pub fn problem(robots: Vec<Robot>, agents: Vec<Agent>) -> Problem {
         weights: Weights { worker_wait: 1.0, energy: 1.0, makespan: 1.0 },
         start: 0.0,
         begun: Vec::new(),
+        absent: Vec::new(),
         scales: None,
     }
 }

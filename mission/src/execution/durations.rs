@@ -1,0 +1,30 @@
+//! How long operations really take, and when one that has not ended is expected to end.
+
+use crate::schedule::chance::{normal_quantile, quantile};
+use crate::schedule::problem::Duration;
+
+use super::stream::{stream, unit};
+
+/// The least duration, as a share of the mean.
+const LEAST: f64 = 0.01;
+/// Draws before the least duration is taken: only spreads far above the mean need more.
+const DRAWS: usize = 64;
+/// An operation that is late is expected to take at least this share of what it has taken longer.
+const LONGER: f64 = 0.1;
+
+/// The duration of this operation (s): normal, cut off below.
+pub(super) fn sampled(seed: u64, agent: &str, operation: usize, duration: Duration) -> f64 {
+    let mut generator = stream(seed, &["duration", agent, &operation.to_string()]);
+    let least = LEAST * duration.mean;
+    let draws = (0..DRAWS).map(|_| duration.mean + duration.sigma * normal_quantile(unit(&mut generator)));
+    draws.into_iter().find(|draw| *draw >= least).unwrap_or(least)
+}
+
+/// When an operation that has taken `elapsed` (s) since its start is expected to have ended (s after its start): so that it
+/// ends by then with probability `confidence`, given that it has not ended yet. `late` tells how often it has been late.
+pub(super) fn expected(duration: Duration, confidence: f64, late: usize, elapsed: f64) -> f64 {
+    // After n failures of an event of this confidence, what is left is (1 - confidence)^(n + 1).
+    let left = (1.0 - confidence).powi(i32::try_from(late).unwrap_or(i32::MAX).saturating_add(1));
+    let by_chance = if left > 1e-12 { quantile(duration, 1.0 - left) } else { 0.0 };
+    by_chance.max(elapsed + LONGER * elapsed.max(duration.mean))
+}
