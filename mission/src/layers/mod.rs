@@ -2,9 +2,22 @@
 //!
 //! [`problem::Problem`] says who and what there is, [`check`] what cannot be planned.
 
+mod assignment;
+mod batches;
+mod branch;
 pub mod check;
+pub mod choose;
+pub mod cost;
+mod dual;
 mod feasible;
+mod improve;
+mod instance;
 pub mod matching;
+mod mixed;
 pub mod problem;
 pub mod reason;
 pub mod scales;
+mod speeds;
+pub mod steps;
+mod timeline;
+pub mod validate;
