@@ -192,12 +192,12 @@ impl<'a> Validator<'a> {
     }
 
     /// `d_{a,tau,o}` (m).
-    fn way(&self, one: &Done<'a>) -> f64 {
-        let mut places = vec![&one.who.place];
-        places.extend(one.object.map(|(_, object)| &object.place));
-        places.extend(&one.task.path);
+    fn way(&self, who: &Agent, task: &Task, object: Option<(usize, &Object)>) -> f64 {
+        let mut places = vec![&who.place];
+        places.extend(object.map(|(_, thing)| &thing.place));
+        places.extend(&task.path);
         if self.problem.returns {
-            places.push(&one.who.place);
+            places.push(&who.place);
         }
         places.windows(2).map(|pair| distance(pair[0], pair[1])).sum()
     }
@@ -244,7 +244,7 @@ impl<'a> Validator<'a> {
             self.broken(Rule::Able, at, 0.0);
             return;
         };
-        let way = self.way(one);
+        let way = self.way(one.who, one.task, one.object);
         let speed = one.activity.speed.unwrap_or(0.0);
         if (one.activity.speed.is_some()) != (way > 0.0) {
             self.broken(Rule::Speed, at, 0.0);
@@ -342,8 +342,7 @@ impl<'a> Validator<'a> {
                     if !could && !begun {
                         continue;
                     }
-                    let activity = &Activity { ..done[0].activity.clone() };
-                    let way = self.way(&Done { index, task, agent, who, object, activity });
+                    let way = self.way(who, task, object);
                     farthest = farthest.max(way);
                     if let Some((_, thing)) = object.filter(|_| who.is_human()) {
                         let time = skill.duration + way / self.pace(who, skill.pace, object);
@@ -364,7 +363,7 @@ impl<'a> Validator<'a> {
                     }
                 }
                 Body::Robot { speed, energy: of } => {
-                    let way = self.way(one);
+                    let way = self.way(one.who, one.task, one.object);
                     let v = one.activity.speed.unwrap_or(1.0);
                     let worst = (of.standby / speed.low + of.friction + of.drag * speed.high) * farthest;
                     if worst > 0.0 && way > 0.0 {
