@@ -36,7 +36,10 @@ pub(super) fn mistakes(problem: &Problem) -> Vec<Mistake> {
 /// The objects that a task may use with some agent; empty for a task that needs none.
 fn usable(problem: &Problem, task: usize) -> Result<Vec<usize>, Mistake> {
     let what = &problem.tasks[task];
-    let agents = 0..problem.agents.len();
+    let agents = match what.agent {
+        Some(agent) => agent..agent + 1,
+        None => 0..problem.agents.len(),
+    };
     let wrong = |key, against, reason| Err(Mistake { at: of(Item::Task(task), key), against, reason });
     let action = || what.action.clone();
     if problem.agents.iter().all(|who| who.skill(&what.action).is_none()) {

@@ -3,8 +3,9 @@
 //!
 //! A robot that has ways of together `S` (m) and `T` (s) to move takes least energy at one speed for all of them, `S / T`:
 //! `varrho_1 T + varrho_2 S + varrho_3 S^2 / T` (6.4), convex in `T`. A layer of length `D` leaves it `T = D - release -
-//! constant times`, of which it uses no more than the speed of least energy needs. The derivative by `D` is increasing and
-//! concave, so that Newton's method from the shortest possible length comes to its root from the left, without overshoot.
+//! constant times`, of which it uses no more than the speed of least energy needs. The derivative by `D` is increasing, and
+//! concave until a robot comes to that speed: Newton's method from the shortest length comes to its root from the left, if it
+//! stops where a robot drops out.
 
 use super::instance::{Layer, Mover};
 
@@ -71,26 +72,27 @@ pub(super) fn timing(movers: &[Mover], layer: &Layer, loads: &[Load], second: f6
     for agent in busy() {
         length = length.max(begun(agent) + movers[agent].times(loads[agent].way).1);
     }
-    for _ in 0..64 {
-        let (mut slope, mut curve) = (second, 0.0);
+    for _ in 0..64 + movers.len() {
+        let (mut slope, mut curve, mut bend) = (second, 0.0, f64::INFINITY);
         for agent in busy() {
             let (mover, way) = (&movers[agent], loads[agent].way);
             let Mover::Robot { energy, joule, .. } = mover else { continue };
-            let left = length - begun(agent);
-            if way > 0.0 && left < mover.times(way).0 {
+            let (left, slow) = (length - begun(agent), begun(agent) + mover.times(way).0);
+            if way > 0.0 && length < slow {
                 let speed = way / left;
                 slope -= joule * (energy.drag * speed * speed - energy.standby);
                 curve += joule * energy.drag * 2.0 * speed * speed / left;
+                bend = bend.min(slow);
             }
         }
-        if slope >= 0.0 || curve <= 0.0 {
+        if slope >= 0.0 {
             break;
         }
-        let step = -slope / curve;
-        length += step;
-        if step <= 1e-13 * length {
+        let next = length - slope / curve;
+        if next <= length * (1.0 + 1e-14) {
             break;
         }
+        length = if next < bend { next } else { bend };
     }
     let mut cost = second * length;
     for agent in busy() {

@@ -36,7 +36,7 @@ pub enum Rule {
     Overlap,
     /// (6.13): a robot's speed is one of its speeds; a person's is (6.15).
     Speed,
-    /// (6.14): a task takes at least its time at its speed, and of a person just that.
+    /// (6.14): a task takes at least its time at its speed.
     Duration,
     /// What has begun stays as it is.
     Begun,
@@ -260,10 +260,8 @@ impl<'a> Validator<'a> {
         if outside.is_nan() || outside > TOLERANCE {
             self.broken(Rule::Speed, at, outside);
         }
-        // A robot may wait; a person's workload (6.16) is that of a task without a pause.
-        let wrong = if who.is_human() { off.abs() } else { off };
-        if wrong.is_nan() || wrong > tolerance(end) {
-            self.broken(Rule::Duration, at, wrong);
+        if off.is_nan() || off > tolerance(end) {
+            self.broken(Rule::Duration, at, off);
         }
     }
 
