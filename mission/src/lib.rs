@@ -9,5 +9,9 @@
 
 pub mod engine;
 pub mod execution;
+//! - [`layers`]: tasks in ordered layers, each with an agent and an object, thesis chapter 6.
+
+pub mod engine;
+pub mod layers;
 pub mod plan;
 pub mod schedule;

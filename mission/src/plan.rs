@@ -31,10 +31,12 @@ pub enum Phase {
     Serving,
     /// A robot goes back to its depot and does there what ends the service.
     Depositing,
+    /// A task of a layered plan, from its agent's base and as far as the task leads.
+    Task,
 }
 
 impl Phase {
-    /// All of them, in order.
+    /// All of a schedule, in order.
     pub const ALL: [Phase; 6] =
         [Phase::Operation, Phase::Going, Phase::Waiting, Phase::Proximity, Phase::Serving, Phase::Depositing];
 
@@ -50,17 +52,50 @@ impl Phase {
             Phase::Proximity => "proximity",
             Phase::Serving => "serving",
             Phase::Depositing => "depositing",
+            Phase::Task => "task",
         }
     }
 }
 
-/// What an activity is for: operation `operation` (the first is 0) of agent `agent`.
+/// What an activity is for: operation `operation` (the first is 0) of agent `agent`. In a layered plan `agent` is the index
+/// of a layer and `operation` that of a task in [`Layered::tasks`], so that it names the task there too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Target {
     /// Index into [`Plan::agents`].
     pub agent: usize,
     /// Number of the agent's operation, from 0.
     pub operation: usize,
+}
+
+/// What an activity of a layered plan is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Work {
+    /// Index into [`Layered::tasks`].
+    pub task: usize,
+    /// Index into [`Layered::objects`]; none: the task needs no object.
+    pub object: Option<usize>,
+}
+
+/// A task of a layered plan as it is printed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LayeredTask {
+    /// Its name.
+    pub name: String,
+    /// The primitive action.
+    pub action: String,
+    /// Index into [`Layered::layers`].
+    pub layer: usize,
+}
+
+/// Names of what a layered plan is about, in the problem's order.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Layered {
+    /// The layers.
+    pub layers: Vec<String>,
+    /// The tasks.
+    pub tasks: Vec<LayeredTask>,
+    /// The objects.
+    pub objects: Vec<String>,
 }
 
 /// One thing that one actor does from `start` to `end`.
@@ -85,6 +120,9 @@ pub struct Activity {
     /// It had begun when the plan was made, and stays as it is.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub begun: bool,
+    /// Task and object, of a layered plan only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub work: Option<Work>,
 }
 
 /// What ended a search before its proof.
@@ -178,6 +216,9 @@ pub struct Plan {
     pub engine: String,
     /// How much work it was.
     pub statistics: Statistics,
+    /// Names of layers, tasks and objects, of a layered plan only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layered: Option<Layered>,
 }
 
 impl Plan {

@@ -67,6 +67,7 @@ pub fn to_plan(
         status,
         engine,
         statistics,
+        layered: None,
     };
     plan.sort();
     plan
@@ -91,6 +92,7 @@ fn activities(problem: &Problem, assistance: &Assistance) -> [Activity; 6] {
         speed,
         place,
         begun: served,
+        work: None,
     };
     [
         Activity {
@@ -102,6 +104,7 @@ fn activities(problem: &Problem, assistance: &Assistance) -> [Activity; 6] {
             speed: None,
             place,
             begun: begun.is_some(),
+            work: None,
         },
         service(Phase::Going, times.going, times.waiting, speed(lengths.going, times.waiting - times.going), wait),
         service(Phase::Waiting, times.waiting, times.proximity, None, wait),

@@ -143,7 +143,7 @@ impl<'a, 'b> Search<'a, 'b> {
             let joined = self.join(before, table, full, robot + 1 < robots)?;
             together.push(joined);
         }
-        let last = &together.last()?[full];
+        let last = together.last()?.get(full)?;
         let total = |entry: &Entry| self.total(&entry.curve, full);
         let (mut place, bound) = last
             .iter()

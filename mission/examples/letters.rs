@@ -1,0 +1,65 @@
+//! Prints what thesis Tables 6.3 to 6.5 print of the proposed method, for letters H and D and sorting with layers written
+//! by hand: time of the planner, J, makespan, workload, energy; and the error of batches against the whole.
+//!
+//! `cargo run --release -p hierarq-mission --example letters [SECONDS]`
+
+#[path = "../tests/layered/mod.rs"]
+mod layered;
+
+use std::time::{Duration, Instant};
+
+use hierarq_mission::engine::Budget;
+use hierarq_mission::layers::choose::{Formulation, Options, plan};
+use hierarq_mission::layers::cost::cost;
+use hierarq_mission::layers::problem::Problem;
+use hierarq_mission::layers::steps::from_plan;
+use hierarq_mission::layers::validate::validate;
+use hierarq_mission::plan::Status;
+
+fn show(name: &str, problem: &Problem, options: &Options) -> f64 {
+    let begun = Instant::now();
+    let plan = match plan(problem, options) {
+        Ok(plan) => plan,
+        Err(refusal) => {
+            println!("{name}: {refusal}");
+            return f64::NAN;
+        }
+    };
+    let seconds = begun.elapsed().as_secs_f64();
+    let cost = cost(problem, &from_plan(problem, &plan));
+    let sure = match plan.status {
+        Status::Proven { .. } => "proven".to_string(),
+        Status::Gap { gap, .. } => format!("gap {:.2} %", 100.0 * gap),
+        Status::Unbounded { .. } => "no bound".to_string(),
+    };
+    println!(
+        "{name:<28} {seconds:8.3} s  J {:.4}  mu {:.4}  omega {:.4}  e {:.4}  end {:6.1} s  {sure}, {} parts, {} relaxed{}",
+        plan.cost,
+        cost.makespan,
+        cost.workload,
+        cost.energy,
+        plan.end().unwrap_or(0.0),
+        plan.statistics.nodes,
+        plan.statistics.solves,
+        if validate(problem, &plan).is_empty() { "" } else { "  NOT VALID" },
+    );
+    plan.cost
+}
+
+fn main() {
+    let seconds = std::env::args().nth(1).and_then(|word| word.parse().ok()).unwrap_or(10);
+    let budget = Budget { time: Duration::from_secs(seconds), ..Budget::default() };
+    let whole = Options { formulation: Some(Formulation::Branch), budget, ..Options::default() };
+    let parts = Options { formulation: Some(Formulation::Batches), ..whole };
+    type Mission = fn(u64) -> Problem;
+    let missions: [(&str, Mission); 3] =
+        [("letter H", layered::letter_h), ("letter D", layered::letter_d), ("sorting", layered::sorting)];
+    for (name, mission) in missions {
+        for set in 1..=3 {
+            let problem = mission(set);
+            let best = show(&format!("{name}, objects {set}"), &problem, &whole);
+            let batched = show(&format!("{name}, objects {set}, batches"), &problem, &parts);
+            println!("  error of batches {:.2} %", 100.0 * (batched / best - 1.0));
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! Better plans from a plan: agents and objects exchanged as long as that lowers the cost.
+
+use super::dual::Choices;
+use super::instance::Instance;
+use super::speeds::{Load, timing};
+
+/// A plan under change: choices with the loads and costs of their layers.
+pub(super) struct Improver<'a> {
+    instance: &'a Instance<'a>,
+    pub choices: Choices,
+    /// By layer and agent.
+    loads: Vec<Vec<Load>>,
+    /// By layer.
+    costs: Vec<f64>,
+    /// By object, the job that uses it.
+    user: Vec<Option<usize>>,
+    /// Layers timed.
+    pub tried: u64,
+}
+
+impl<'a> Improver<'a> {
+    /// `choices` use each object at most once, and each agent is able to.
+    pub fn new(instance: &'a Instance<'a>, choices: Choices) -> Improver<'a> {
+        let mut user = vec![None; instance.problem.objects.len()];
+        for (index, job) in instance.jobs.iter().enumerate() {
+            if let Some(object) = job.objects[choices[index].1] {
+                user[object] = Some(index);
+            }
+        }
+        let empty = vec![vec![Load::default(); instance.movers.len()]; instance.layers.len()];
+        let costs = vec![0.0; instance.layers.len()];
+        let mut improver = Improver { instance, choices, loads: empty, costs, user, tried: 0 };
+        for layer in 0..instance.layers.len() {
+            improver.refresh(layer);
+        }
+        improver
+    }
+
+    /// The cost of the plan.
+    pub fn cost(&self) -> f64 {
+        self.instance.offset + self.costs.iter().sum::<f64>()
+    }
+
+    /// The loads of a layer with some choices replaced.
+    fn loads(&self, layer: usize, changes: &[(usize, (usize, usize))]) -> Option<Vec<Load>> {
+        let mut loads = vec![Load::default(); self.instance.movers.len()];
+        for &index in &self.instance.layers[layer].jobs {
+            let change = changes.iter().find(|(job, _)| *job == index);
+            let (agent, object) = change.map_or(self.choices[index], |(_, choice)| *choice);
+            let mode = self.instance.jobs[index].mode(object, agent)?;
+            let load = &mut loads[agent];
+            load.count += 1;
+            load.time += mode.time;
+            load.way += mode.way;
+            load.cost += mode.cost;
+        }
+        Some(loads)
+    }
+
+    fn refresh(&mut self, layer: usize) {
+        if let Some(loads) = self.loads(layer, &[]) {
+            self.costs[layer] =
+                timing(&self.instance.movers, &self.instance.layers[layer], &loads, self.instance.second).cost;
+            self.loads[layer] = loads;
+        }
+    }
+
+    /// What these changes would save; none if an agent is not able to.
+    fn saving(&mut self, changes: &[(usize, (usize, usize))]) -> Option<f64> {
+        let mut saving = 0.0;
+        let layer_of = |job: usize| self.instance.jobs[job].layer;
+        for (number, (job, _)) in changes.iter().enumerate() {
+            let Some(layer) = layer_of(*job) else { continue };
+            if changes[..number].iter().any(|(other, _)| layer_of(*other) == Some(layer)) {
+                continue;
+            }
+            let loads = self.loads(layer, changes)?;
+            self.tried += 1;
+            let instance = self.instance;
+            saving +=
+                self.costs[layer] - timing(&instance.movers, &instance.layers[layer], &loads, instance.second).cost;
+        }
+        Some(saving)
+    }
+
+    /// Makes the changes if they save something.
+    fn accept(&mut self, changes: &[(usize, (usize, usize))]) -> bool {
+        let least = 1e-9 * self.cost().abs();
+        if !self.saving(changes).is_some_and(|saving| saving > least) {
+            return false;
+        }
+        for (job, _) in changes {
+            if let Some(object) = self.instance.jobs[*job].objects[self.choices[*job].1] {
+                self.user[object] = None;
+            }
+        }
+        for (job, choice) in changes {
+            self.choices[*job] = *choice;
+            if let Some(object) = self.instance.jobs[*job].objects[choice.1] {
+                self.user[object] = Some(*job);
+            }
+        }
+        for (job, _) in changes {
+            if let Some(layer) = self.instance.jobs[*job].layer {
+                self.refresh(layer);
+            }
+        }
+        true
+    }
+
+    /// Changes until nothing saves anything, or `most` layers have been timed.
+    pub fn improve(&mut self, most: u64) {
+        let mut changed = true;
+        while changed && self.tried < most {
+            changed = false;
+            for job in 0..self.instance.jobs.len() {
+                if self.instance.jobs[job].layer.is_some() && self.tried < most {
+                    changed |= self.move_job(job);
+                    changed |= self.exchange(job);
+                }
+            }
+        }
+    }
+
+    /// Another agent or another object for a job; an object in use goes to this job for that of this job.
+    fn move_job(&mut self, index: usize) -> bool {
+        let job = &self.instance.jobs[index];
+        let mut changed = false;
+        for object in 0..job.objects.len() {
+            for agent in 0..self.instance.movers.len() {
+                let now = self.choices[index];
+                if job.mode(object, agent).is_none() || now == (agent, object) {
+                    continue;
+                }
+                let holder = job.objects[object].and_then(|thing| self.user[thing]).filter(|other| *other != index);
+                let Some(other) = holder else {
+                    changed |= self.accept(&[(index, (agent, object))]);
+                    continue;
+                };
+                let mine = job.objects[now.1];
+                let theirs = self.instance.jobs[other].objects.iter().position(|thing| *thing == mine);
+                let Some(theirs) = theirs else { continue };
+                let by = self.choices[other].0;
+                changed |= self.accept(&[(index, (agent, object)), (other, (by, theirs))]);
+            }
+        }
+        changed
+    }
+
+    /// A job and a later one of its layer exchange agents, with or without their objects.
+    fn exchange(&mut self, index: usize) -> bool {
+        let instance = self.instance;
+        let Some(layer) = instance.jobs[index].layer else { return false };
+        let mut changed = false;
+        for &other in instance.layers[layer].jobs.iter().filter(|other| **other > index) {
+            let (mine, theirs) = (self.choices[index], self.choices[other]);
+            if mine.0 == theirs.0 {
+                continue;
+            }
+            if self.accept(&[(index, (theirs.0, mine.1)), (other, (mine.0, theirs.1))]) {
+                changed = true;
+                continue;
+            }
+            let (own, its) = (&instance.jobs[index].objects, &instance.jobs[other].objects);
+            let to_me = own.iter().position(|thing| *thing == its[theirs.1]);
+            let to_it = its.iter().position(|thing| *thing == own[mine.1]);
+            if let (Some(to_me), Some(to_it)) = (to_me, to_it) {
+                changed |= self.accept(&[(index, (theirs.0, to_me)), (other, (mine.0, to_it))]);
+            }
+        }
+        changed
+    }
+
+    /// The loads of each layer by agent, as they are.
+    pub fn into_loads(self) -> (Choices, Vec<Vec<Load>>) {
+        (self.choices, self.loads)
+    }
+}

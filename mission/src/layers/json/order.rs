@@ -1,0 +1,58 @@
+//! Layers from precedences: each task comes into the first layer after all tasks that it comes after.
+
+/// The layer of each task, or the tasks of a circle in which each comes after the next. `after` gives for each task the
+/// tasks, less than `after.len()`, that come before it.
+pub(super) fn layers(after: &[Vec<usize>]) -> Result<Vec<usize>, Vec<usize>> {
+    let mut layer: Vec<Option<usize>> = vec![None; after.len()];
+    let mut left = after.len();
+    while left > 0 {
+        let before = left;
+        for task in 0..after.len() {
+            if layer[task].is_none() {
+                let least = after[task]
+                    .iter()
+                    .map(|other| layer[*other].map(|layer| layer + 1))
+                    .try_fold(0, |a, b| b.map(|b| usize::max(a, b)));
+                if let Some(least) = least {
+                    layer[task] = Some(least);
+                    left -= 1;
+                }
+            }
+        }
+        if left == before {
+            return Err(circle(after, &layer));
+        }
+    }
+    Ok(layer.into_iter().flatten().collect())
+}
+
+/// Tasks without a layer all come after another such task: following these ends in a circle.
+fn circle(after: &[Vec<usize>], layer: &[Option<usize>]) -> Vec<usize> {
+    let mut way: Vec<usize> = Vec::new();
+    let mut at = (0..after.len()).find(|task| layer[*task].is_none());
+    while let Some(task) = at {
+        if let Some(start) = way.iter().position(|other| *other == task) {
+            return way.split_off(start);
+        }
+        way.push(task);
+        at = after[task].iter().copied().find(|other| layer[*other].is_none());
+    }
+    way
+}
+
+#[cfg(test)]
+mod tests {
+    use super::layers;
+
+    #[test]
+    fn the_first_layer_after_all_before() {
+        assert_eq!(layers(&[vec![], vec![0], vec![], vec![1, 2], vec![2]]), Ok(vec![0, 1, 0, 2, 1]));
+        assert_eq!(layers(&[vec![3], vec![0], vec![1], vec![]]), Ok(vec![1, 2, 3, 0]));
+    }
+
+    #[test]
+    fn a_circle_is_named_without_what_leads_to_it() {
+        assert_eq!(layers(&[vec![1], vec![2], vec![3], vec![1], vec![]]), Err(vec![1, 2, 3]));
+        assert_eq!(layers(&[vec![0]]), Err(vec![0]));
+    }
+}

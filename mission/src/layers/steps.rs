@@ -1,0 +1,121 @@
+//! A layered plan by tasks: each with who performs it, with what, how fast and when. The form in which planners work; a
+//! [`Plan`] is the form in which they answer, and the two turn into each other.
+
+use crate::plan::{Activity, Actor, Layered, LayeredTask, Phase, Plan, Statistics, Status, Target, Work};
+
+use super::cost;
+use super::problem::{Begun, Problem};
+
+/// A task as it is performed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Index of the task.
+    pub task: usize,
+    /// Index of the agent.
+    pub agent: usize,
+    /// Index of the object; none: it needs none.
+    pub object: Option<usize>,
+    /// The speed (m/s), more than 0.
+    pub speed: f64,
+    /// When it begins (s).
+    pub start: f64,
+    /// When it ends (s).
+    pub end: f64,
+    /// It had begun when the plan was made.
+    pub begun: bool,
+}
+
+impl Begun {
+    /// What has begun as a step of a plan.
+    pub fn step(&self) -> Step {
+        let Begun { task, agent, object, speed, start, end } = *self;
+        Step { task, agent, object, speed, start, end, begun: true }
+    }
+}
+
+/// The actor that an agent is in a plan: robots and people are numbered apart, each in the problem's order.
+pub fn actor(problem: &Problem, agent: usize) -> Actor {
+    let human = |index: usize| problem.agents.get(index).is_some_and(|who| who.is_human());
+    let same = (0..agent).filter(|other| human(*other) == human(agent)).count();
+    if human(agent) { Actor::Agent(same) } else { Actor::Robot(same) }
+}
+
+/// The agent that an actor of a plan is; none if there is no such agent.
+pub fn agent_of(problem: &Problem, of: Actor) -> Option<usize> {
+    (0..problem.agents.len()).find(|agent| actor(problem, *agent) == of)
+}
+
+/// The plan of these steps, whose cost is computed here; a bound above it by rounding is brought down to it.
+pub fn to_plan(problem: &Problem, steps: &[Step], status: Status, engine: String, statistics: Statistics) -> Plan {
+    let cost = cost::cost(problem, steps).total();
+    let status = match status {
+        Status::Proven { bound } => Status::Proven { bound: bound.min(cost) },
+        Status::Gap { bound, gap, stopped } => Status::Gap { bound: bound.min(cost), gap, stopped },
+        Status::Unbounded { stopped } => Status::Unbounded { stopped },
+    };
+    let names = |human: bool| {
+        let those = problem.agents.iter().filter(|who| who.is_human() == human);
+        those.map(|who| who.name.clone()).collect()
+    };
+    let tasks = problem.tasks.iter().map(|task| LayeredTask {
+        name: task.name.clone(),
+        action: task.action.clone(),
+        layer: task.layer,
+    });
+    let mut plan = Plan {
+        robots: names(false),
+        agents: names(true),
+        activities: steps.iter().map(|step| activity(problem, step)).collect(),
+        cost,
+        status,
+        engine,
+        statistics,
+        layered: Some(Layered {
+            layers: problem.layers.clone(),
+            tasks: tasks.collect(),
+            objects: problem.objects.iter().map(|thing| thing.name.clone()).collect(),
+        }),
+    };
+    plan.sort();
+    plan
+}
+
+fn activity(problem: &Problem, step: &Step) -> Activity {
+    let Step { task, agent, object, speed, start, end, begun } = *step;
+    let what = problem.tasks.get(task);
+    let thing = object.and_then(|object| problem.objects.get(object)).map(|thing| thing.place);
+    let base = problem.agents.get(agent).map(|who| who.place);
+    let last = what.and_then(|what| what.path.last().copied()).or(thing).or(base);
+    let moves = problem.distance(agent, task, object) > 0.0;
+    Activity {
+        actor: actor(problem, agent),
+        phase: Phase::Task,
+        target: Target { agent: what.map_or(0, |what| what.layer), operation: task },
+        start,
+        end,
+        speed: moves.then_some(speed),
+        place: last.map(|[x, y, _]| [x, y]),
+        begun,
+        work: Some(Work { task, object }),
+    }
+}
+
+/// The steps of a layered plan, by task; activities of other plans and of actors that the problem does not have are left
+/// out. A motion without a speed is taken at 1 m/s.
+pub fn from_plan(problem: &Problem, plan: &Plan) -> Vec<Step> {
+    let step = |activity: &Activity| {
+        let work = activity.work?;
+        Some(Step {
+            task: work.task,
+            agent: agent_of(problem, activity.actor)?,
+            object: work.object,
+            speed: activity.speed.unwrap_or(1.0),
+            start: activity.start,
+            end: activity.end,
+            begun: activity.begun,
+        })
+    };
+    let mut steps: Vec<Step> = plan.activities.iter().filter_map(step).collect();
+    steps.sort_by_key(|step| step.task);
+    steps
+}

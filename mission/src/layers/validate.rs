@@ -1,0 +1,381 @@
+//! Whether a plan is a layered plan of a problem: every constraint (6.8) to (6.14) and the cost, from the plan's activities
+//! alone.
+//!
+//! It shares data types with the planners and nothing else: who is able to do what, ways, speeds, durations and the cost are
+//! computed here again, so that a mistake there is seen here.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::plan::{Activity, Actor, Phase, Plan};
+
+use super::problem::{Agent, Body, Object, Problem, Task};
+
+/// How far a time may be off (s), and what is added for each second of it; how far a speed, and relatively a cost, may be.
+pub const TOLERANCE: f64 = 1e-6;
+const ROUNDING: f64 = 1e-12;
+
+/// A constraint, by the equation of the thesis where it has one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Rule {
+    /// The plan has the problem's names, finite times, and no activity that ends before it begins or is of nobody.
+    Form,
+    /// Each task is there once (6.11).
+    Once,
+    /// (6.8): a task begins when all tasks of the layers before have ended.
+    Layers,
+    /// (6.9): a task has one object, with the features, and the one that is named; or none if it needs none.
+    Object,
+    /// (6.10): an object is used by one task.
+    ObjectOnce,
+    /// (6.11): the agent is able to: skill, reach, payload, features; and is the one that is named.
+    Able,
+    /// (6.12): an agent performs one task at a time.
+    Overlap,
+    /// (6.13): a robot's speed is one of its speeds; a person's is (6.15).
+    Speed,
+    /// (6.14): a task takes at least its time at its speed.
+    Duration,
+    /// What has begun stays as it is.
+    Begun,
+    /// What has not begun begins no earlier than the plan is made.
+    Past,
+    /// The cost is (6.7).
+    Cost,
+}
+
+impl Rule {
+    /// What holds, in a sentence.
+    pub fn text(self) -> &'static str {
+        match self {
+            Rule::Form => "names are the problem's, times are finite, and each activity is of somebody",
+            Rule::Once => "each task is performed once (6.11)",
+            Rule::Layers => "a task begins after all tasks of the layers before (6.8)",
+            Rule::Object => "a task has one object with its features, if it needs one (6.9)",
+            Rule::ObjectOnce => "an object is used by one task (6.10)",
+            Rule::Able => "a task is performed by an agent that is able to (6.11)",
+            Rule::Overlap => "an agent performs one task at a time (6.12)",
+            Rule::Speed => "a speed is one that the agent has (6.13)",
+            Rule::Duration => "a task takes its time (6.14)",
+            Rule::Begun => "what has begun stays as it is",
+            Rule::Past => "nothing new begins before the plan is made",
+            Rule::Cost => "the cost is what the plan costs (6.7)",
+        }
+    }
+}
+
+/// A constraint that a plan breaks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Violation {
+    /// Which one.
+    pub rule: Rule,
+    /// Index of the task where; none where the plan as a whole is wrong.
+    pub task: Option<usize>,
+    /// The other task, of a rule about two.
+    pub other: Option<usize>,
+    /// By how much: seconds, metres a second for [`Rule::Speed`], the difference for [`Rule::Cost`]; 0 where it has no
+    /// size.
+    pub by: f64,
+}
+
+impl fmt::Display for Violation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "not so: {}", self.rule.text())?;
+        if let Some(task) = self.task {
+            write!(f, "; task {task}")?;
+        }
+        if let Some(other) = self.other {
+            write!(f, " and task {other}")?;
+        }
+        if self.by != 0.0 { write!(f, ", by {}", self.by) } else { Ok(()) }
+    }
+}
+
+/// Everything that is wrong with a plan of this problem; empty for a plan that may be executed. Of a problem in which
+/// [`Problem::check`] finds a mistake no plan is one.
+pub fn validate(problem: &Problem, plan: &Plan) -> Vec<Violation> {
+    let mut validator = Validator { problem, plan, violations: Vec::new() };
+    if !problem.check().is_empty() {
+        validator.broken(Rule::Form, None, 0.0);
+        return validator.violations;
+    }
+    let done = validator.form();
+    if validator.violations.is_empty() {
+        for one in &done {
+            validator.one(one);
+        }
+        validator.pairs(&done);
+        validator.cost(&done);
+    }
+    validator.violations
+}
+
+/// A task as the plan has it.
+struct Done<'a> {
+    index: usize,
+    task: &'a Task,
+    agent: usize,
+    who: &'a Agent,
+    object: Option<(usize, &'a Object)>,
+    activity: &'a Activity,
+}
+
+struct Validator<'a> {
+    problem: &'a Problem,
+    plan: &'a Plan,
+    violations: Vec<Violation>,
+}
+
+/// How far this time may be off (s).
+fn tolerance(time: f64) -> f64 {
+    TOLERANCE + ROUNDING * time.abs()
+}
+
+fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    let [x, y, z] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    f64::hypot(f64::hypot(x, y), z)
+}
+
+impl<'a> Validator<'a> {
+    fn broken(&mut self, rule: Rule, task: Option<usize>, by: f64) {
+        self.violations.push(Violation { rule, task, other: None, by });
+    }
+
+    /// Names, and each activity with what it is about.
+    fn form(&mut self) -> Vec<Done<'a>> {
+        let (problem, plan) = (self.problem, self.plan);
+        let of = |human: bool| problem.agents.iter().enumerate().filter(move |(_, who)| who.is_human() == human);
+        let same =
+            of(false).map(|(_, who)| &who.name).eq(&plan.robots) && of(true).map(|(_, who)| &who.name).eq(&plan.agents);
+        let named = plan.layered.as_ref().is_some_and(|names| {
+            let layer = |(task, name): (&Task, &crate::plan::LayeredTask)| {
+                task.name == name.name && task.action == name.action && task.layer == name.layer
+            };
+            names.layers == problem.layers
+                && names.tasks.len() == problem.tasks.len()
+                && problem.tasks.iter().zip(&names.tasks).all(layer)
+                && problem.objects.iter().map(|thing| &thing.name).eq(&names.objects)
+        });
+        if !same || !named {
+            self.broken(Rule::Form, None, 0.0);
+        }
+        let mut done: Vec<Done<'a>> = Vec::new();
+        for activity in &plan.activities {
+            let index = activity.work.map(|work| work.task);
+            let found = activity.work.and_then(|work| {
+                let task = problem.tasks.get(work.task)?;
+                let object = match work.object {
+                    None => None,
+                    Some(object) => Some((object, problem.objects.get(object)?)),
+                };
+                let (agent, who) = match activity.actor {
+                    Actor::Robot(number) => of(false).nth(number)?,
+                    Actor::Agent(number) => of(true).nth(number)?,
+                };
+                Some(Done { index: work.task, task, agent, who, object, activity })
+            });
+            let finite = activity.start.is_finite() && activity.end.is_finite();
+            let ordered = activity.end >= activity.start - tolerance(activity.start);
+            match found.filter(|_| finite && ordered && activity.phase == Phase::Task) {
+                Some(one) => done.push(one),
+                None => self.broken(Rule::Form, index, 0.0),
+            }
+        }
+        for task in 0..problem.tasks.len() {
+            if done.iter().filter(|one| one.index == task).count() != 1 {
+                self.broken(Rule::Once, Some(task), 0.0);
+            }
+        }
+        done
+    }
+
+    /// `d_{a,tau,o}` (m).
+    fn way(&self, who: &Agent, task: &Task, object: Option<(usize, &Object)>) -> f64 {
+        let mut places = vec![&who.place];
+        places.extend(object.map(|(_, thing)| &thing.place));
+        places.extend(&task.path);
+        if self.problem.returns {
+            places.push(&who.place);
+        }
+        places.windows(2).map(|pair| distance(pair[0], pair[1])).sum()
+    }
+
+    /// (6.9), (6.11), (6.13), (6.14) and what has begun.
+    fn one(&mut self, one: &Done<'a>) {
+        let (task, at) = (one.task, Some(one.index));
+        let (start, end) = (one.activity.start, one.activity.end);
+        if let Some(begun) = self.problem.begun.iter().find(|begun| begun.task == one.index) {
+            let same = begun.agent == one.agent && begun.object == one.object.map(|(object, _)| object);
+            let off = (begun.start - start).abs().max((begun.end - end).abs());
+            if !same || off > tolerance(end) {
+                self.broken(Rule::Begun, at, off);
+            }
+            return;
+        }
+        if start < self.problem.start - tolerance(start) {
+            self.broken(Rule::Past, at, self.problem.start - start);
+        }
+        let wanted = !task.features.is_empty() || task.object.is_some();
+        let fits = match one.object {
+            None => !wanted,
+            Some((object, thing)) => {
+                wanted
+                    && task.features.iter().all(|feature| thing.features.contains(feature))
+                    && task.object.is_none_or(|named| named == object)
+            }
+        };
+        if !fits {
+            self.broken(Rule::Object, at, 0.0);
+        }
+        let who = one.who;
+        let near = |place: &[f64; 3]| who.reach.is_none_or(|reach| distance(&who.place, place) <= reach + 1e-9);
+        let skill = who.skills.iter().find(|skill| skill.action == task.action);
+        let able = !who.lost
+            && task.agent.is_none_or(|named| named == one.agent)
+            && task.path.iter().all(near)
+            && one.object.is_none_or(|(_, thing)| {
+                near(&thing.place)
+                    && who.payload.is_none_or(|most| thing.mass <= most)
+                    && !thing.features.iter().any(|feature| who.cannot.contains(feature))
+            });
+        let Some(skill) = skill.filter(|_| able) else {
+            self.broken(Rule::Able, at, 0.0);
+            return;
+        };
+        let way = self.way(one.who, one.task, one.object);
+        let speed = one.activity.speed.unwrap_or(0.0);
+        if (one.activity.speed.is_some()) != (way > 0.0) {
+            self.broken(Rule::Speed, at, 0.0);
+            return;
+        }
+        let moving = if way > 0.0 { way / speed } else { 0.0 };
+        let off = skill.duration + moving - (end - start);
+        let outside = match who.body {
+            _ if way <= 0.0 => 0.0,
+            Body::Robot { speed: range, .. } => (range.low - speed).max(speed - range.high),
+            Body::Human { .. } => (speed - self.pace(who, skill.pace, one.object)).abs(),
+        };
+        if outside.is_nan() || outside > TOLERANCE {
+            self.broken(Rule::Speed, at, outside);
+        }
+        if off.is_nan() || off > tolerance(end) {
+            self.broken(Rule::Duration, at, off);
+        }
+    }
+
+    /// (6.15) (m/s).
+    fn pace(&self, who: &Agent, pace: f64, object: Option<(usize, &Object)>) -> f64 {
+        let Body::Human { speed, slowing } = who.body else { return 0.0 };
+        let mut least = f64::INFINITY;
+        for thing in &self.problem.objects {
+            least = least.min(thing.mass);
+        }
+        let more = object.map_or(0.0, |(_, thing)| thing.mass - least);
+        pace * speed / (slowing * more + 1.0)
+    }
+
+    /// (6.8), (6.10) and (6.12).
+    fn pairs(&mut self, done: &[Done<'a>]) {
+        for (number, one) in done.iter().enumerate() {
+            for other in &done[..number] {
+                let mut broken = |rule, by| {
+                    let (task, other) = (Some(one.index), Some(other.index));
+                    self.violations.push(Violation { rule, task, other, by });
+                };
+                let (a, b) = (one.activity, other.activity);
+                let (early, late) = if one.task.layer < other.task.layer { (a, b) } else { (b, a) };
+                if one.task.layer != other.task.layer && late.start < early.end - tolerance(early.end) {
+                    broken(Rule::Layers, early.end - late.start);
+                }
+                if one.object.is_some() && one.object.map(|(o, _)| o) == other.object.map(|(o, _)| o) {
+                    broken(Rule::ObjectOnce, 0.0);
+                }
+                let both = a.end.min(b.end) - a.start.max(b.start);
+                if one.agent == other.agent && both > tolerance(a.end) {
+                    broken(Rule::Overlap, both);
+                }
+            }
+        }
+    }
+
+    /// (6.1) to (6.7).
+    fn cost(&mut self, done: &[Done<'a>]) {
+        let problem = self.problem;
+        // Scales, over everything that somebody could do.
+        let (mut farthest, mut longest, mut slowest) = (0.0_f64, 0.0_f64, f64::INFINITY);
+        let mut most = vec![0.0_f64; problem.agents.len()];
+        for (agent, who) in problem.agents.iter().enumerate() {
+            for skill in &who.skills {
+                longest = longest.max(skill.duration);
+                if who.is_human() {
+                    slowest = slowest.min(self.pace(who, skill.pace, None));
+                    for thing in problem.objects.iter().enumerate() {
+                        slowest = slowest.min(self.pace(who, skill.pace, Some(thing)));
+                    }
+                }
+            }
+            if let Body::Robot { speed, .. } = who.body {
+                slowest = slowest.min(speed.low);
+            }
+            for (index, task) in problem.tasks.iter().enumerate() {
+                let Some(skill) = who.skills.iter().find(|skill| skill.action == task.action) else { continue };
+                let wanted = !task.features.is_empty() || task.object.is_some();
+                let things = problem.objects.iter().enumerate().map(Some).chain([None]);
+                for object in things.filter(|object| object.is_some() == wanted) {
+                    let begun = problem.begun.iter().any(|begun| {
+                        begun.task == index && begun.agent == agent && begun.object == object.map(|(number, _)| number)
+                    });
+                    let near = |place: &[f64; 3]| who.reach.is_none_or(|reach| distance(&who.place, place) <= reach);
+                    let could = task.path.iter().all(near)
+                        && object.is_none_or(|(number, thing)| {
+                            let named = task.features.is_empty() && task.object != Some(number);
+                            !named
+                                && task.features.is_subset(&thing.features)
+                                && near(&thing.place)
+                                && who.payload.is_none_or(|payload| thing.mass <= payload)
+                                && who.cannot.is_disjoint(&thing.features)
+                        });
+                    if !could && !begun {
+                        continue;
+                    }
+                    let way = self.way(who, task, object);
+                    farthest = farthest.max(way);
+                    if let Some((_, thing)) = object.filter(|_| who.is_human()) {
+                        let time = skill.duration + way / self.pace(who, skill.pace, object);
+                        most[agent] = most[agent].max(time * thing.mass);
+                    }
+                }
+            }
+        }
+        let (mut work, mut energy, mut end) = (0.0, 0.0, 0.0_f64);
+        for one in done {
+            end = end.max(one.activity.end);
+            match one.who.body {
+                Body::Human { .. } => {
+                    let mass = one.object.map_or(0.0, |(_, thing)| thing.mass);
+                    let length = one.activity.end - one.activity.start;
+                    if most[one.agent] > 0.0 {
+                        work += length * mass / most[one.agent];
+                    }
+                }
+                Body::Robot { speed, energy: of } => {
+                    let way = self.way(one.who, one.task, one.object);
+                    let v = one.activity.speed.unwrap_or(1.0);
+                    let worst = (of.standby / speed.low + of.friction + of.drag * speed.high) * farthest;
+                    if worst > 0.0 && way > 0.0 {
+                        energy += (of.standby + of.friction * v + of.drag * v * v) * (way / v) / worst;
+                    }
+                }
+            }
+        }
+        let whole = problem.tasks.len() as f64 * (longest + if farthest > 0.0 { farthest / slowest } else { 0.0 });
+        let weights = problem.weights;
+        let cost = weights.workload * work + weights.energy * energy + weights.makespan * end / whole;
+        let off = (cost - self.plan.cost).abs();
+        if off.is_nan() || off > TOLERANCE * cost.abs().max(1.0) {
+            self.broken(Rule::Cost, None, off);
+        }
+    }
+}
