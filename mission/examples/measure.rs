@@ -1,6 +1,6 @@
 //! Measures the planners on the shapes of thesis Tables 5.5 to 5.7 and with speeds as decisions.
 //!
-//! `cargo run --release -p hierarq-mission --example measure -- [fixed|speeds|operations|weights|batches|large|agree] [highs] [SECONDS]`
+//! `cargo run --release -p hierarq-mission --example measure -- [fixed|speeds|operations|weights|batches|large|agree] [position] [highs] [SECONDS]`
 //!
 //! `agree` compares all formulations and engines on problems that all of them prove; HiGHS too, if it is there.
 
@@ -58,11 +58,12 @@ fn main() {
         }
     }
     let whole = Options { formulation: Some(Formulation::Position), ..options };
+    let chosen = if asked("position") { whole } else { options };
     if asked("speeds") {
         for agents in [2, 3, 4, 5, 6, 8, 10, 12, 14] {
-            if engine == Engine::Highs || agents <= 12 {
+            if engine == Engine::Highs || !asked("position") || agents <= 12 {
                 for seed in 0..3 {
-                    show(&format!("speeds {agents} x 2, seed {seed}"), &common::random(seed, agents, 2, 1), &whole);
+                    show(&format!("speeds {agents} x 2, seed {seed}"), &common::random(seed, agents, 2, 1), &chosen);
                 }
             }
         }
@@ -70,11 +71,11 @@ fn main() {
     if asked("operations") {
         for robots in [3, 4] {
             for agents in [4, 6, 8] {
-                show(&format!("speeds {agents} x {robots}"), &common::random(1, agents, robots, 1), &whole);
+                show(&format!("speeds {agents} x {robots}"), &common::random(1, agents, robots, 1), &chosen);
             }
         }
         for operations in 1..=3 {
-            show(&format!("vineyard 4 x {operations}"), &common::vineyard(operations), &whole);
+            show(&format!("vineyard 4 x {operations}"), &common::vineyard(operations), &chosen);
         }
     }
     if asked("large") {
@@ -83,7 +84,7 @@ fn main() {
         }
     }
     if asked("weights") {
-        for agents in [5, 8, 10] {
+        for agents in [5, 8, 10, 12] {
             for seed in 0..3 {
                 let mut problem = common::random(seed, agents, 2, 1);
                 let mut random = common::Random(seed + 100);
@@ -91,7 +92,7 @@ fn main() {
                     agent.wait_weights = vec![random.within(0.2, 3.0)];
                     agent.approach_weights = vec![random.within(0.2, 3.0)];
                 }
-                show(&format!("uneven {agents} x 2, seed {seed}"), &problem, &whole);
+                show(&format!("uneven {agents} x 2, seed {seed}"), &problem, &chosen);
             }
         }
         for (agents, operations) in [(2, 3), (3, 2), (4, 2), (3, 3), (4, 3)] {

@@ -69,6 +69,28 @@ proptest! {
     }
 
     #[test]
+    fn subsets_and_the_position_form_bound_each_other(
+        seed in 0_u64..100_000, agents in 1_usize..5, robots in 1_usize..4, share in 0.0_f64..0.6,
+    ) {
+        let problem = small(seed, agents, robots, 1, false, true);
+        let first = plan(&problem, &quick(None)).unwrap();
+        prop_assert_eq!(first.engine.as_str(), "subsets");
+        // As it is before the start, and with some services under way.
+        let (later, _) = reschedule(
+            &problem, &from_plan(&first).unwrap(), &problem, problem.start + share * first.end().unwrap(), &[],
+        );
+        for problem in [&problem, &later] {
+            let subsets = plan(problem, &quick(Some(Formulation::Subsets))).unwrap();
+            let position = plan(problem, &quick(Some(Formulation::Position))).unwrap();
+            valid(problem, &subsets)?;
+            let eps = 1e-9 * subsets.cost.abs().max(1e-9);
+            prop_assert!(position.status.bound().is_none_or(|bound| bound <= subsets.cost + eps), "{position:?}");
+            prop_assert!(subsets.status.bound().unwrap() <= position.cost + eps, "{} {}", subsets.cost, position.cost);
+            prop_assert!(subsets.cost - subsets.status.bound().unwrap() <= 1.01e-4 * subsets.cost.abs());
+        }
+    }
+
+    #[test]
     fn damage_is_caught(
         seed in 0_u64..100_000, agents in 2_usize..4, which in 0_usize..1000, kind in 0_usize..6, by in 0.01_f64..50.0,
     ) {

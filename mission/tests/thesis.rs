@@ -71,13 +71,15 @@ fn the_cost_of_one_service_is_what_the_equations_say() {
 fn a_small_mission_is_planned_exactly_and_a_large_one_in_batches() {
     let options = Options::default();
     for (problem, word) in [
-        (common::vineyard(1), "Position"),
+        (common::vineyard(1), "Subsets"),
+        (common::vineyard(2), "Position"),
         (common::vineyard(3), "Position"),
         (common::vineyard(4), "Batches"),
         (common::fixed(0, 10, 2, 1), "Subsets"),
         (common::fixed(0, 3, 2, 2), "Constraint"),
         (common::fixed(0, 4, 2, 4), "Batches"),
-        (common::random(0, 13, 2, 1), "Batches"),
+        (common::random(0, 14, 2, 1), "Subsets"),
+        (common::random(0, 15, 2, 1), "Batches"),
     ] {
         let choice = choose(&problem, &options).unwrap();
         assert_eq!(format!("{:?}", choice.formulation), word);

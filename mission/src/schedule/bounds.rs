@@ -14,6 +14,8 @@ pub(crate) struct Bounds {
     pub trips: Vec<usize>,
     /// The latest end (s).
     pub end: f64,
+    /// The earliest end (s).
+    pub first_end: f64,
     /// No schedule costs less.
     pub cost: f64,
 }
@@ -64,7 +66,7 @@ impl Bounds {
                 latest[previous] = latest[previous].min(latest[index] - serve - job.nominal);
             }
         }
-        let mut bounds = Bounds { latest, earliest, trips: Vec::new(), end: last, cost };
+        let mut bounds = Bounds { latest, earliest, trips: Vec::new(), end: last, first_end: end, cost };
         bounds.trips = (0..robots).map(|m| bounds.trips(instance, m, &first, fixed, known)).collect();
         bounds
     }

@@ -2,7 +2,7 @@
 //!
 //! | problem | formulation | because |
 //! |---|---|---|
-//! | every way takes a fixed time, one service for each agent | subsets | proves fourteen operations in a blink |
+//! | each agent has one service to come | subsets | robots meet in the sharing and the end alone; weights may be uneven |
 //! | every way takes a fixed time | constraint program | knows the order of an agent's operations |
 //! | speeds are decided, few operations | position form | bounds the cost; re-timing is exact |
 //! | more operations than one of these proves | batches | each batch is small; no bound |
@@ -19,7 +19,6 @@ use super::constraint::constraint;
 use super::exact::{Found, exact};
 use super::instance::Instance;
 use super::problem::Problem;
-use super::retime::retime;
 use super::subsets;
 
 /// The most operations that the constraint program is given at once.
@@ -39,7 +38,7 @@ pub enum Formulation {
     Position,
     /// Constraint program; for fixed durations only.
     Constraint,
-    /// Dynamic program over sets of operations; for fixed durations and one service for each agent.
+    /// Dynamic program over sets of operations; for one service to come for each agent.
     Subsets,
     /// Algorithm 4: some operations at a time.
     Batches,
@@ -92,14 +91,15 @@ pub enum Refusal {
     #[error("the problem has {} mistakes", .0.len())]
     Problem(Vec<Mistake>),
     /// The formulation that was asked for needs fixed durations.
-    #[error("a constraint program and one of subsets need speeds that are points, and {robot} has a range")]
+    #[error("a constraint program needs speeds that are points, and {robot} has a range")]
     Speeds {
         /// The name of a robot whose ways may take longer or shorter.
         robot: String,
     },
     /// The formulation that was asked for is of another kind of problem.
     #[error(
-        "a program of subsets needs one service to come for each agent, weights that do not rise, and few operations"
+        "a program of subsets needs one service to come for each agent, at most fourteen of them, and eleven with more than \
+         two robots"
     )]
     NotSubsets,
     /// An engine gave no answer.
@@ -125,7 +125,7 @@ fn choice(problem: &Problem, options: &Options) -> Choice {
         return chosen(formulation, "it was asked for".into());
     }
     if subsets::fits(&instance) {
-        let why = format!("every way takes a fixed time, each agent has one service to come, {count} in all");
+        let why = format!("each agent has one service to come, {count} in all");
         return chosen(Formulation::Subsets, why);
     }
     let (exact, most, name) = match options.engine {
@@ -199,7 +199,7 @@ impl Solver {
                 let found = exact(&instance, self.milp.as_ref(), budget)?;
                 Ok((found, format!("position form, {}", self.milp.name())))
             }
-            Formulation::Constraint | Formulation::Subsets if !instance.is_fixed() => {
+            Formulation::Constraint if !instance.is_fixed() => {
                 let ranged = |m: &usize| instance.jobs.iter().any(|job| job.ways[*m].iter().any(|way| !way.is_fixed()));
                 let robot = (0..problem.robots.len()).find(ranged).map(|m| problem.robots[m].name.clone());
                 Err(Refusal::Speeds { robot: robot.unwrap_or_default() })
@@ -213,13 +213,14 @@ impl Solver {
                 found => Ok((found?, "constraint program, pumpkin".into())),
             },
             Formulation::Subsets if !subsets::fits(&instance) => Err(Refusal::NotSubsets),
-            Formulation::Subsets => {
-                let failed = || EngineError::Failed { engine: "subsets".into(), message: "no sequence".into() };
-                let timed = retime(&instance, &subsets::best(&instance))?.ok_or_else(failed)?;
-                let status = Status::Proven { bound: timed.cost };
-                let statistics = Statistics { solves: 1, ..Statistics::default() };
-                Ok((Found { timed, status, statistics }, "subsets".into()))
-            }
+            Formulation::Subsets => match subsets::best(&instance, budget.gap)? {
+                Some(found) => Ok((found, "subsets".into())),
+                None if asked.is_some() => Err(Refusal::NotSubsets),
+                None => {
+                    let found = exact(&instance, self.milp.as_ref(), budget)?;
+                    Ok((found, format!("position form, {}", self.milp.name())))
+                }
+            },
         }
     }
 }

@@ -14,6 +14,7 @@ pub mod choose;
 mod constraint;
 mod construct;
 pub mod cost;
+mod curve;
 mod exact;
 mod instance;
 mod position;
