@@ -5,7 +5,9 @@
 //! gives; a solver from outside is found at run time and may be absent.
 //!
 //! - [`schedule`]: robots that serve agents at the end of their operations, thesis chapter 5.
+//! - [`layers`]: tasks in ordered layers, each with an agent and an object, thesis chapter 6.
 
 pub mod engine;
+pub mod layers;
 pub mod plan;
 pub mod schedule;

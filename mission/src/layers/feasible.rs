@@ -1,0 +1,106 @@
+//! Whether all tasks of a layered problem that are to come can be performed at all, and if not, which tasks are in each
+//! other's way. Agents perform one task after the other, so that only objects can run out.
+
+use super::check::{Item, Key, Mistake, entry, of};
+use super::matching::Matching;
+use super::problem::Problem;
+use super::reason::{Obstacle, ObstacleKind, Reason};
+
+/// What is in the way of a plan.
+pub(super) fn mistakes(problem: &Problem) -> Vec<Mistake> {
+    let mut mistakes = Vec::new();
+    let mut tasks = Vec::new();
+    let mut candidates = Vec::new();
+    let used = |object: &usize| problem.begun.iter().any(|begun| begun.object == Some(*object));
+    for task in (0..problem.tasks.len()).filter(|task| problem.begun_of(*task).is_none()) {
+        match usable(problem, task) {
+            Err(mistake) => mistakes.push(mistake),
+            Ok(mut objects) if problem.tasks[task].needs_object() => {
+                objects.retain(|object| !used(object));
+                tasks.push(task);
+                candidates.push(objects);
+            }
+            Ok(_) => {}
+        }
+    }
+    for shortage in Matching::new(&candidates, problem.objects.len()).shortages(&candidates) {
+        let of_all: Vec<usize> = shortage.rows.iter().filter_map(|row| tasks.get(*row)).copied().collect();
+        let Some((&last, others)) = of_all.split_last() else { continue };
+        let against = others.first().map(|task| of(Item::Task(*task), Key::Features));
+        let reason = Reason::TooFewObjects { tasks: of_all.clone(), objects: shortage.columns };
+        mistakes.push(Mistake { at: of(Item::Task(last), Key::Features), against, reason });
+    }
+    mistakes
+}
+
+/// The objects that a task may use with some agent; empty for a task that needs none.
+fn usable(problem: &Problem, task: usize) -> Result<Vec<usize>, Mistake> {
+    let what = &problem.tasks[task];
+    let agents = 0..problem.agents.len();
+    let wrong = |key, against, reason| Err(Mistake { at: of(Item::Task(task), key), against, reason });
+    let action = || what.action.clone();
+    if problem.agents.iter().all(|who| who.skill(&what.action).is_none()) {
+        return wrong(Key::Action, None, Reason::NobodyHasSkill { action: action() });
+    }
+    if !what.needs_object() {
+        if agents.clone().any(|agent| problem.able(agent, task, None)) {
+            return Ok(Vec::new());
+        }
+        let obstacle = |agent| Some(Obstacle { agent, object: None, kind: problem.obstacle(agent, task, None)? });
+        return nobody(problem, task, agents.filter_map(obstacle).collect());
+    }
+    let suitable: Vec<usize> = (0..problem.objects.len()).filter(|object| problem.suits(task, *object)).collect();
+    if suitable.is_empty() {
+        if let Some(object) = what.object {
+            let lacks = what.features.difference(&problem.objects[object].features).next();
+            let reason = Reason::LacksFeature { object, feature: lacks.cloned().unwrap_or_default() };
+            return wrong(Key::Object, Some(of(Item::Object(object), Key::Features)), reason);
+        }
+        let common = |object: &usize| problem.objects[*object].features.intersection(&what.features).count();
+        let nearest = (0..problem.objects.len()).filter(|object| common(object) > 0).rev().max_by_key(common);
+        let features = what.features.iter().cloned().collect();
+        let against = nearest.map(|object| of(Item::Object(object), Key::Features));
+        return wrong(Key::Features, against, Reason::NoObject { features, nearest });
+    }
+    let able = |object: &usize| agents.clone().any(|agent| problem.able(agent, task, Some(*object)));
+    let usable: Vec<usize> = suitable.iter().copied().filter(able).collect();
+    if !usable.is_empty() {
+        return Ok(usable);
+    }
+    let obstacle = |agent| {
+        let without = problem.obstacle(agent, task, None).map(|kind| Obstacle { agent, object: None, kind });
+        without.or_else(|| {
+            let kinds = suitable.iter().filter_map(|object| {
+                let kind = problem.obstacle(agent, task, Some(*object))?;
+                Some(Obstacle { agent, object: Some(*object), kind })
+            });
+            kinds.min_by(|a, b| shortfall(&a.kind).total_cmp(&shortfall(&b.kind)))
+        })
+    };
+    nobody(problem, task, agents.clone().filter_map(obstacle).collect())
+}
+
+/// How much is lacking: m or kg.
+fn shortfall(kind: &ObstacleKind) -> f64 {
+    match kind {
+        ObstacleKind::Path { distance, reach } | ObstacleKind::Place { distance, reach } => distance - reach,
+        ObstacleKind::Payload { mass, payload } => mass - payload,
+        _ => f64::INFINITY,
+    }
+}
+
+/// The mistake of a task that no agent can perform: against the agent that lacks least.
+fn nobody(problem: &Problem, task: usize, obstacles: Vec<Obstacle>) -> Result<Vec<usize>, Mistake> {
+    let closest = obstacles.iter().min_by(|a, b| shortfall(&a.kind).total_cmp(&shortfall(&b.kind)));
+    let key = |kind: &ObstacleKind| match kind {
+        ObstacleKind::Path { .. } | ObstacleKind::Place { .. } => Some(Key::Reach),
+        ObstacleKind::Payload { .. } => Some(Key::Payload),
+        ObstacleKind::Feature { .. } => Some(Key::Cannot),
+        ObstacleKind::Skill { .. } => Some(Key::Skills),
+        ObstacleKind::Lost | ObstacleKind::Another => None,
+    };
+    let against = closest.and_then(|closest| Some(of(Item::Agent(closest.agent), key(&closest.kind)?)));
+    let named = problem.tasks[task].agent.is_some();
+    let at = if named { of(Item::Task(task), Key::Agent) } else { entry(Item::Task(task)) };
+    Err(Mistake { at, against, reason: Reason::Nobody { obstacles } })
+}
