@@ -1,0 +1,137 @@
+//! Asking until the answer holds: refusals go back to the model, a bounded number of times.
+//!
+//! An answer that cannot be used is part of the conversation that goes on, with everything that is wrong with it, as a
+//! compiler tells it to a person. A server that does not answer is asked again after a pause that doubles; one that asks
+//! to wait is given what it asks for, up to a limit. When the attempts are used up, the last refusals are the reason.
+
+use std::time::{Duration, Instant};
+
+use crate::answer;
+use crate::endpoint::{AskError, Chat, Message, Speaker};
+use crate::transcript::Exchange;
+
+/// How often and how long.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Answers that are looked at, at least 1.
+    pub attempts: usize,
+    /// Times that one question is sent while the server does not answer, at least 1.
+    pub trials: usize,
+    /// The first pause before a question is sent again; it doubles.
+    pub pause: Duration,
+    /// No pause is longer.
+    pub longest_pause: Duration,
+}
+
+impl Default for Bounds {
+    fn default() -> Bounds {
+        Bounds { attempts: 5, trials: 4, pause: Duration::from_secs(1), longest_pause: Duration::from_secs(60) }
+    }
+}
+
+/// Why there is no answer that holds.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GenerateError {
+    /// The server does not answer, or not in the form of a chat.
+    #[error("{0}")]
+    Server(AskError),
+    /// No answer was good.
+    #[error("none of {attempts} answers can be used")]
+    Refused {
+        /// How many were looked at.
+        attempts: usize,
+        /// What is wrong with the last one.
+        reasons: Vec<String>,
+    },
+    /// The transcript cannot be kept.
+    #[error("the transcript cannot be written: {0}")]
+    Transcript(String),
+}
+
+/// Asks the model until `judge` takes what it says. `judge` is given the text of a JSON object, and answers with what it
+/// is or with everything that is wrong with it. Each exchange is given to `keep` when it is over.
+///
+/// # Errors
+///
+/// If the server does not answer, no answer holds within `bounds`, or `keep` fails.
+pub fn generate<T>(
+    chat: &mut dyn Chat,
+    prompt: &[Message],
+    bounds: &Bounds,
+    mut judge: impl FnMut(&str) -> Result<T, Vec<String>>,
+    mut keep: impl FnMut(&Exchange) -> std::io::Result<()>,
+) -> Result<T, GenerateError> {
+    let mut conversation = prompt.to_vec();
+    let mut told = 0;
+    let mut reasons = Vec::new();
+    let attempts = bounds.attempts.max(1);
+    for attempt in 1..=attempts {
+        let mut trial = 1;
+        let (text, mut exchange) = loop {
+            let begun = Instant::now();
+            let answered = chat.ask(&conversation);
+            let exchange = Exchange {
+                attempt,
+                trial,
+                model: chat.model().to_string(),
+                asked: conversation[told..].to_vec(),
+                answered,
+                refused: Vec::new(),
+                seconds: begun.elapsed().as_secs_f64(),
+            };
+            let error = match &exchange.answered {
+                Ok(text) => break (text.clone(), exchange),
+                // An answer that stopped too early is an answer; the model is told.
+                Err(AskError::Unfinished(_)) => break ("(not finished)".to_string(), exchange),
+                Err(error) => error.clone(),
+            };
+            keep(&exchange).map_err(|error| GenerateError::Transcript(error.to_string()))?;
+            if !error.passes() || trial >= bounds.trials.max(1) {
+                return Err(GenerateError::Server(error));
+            }
+            std::thread::sleep(pause(bounds, trial, &error));
+            trial += 1;
+        };
+        let judged = match (&exchange.answered, answer::object(&text)) {
+            (Err(error), _) => Err(vec![format!("{error}; answer more briefly")]),
+            (Ok(_), Ok(object)) => judge(object),
+            (Ok(_), Err(error)) => Err(vec![error.to_string()]),
+        };
+        match judged {
+            Ok(good) => {
+                keep(&exchange).map_err(|error| GenerateError::Transcript(error.to_string()))?;
+                return Ok(good);
+            }
+            Err(refusals) => {
+                exchange.refused = refusals;
+                keep(&exchange).map_err(|error| GenerateError::Transcript(error.to_string()))?;
+                told = conversation.len();
+                conversation.push(Message::new(Speaker::Assistant, text));
+                conversation.push(Message::new(Speaker::User, refusal(&exchange.refused)));
+                reasons = exchange.refused;
+            }
+        }
+    }
+    Err(GenerateError::Refused { attempts, reasons })
+}
+
+/// What the model is told of an answer that cannot be used.
+fn refusal(reasons: &[String]) -> String {
+    let mut text = String::from("This cannot be used:\n");
+    for reason in reasons {
+        text.push_str("- ");
+        text.push_str(reason);
+        text.push('\n');
+    }
+    text.push_str("Answer again with the whole corrected JSON object and nothing else.");
+    text
+}
+
+fn pause(bounds: &Bounds, trial: usize, error: &AskError) -> Duration {
+    let doubled = bounds.pause.saturating_mul(1 << (trial - 1).min(16));
+    let asked = match error {
+        AskError::Busy { wait: Some(seconds) } => Duration::try_from_secs_f64(*seconds).unwrap_or(Duration::MAX),
+        _ => Duration::ZERO,
+    };
+    doubled.max(asked).min(bounds.longest_pause)
+}
