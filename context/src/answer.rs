@@ -1,73 +1,29 @@
 //! The JSON in what a model says.
 //!
 //! Models put a fence around it, or a sentence before and behind. The first object that can be read is the answer; where
-//! none can, the place of the first mistake in the most promising text is told.
+//! none can, the text from the first brace on that seems meant as one, so that the reader of layers can say what is wrong.
 
 use serde_json::Value;
 
-/// Why there is no JSON in an answer.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum AnswerError {
-    /// Not one brace.
-    #[error("the answer holds no JSON object; answer with one object and nothing else")]
-    None,
-    /// It begins and cannot be read.
-    #[error("the JSON of the answer cannot be read at line {line}, column {column}: {reason}")]
-    Broken {
-        /// Line in the object, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// What is wrong there.
-        reason: String,
-    },
-    /// It begins and does not end.
-    #[error("the JSON of the answer ends at line {line} before it is complete")]
-    Truncated {
-        /// Line in the object, from 1.
-        line: usize,
-    },
-}
-
-/// The text of the first JSON object in `text`.
-///
-/// # Errors
-///
-/// If there is none, or it is not complete.
-pub fn object(text: &str) -> Result<&str, AnswerError> {
+/// The text of the first JSON object in `text`, or what was meant as one to the end; none without a brace.
+pub fn object(text: &str) -> Option<&str> {
     let mut first = None;
     let mut at = 0;
-    // An object inside of one that cannot be read is not what was asked for; only text before the first brace that begins
-    // an object is passed over, such as `{name}` in a sentence.
     while let Some(brace) = text[at..].find('{') {
         let rest = &text[at + brace..];
         let mut stream = serde_json::Deserializer::from_str(rest).into_iter::<Value>();
-        match stream.next() {
-            Some(Ok(Value::Object(_))) => return Ok(&rest[..stream.byte_offset()]),
-            Some(Err(error)) => {
-                let looks_meant = rest[1..].trim_start().starts_with(['"', '}']);
-                if looks_meant || first.is_none() {
-                    let told = tell(&error);
-                    if looks_meant {
-                        return Err(told);
-                    }
-                    first = Some(told);
-                }
-            }
-            _ => {}
+        if let Some(Ok(Value::Object(_))) = stream.next() {
+            return Some(&rest[..stream.byte_offset()]);
         }
+        // An object inside of one that cannot be read is not what was asked for; only a brace that begins no object is passed
+        // over, such as `{name}` in a sentence.
+        if rest[1..].trim_start().starts_with(['"', '}']) {
+            return Some(rest);
+        }
+        first.get_or_insert(rest);
         at += brace + 1;
     }
-    Err(first.unwrap_or(AnswerError::None))
-}
-
-fn tell(error: &serde_json::Error) -> AnswerError {
-    if error.is_eof() {
-        return AnswerError::Truncated { line: error.line() };
-    }
-    let text = error.to_string();
-    let reason = text.split(" at line ").next().unwrap_or(&text).to_string();
-    AnswerError::Broken { line: error.line(), column: error.column(), reason }
+    first
 }
 
 #[cfg(test)]
@@ -82,17 +38,17 @@ mod tests {
             "Here you are: {\"layers\": []} Good luck {smile}",
             "For {name} I made\n{\"layers\": []}",
         ] {
-            assert_eq!(object(text), Ok(r#"{"layers": []}"#), "{text}");
+            assert_eq!(object(text), Some(r#"{"layers": []}"#), "{text}");
         }
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_its_place() {
-        assert_eq!(object("I cannot do that."), Err(AnswerError::None));
-        assert_eq!(object("{\"layers\": [\n  {\"name\": \"a\""), Err(AnswerError::Truncated { line: 2 }));
-        let broken = object("{\"layers\": [1,\n  oops]}");
-        assert!(matches!(broken, Err(AnswerError::Broken { line: 2, .. })), "{broken:?}");
+    fn what_cannot_be_read_is_given_as_it_is() {
+        assert_eq!(object("I cannot do that."), None);
+        assert_eq!(object("So: {\"layers\": [\n  {\"name\""), Some("{\"layers\": [\n  {\"name\""));
         // What stands inside of a broken object is not taken for the answer.
-        assert!(object("{\"layers\": [{\"a\": 1}, {\"b\": 2}, oops").is_err());
+        assert_eq!(object("{\"layers\": [{\"a\": 1}, oops"), Some("{\"layers\": [{\"a\": 1}, oops"));
+        assert_eq!(object("{layers: [{\"a\": 1}]}"), Some("{\"a\": 1}"));
+        assert_eq!(object("{ü {"), Some("{ü {"));
     }
 }

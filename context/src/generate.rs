@@ -48,6 +48,8 @@ pub enum GenerateError {
     Transcript(String),
 }
 
+const NO_OBJECT: &str = "the answer holds no JSON object; answer with one object and nothing else";
+
 /// Asks the model until `judge` takes what it says. `judge` is given the text of a JSON object, and answers with what it
 /// is or with everything that is wrong with it. Each exchange is given to `keep` when it is over.
 ///
@@ -94,8 +96,8 @@ pub fn generate<T>(
         };
         let judged = match (&exchange.answered, answer::object(&text)) {
             (Err(error), _) => Err(vec![format!("{error}; answer more briefly")]),
-            (Ok(_), Ok(object)) => judge(object),
-            (Ok(_), Err(error)) => Err(vec![error.to_string()]),
+            (Ok(_), Some(object)) => judge(object),
+            (Ok(_), None) => Err(vec![NO_OBJECT.to_string()]),
         };
         match judged {
             Ok(good) => {

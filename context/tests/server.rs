@@ -68,7 +68,7 @@ fn refusals_go_back_to_the_model() {
     let last = asked[2].1["messages"].as_array().unwrap();
     let speakers: Vec<&str> = last.iter().map(|m| m["role"].as_str().unwrap()).collect();
     assert_eq!(speakers, ["system", "user", "assistant", "user", "assistant", "user"]);
-    assert!(last[3]["content"].as_str().unwrap().contains("ends at line 1 before it is complete"));
+    assert!(last[3]["content"].as_str().unwrap().contains("EOF while parsing"));
     assert!(last[5]["content"].as_str().unwrap().contains("- `good` is missing\n- try `good`\n"));
     // The transcript holds each message once, and what was said of each answer.
     let messages: Vec<usize> = kept.iter().map(|exchange| exchange.asked.len()).collect();

@@ -6,12 +6,10 @@
 //!
 //! - [`schedule`]: robots that serve agents at the end of their operations, thesis chapter 5.
 //! - [`execution`]: the world in which a schedule is executed, and the plan that follows what happens.
-
-pub mod engine;
-pub mod execution;
 //! - [`layers`]: tasks in ordered layers, each with an agent and an object, thesis chapter 6.
 
 pub mod engine;
+pub mod execution;
 pub mod layers;
 pub mod plan;
 pub mod schedule;

@@ -126,6 +126,7 @@ fn a_quiet_day_is_the_plan() {
                 Phase::Proximity => "proximity",
                 Phase::Serving => "serving",
                 Phase::Depositing => "depositing",
+                Phase::Task => continue,
             };
             near(times[&key][name], activity.start, 1e-9);
         }

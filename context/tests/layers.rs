@@ -1,0 +1,147 @@
+//! Layers from a server: broken answers of every kind, and what the model is told of each.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use common::{Reply, Server};
+use hierarq_context::endpoint::Endpoint;
+use hierarq_context::generate::{Bounds, GenerateError};
+use hierarq_context::layers::layers;
+use hierarq_context::prompt::{Wish, prompt};
+use hierarq_context::transcript::Exchange;
+use mission::layers::json::{Imported, Mode};
+use mission::layers::problem::{Agent, Body, Energy, Object, Problem, Range, Skill, Weights};
+
+fn skill() -> Skill {
+    Skill { action: "pick_and_place".into(), duration: 2.0, pace: 1.0 }
+}
+
+fn agent(name: &str, body: Body) -> Agent {
+    Agent {
+        name: name.into(),
+        place: [0.0, 0.0, 0.0],
+        body,
+        skills: vec![skill()],
+        reach: None,
+        payload: None,
+        cannot: Default::default(),
+        lost: false,
+    }
+}
+
+/// A person, an arm, two red cubes and a blue one.
+fn problem() -> Problem {
+    let cube = |name: &str, colour: &str| Object {
+        name: name.into(),
+        place: [0.3, 0.1, 0.0],
+        mass: 0.2,
+        features: ["cube", colour].map(String::from).into(),
+    };
+    let arm = Body::Robot { speed: Range::new(0.05, 0.1), energy: Energy::of_factor(1.0) };
+    Problem {
+        agents: vec![agent("anna", Body::Human { speed: 0.1, slowing: 0.5 }), agent("arm", arm)],
+        objects: vec![cube("red_1", "red"), cube("red_2", "red"), cube("blue_1", "blue")],
+        layers: Vec::new(),
+        tasks: Vec::new(),
+        weights: Weights { workload: 4.0, energy: 1.0, makespan: 10.0 },
+        returns: true,
+        start: 0.0,
+        begun: Vec::new(),
+    }
+}
+
+const GOOD: &str = r#"{"layers": [
+  {"name": "base", "tasks": [{"name": "left", "action": "pick_and_place", "features": ["red"], "to": "corner"}]},
+  {"name": "top", "tasks": [{"name": "roof", "action": "pick_and_place", "features": ["blue"], "to": [0.1, 0.0, 0.1]}]}]}"#;
+
+/// What became of answers, the refusals of each, and what the server was asked.
+fn talk(answers: &[&str], mode: Mode) -> (Result<Imported, GenerateError>, Vec<Exchange>, Server) {
+    let server = Server::new(answers.iter().map(|text| Reply::Says((*text).to_string())).collect());
+    let mut endpoint = Endpoint::new(&server.address, "tiny", None, Duration::from_secs(2)).unwrap();
+    let problem = problem();
+    let places = BTreeMap::from([("corner".to_string(), [0.0, 0.1, 0.0])]);
+    let directives = ["Objects must not overlap.".to_string()];
+    let instruction = "Build a house.";
+    let wish = Wish { problem: &problem, instruction, directives: &directives, places: &places, mode };
+    let mut kept = Vec::new();
+    let outcome = layers(&mut endpoint, &wish, &Bounds::default(), |exchange| {
+        kept.push(exchange.clone());
+        Ok(())
+    });
+    (outcome, kept, server)
+}
+
+#[test]
+fn every_kind_of_broken_answer_goes_back_with_its_reason() {
+    let truncated = &GOOD[..GOOD.len() - 40];
+    let unknown = GOOD.replace("\"blue\"", "\"green\"").replace("corner", "cornr");
+    let cyclic = r#"{"tasks": [
+      {"name": "a", "action": "pick_and_place", "features": ["red"], "to": [0, 0, 0], "after": ["b"]},
+      {"name": "b", "action": "pick_and_place", "features": ["blue"], "to": [0, 0, 0], "after": ["a"]}]}"#;
+    let too_many = GOOD.replace(
+        r#"{"name": "left""#,
+        r#"{"name": "l2", "action": "pick_and_place", "features": ["red"], "to": [0, 0, 0]},
+           {"name": "l3", "action": "pick_and_place", "features": ["red"], "to": [0, 0, 0]}, {"name": "left""#,
+    );
+    let (outcome, kept, server) = talk(&[truncated, &unknown, cyclic, &too_many, GOOD], Mode::Context);
+    let imported = outcome.unwrap();
+    assert_eq!(imported.problem.layers, ["base", "top"]);
+    assert_eq!(imported.problem.tasks[0].path, [[0.0, 0.1, 0.0]]);
+    assert_eq!(imported.plan, None);
+    let words: [&[&str]; 4] = [
+        &["line 3"],
+        &["`green`", "`cornr`", "`corner`", "line 2", "line 3"],
+        &["`a`", "`b`"],
+        &["red"],
+    ];
+    for (exchange, words) in kept.iter().zip(words) {
+        let said = exchange.refused.join("\n");
+        assert!(words.iter().all(|word| said.contains(word)), "{words:?} in {said}");
+        let told = server.asked()[exchange.attempt].1["messages"].to_string();
+        assert!(exchange.refused.iter().all(|reason| told.contains(&serde_json::to_string(reason).unwrap()[1..20])));
+    }
+    assert!(kept[4].refused.is_empty());
+}
+
+#[test]
+fn a_model_may_decide_more() {
+    let with = |more: [&str; 2]| {
+        let [red, blue] = more;
+        GOOD.replace(r#""features": ["red"]"#, red).replace(r#""features": ["blue"]"#, blue)
+    };
+    let allocated = with([r#""agent": "arm", "object": "red_2""#, r#""agent": "anna", "object": "blue_1""#]);
+    let (outcome, kept, _) = talk(&[GOOD, &allocated], Mode::Allocated);
+    let imported = outcome.unwrap();
+    assert!(kept[0].refused.join("\n").contains("`agent` is missing"), "{:?}", kept[0].refused);
+    assert_eq!((imported.problem.tasks[0].agent, imported.problem.tasks[0].object), (Some(1), Some(1)));
+    let scheduled = with([
+        r#""agent": "arm", "object": "red_2", "start": 0, "end": 20"#,
+        r#""agent": "anna", "object": "blue_1", "start": 20, "end": 40"#,
+    ]);
+    let (outcome, ..) = talk(&[&scheduled], Mode::Scheduled);
+    assert_eq!(outcome.unwrap().plan.unwrap().end(), Some(40.0));
+}
+
+/// The form that the model is shown, with words of the mission, is one that is read.
+#[test]
+fn the_form_in_the_prompt_is_what_is_read() {
+    let (problem, places) = (problem(), BTreeMap::new());
+    for mode in [Mode::Context, Mode::Allocated, Mode::Scheduled] {
+        let wish = Wish { problem: &problem, instruction: "Build.", directives: &[], places: &places, mode };
+        let messages = prompt(&wish);
+        assert_eq!(messages[1].content, "Build.");
+        let system: serde_json::Value = serde_json::from_str(&messages[0].content).unwrap();
+        assert_eq!(system["actions"], serde_json::json!(["pick_and_place"]));
+        assert_eq!(system["scene"]["agents"].is_array(), mode != Mode::Context);
+        let form = system["answer"]["form"].to_string();
+        let answer = form
+            .replace("one of the actions", "pick_and_place")
+            .replace("name of an agent", "arm")
+            .replace("name of an object", "red_1");
+        let read = mission::layers::json::import(&answer, &problem, &places, mode);
+        assert!(read.is_ok(), "{answer}: {read:?}");
+    }
+}
