@@ -91,12 +91,8 @@ fn every_kind_of_broken_answer_goes_back_with_its_reason() {
     assert_eq!(imported.problem.layers, ["base", "top"]);
     assert_eq!(imported.problem.tasks[0].path, [[0.0, 0.1, 0.0]]);
     assert_eq!(imported.plan, None);
-    let words: [&[&str]; 4] = [
-        &["line 3"],
-        &["`green`", "`cornr`", "`corner`", "line 2", "line 3"],
-        &["`a`", "`b`"],
-        &["red"],
-    ];
+    let words: [&[&str]; 4] =
+        [&["line 3"], &["`green`", "`cornr`", "`corner`", "line 2", "line 3"], &["`a`", "`b`"], &["red"]];
     for (exchange, words) in kept.iter().zip(words) {
         let said = exchange.refused.join("\n");
         assert!(words.iter().all(|word| said.contains(word)), "{words:?} in {said}");

@@ -1,7 +1,9 @@
 //! Prints what thesis Tables 6.3 to 6.5 print of the proposed method, for letters H and D and sorting with layers written
-//! by hand: time of the planner, J, makespan, workload, energy; and the error of batches against the whole.
+//! by hand: time of the planner, J, makespan, workload, energy; the error of batches against the whole, and the relative
+//! error (6.17) of a naive allocation, which stands in for a model that allocates too: agents in turn, objects by name.
+//! With `large`, random problems as large as they may be.
 //!
-//! `cargo run --release -p hierarq-mission --example letters [SECONDS]`
+//! `cargo run --release -p hierarq-mission --example letters [SECONDS] [large]`
 
 #[path = "../tests/layered/mod.rs"]
 mod layered;
@@ -46,11 +48,44 @@ fn show(name: &str, problem: &Problem, options: &Options) -> f64 {
     plan.cost
 }
 
+/// Agents in turn, each task the first object by name that is left: what a planner of speeds is then given.
+fn naive(problem: &Problem) -> Option<Problem> {
+    let mut naive = problem.clone();
+    let mut names: Vec<usize> = (0..problem.objects.len()).collect();
+    names.sort_by_key(|object| &problem.objects[*object].name);
+    let mut turn = 0;
+    for task in 0..problem.tasks.len() {
+        let needs = problem.tasks[task].needs_object();
+        let free = |object: &usize| naive.tasks.iter().all(|other| other.object != Some(*object));
+        let object = names.iter().copied().find(|object| problem.suits(task, *object) && free(object));
+        let object = if needs { Some(object?) } else { None };
+        let count = problem.agents.len();
+        let agent = (turn..turn + count).map(|a| a % count).find(|agent| problem.able(*agent, task, object))?;
+        turn = agent + 1;
+        (naive.tasks[task].agent, naive.tasks[task].object) = (Some(agent), object);
+    }
+    Some(naive)
+}
+
 fn main() {
     let seconds = std::env::args().nth(1).and_then(|word| word.parse().ok()).unwrap_or(10);
     let budget = Budget { time: Duration::from_secs(seconds), ..Budget::default() };
     let whole = Options { formulation: Some(Formulation::Branch), budget, ..Options::default() };
     let parts = Options { formulation: Some(Formulation::Batches), ..whole };
+    if std::env::args().any(|word| word == "large") {
+        for (tasks, objects, robots, humans) in
+            [(20, 40, 3, 1), (30, 60, 4, 2), (40, 80, 6, 2), (64, 128, 8, 4), (128, 256, 8, 4), (256, 512, 20, 12)]
+        {
+            for seed in 0..2 {
+                let problem = layered::random(seed, tasks, objects, robots, humans);
+                let name = format!("{tasks} tasks, {objects} objects, {} agents", robots + humans);
+                let best = show(&name, &problem, &whole);
+                let batched = show(&format!("{name}, batches"), &problem, &parts);
+                println!("  error of batches {:.2} %", 100.0 * (batched / best - 1.0));
+            }
+        }
+        return;
+    }
     type Mission = fn(u64) -> Problem;
     let missions: [(&str, Mission); 3] =
         [("letter H", layered::letter_h), ("letter D", layered::letter_d), ("sorting", layered::sorting)];
@@ -59,7 +94,9 @@ fn main() {
             let problem = mission(set);
             let best = show(&format!("{name}, objects {set}"), &problem, &whole);
             let batched = show(&format!("{name}, objects {set}, batches"), &problem, &parts);
-            println!("  error of batches {:.2} %", 100.0 * (batched / best - 1.0));
+            let allocated = naive(&problem).map(|naive| show(&format!("{name}, objects {set}, naive"), &naive, &whole));
+            let error = allocated.unwrap_or(f64::NAN) / best - 1.0;
+            println!("  error of batches {:.2} %, of the naive allocation {error:.2}", 100.0 * (batched / best - 1.0));
         }
     }
 }

@@ -226,6 +226,21 @@ fn a_text_that_breaks_off_says_where_and_what_was_wrong_before() {
     }
 }
 
+/// A hostile text costs no time and no more than a hundred messages.
+#[test]
+fn too_much_is_cut_off() {
+    let features = vec!["\"x\""; 5000].join(",");
+    let task = format!("{{\"name\": \"t\", \"action\": \"open\", \"features\": [{features}]}}");
+    let found =
+        read(&format!("{{\"layers\": [{{\"tasks\": [{}]}}]}}", vec![task; 9].join(",")), Mode::Context).unwrap_err();
+    assert!((100..110).contains(&found.len()), "{}", found.len());
+    assert_eq!(found[0].kind, FaultKind::TooMuch);
+    let task = "{\"name\": \"t\", \"action\": \"weld\"}";
+    let found = read(&format!("{{\"tasks\": [{}]}}", vec![task; 300].join(",")), Mode::Context).unwrap_err();
+    assert!(found.iter().any(|fault| fault.kind == FaultKind::TooMuch) && found.len() < 400);
+    assert!(read(&" ".repeat(2 << 20), Mode::Context).unwrap_err()[0].kind == FaultKind::TooMuch);
+}
+
 #[test]
 fn precedences_become_layers_and_circles_are_named() {
     let task = |name: &str, after: &str| {

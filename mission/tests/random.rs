@@ -11,7 +11,7 @@ use hierarq_mission::plan::{Actor, Phase, Plan};
 use hierarq_mission::schedule::adapt::{Adaptation, Feedback, adapt};
 use hierarq_mission::schedule::assistance::{Assistance, from_plan, to_plan};
 use hierarq_mission::schedule::choose::{Formulation, Options, plan};
-use hierarq_mission::schedule::problem::{AgentKind, Problem};
+use hierarq_mission::schedule::problem::{Absence, AgentKind, Distances, Problem, Scales};
 use hierarq_mission::schedule::reallocate::{optimality_index, reallocate};
 use hierarq_mission::schedule::reschedule::{Observed, reschedule};
 use hierarq_mission::schedule::validate::{Rule, validate};
@@ -166,6 +166,35 @@ proptest! {
                 schedule = repaired;
             }
             problem = after;
+        }
+    }
+}
+
+/// A robot that takes no service is as if it were not there; one that takes them later leaves no earlier.
+#[test]
+fn a_robot_that_is_absent_is_done_without() {
+    for seed in 0..4 {
+        for (fixed, formulation) in [(true, None), (false, None), (true, Some(Formulation::Batches))] {
+            let mut problem = small(seed, 3, 3, 1, fixed, false);
+            problem.scales = Some(Scales::of(&problem));
+            let mut fewer = problem.clone();
+            fewer.robots.remove(0);
+            if let Distances::Table(table) = &mut fewer.distances {
+                table.remove(0);
+            }
+            let expected = plan(&fewer, &quick(formulation)).unwrap();
+            problem.absent = vec![Absence { robot: 0, until: None }];
+            let found = plan(&problem, &quick(formulation)).unwrap();
+            assert_eq!(validate(&problem, &found), []);
+            assert!((found.cost - expected.cost).abs() < 1e-9, "{} {}", found.cost, expected.cost);
+            assert_eq!(found.of(Actor::Robot(0)).count(), 0);
+            let until = 150.0;
+            problem.absent = vec![Absence { robot: 0, until: Some(until) }, Absence { robot: 1, until: None }];
+            let found = plan(&problem, &quick(formulation)).unwrap();
+            assert_eq!(validate(&problem, &found), []);
+            assert!(found.of(Actor::Robot(0)).all(|activity| activity.start >= until));
+            problem.absent[0].until = Some(until + 1e5);
+            assert!(validate(&problem, &found).iter().all(|broken| broken.rule == Rule::Absent));
         }
     }
 }

@@ -170,14 +170,18 @@ fn weights_and_distances_follow_the_equations() {
 
 #[test]
 fn the_adaptation_index_follows_algorithm_5() {
-    // Too short a wait (f = -0.5), from 13.7 s to 269.5 s: 1 + (269.5 - 13.7) / 269.5 / 0.5.
+    // With changes relative to the larger value. Too short a wait (f = -0.5), from 13.7 s to 269.5 s.
     near(adaptation_index(1.0, Quantity::Wait, -0.5, 13.7, 269.5), 1.0 + 2.0 * 255.8 / 269.5, 1e-12);
     // Too long a wait (f = 0.5), from 245.3 s to 20.5 s.
-    near(adaptation_index(1.0, Quantity::Wait, 0.5, 245.3, 20.5), 1.0 + 2.0 * 224.8 / 20.5, 1e-12);
+    near(adaptation_index(1.0, Quantity::Wait, 0.5, 245.3, 20.5), 1.0 + 2.0 * 224.8 / 245.3, 1e-12);
     near(adaptation_index(1.0, Quantity::Wait, 0.5, 20.5, 245.3), 1.0 - 2.0 * 224.8 / 245.3, 1e-12);
     near(adaptation_index(2.0, Quantity::Speed, 1.0, 0.1, 0.125), 2.2, 1e-12);
     near(adaptation_index(2.0, Quantity::Speed, -1.0, 0.1, 0.125), 1.8, 1e-12);
-    near(adaptation_index(2.0, Quantity::Speed, -1.0, 0.125, 0.1), 2.25, 1e-12);
+    near(adaptation_index(2.0, Quantity::Speed, -1.0, 0.125, 0.1), 2.2, 1e-12);
+    // To nothing is as much as from nothing.
+    near(adaptation_index(1.0, Quantity::Wait, 1.0, 40.0, 0.0), 2.0, 1e-12);
+    near(adaptation_index(1.0, Quantity::Wait, 1.0, 0.0, 40.0), 0.0, 1e-12);
+    assert_eq!(adaptation_index(1.5, Quantity::Wait, 1.0, 0.0, 0.0), 1.5);
     for (feedback, after) in [(0.0, 5.0), (1.0, 3.0)] {
         assert_eq!(adaptation_index(1.5, Quantity::Wait, feedback, 3.0, after), 1.5);
     }

@@ -5,12 +5,13 @@
 //! where a robot is means where this point is. Every step
 //!
 //! ```text
-//! u = y_d' + k (y_d - y) + sum over others nearer than d_th of s v_max (1/d - 1/d_th) / d^2 (n + 1.5 n_left)
+//! u = y_d' + k (y_d - y) + sum over others nearer than d_th of s v_max (1/d - 1/d_th) / d^2 n + 1.5 of it n_left
 //! ```
 //!
-//! with `n` away from the other. The second part turns around it to the left of `n`, which for a base that meets another
-//! one means to its own right: two of them head-on pass. It acts on what lies ahead, and both fade within a metre of the
-//! target, where something may stand. A base that stands somewhere gives way and comes back; one that serves stands fast.
+//! with `n` away from the other. The last part is of the nearest one that lies ahead alone. It turns around it to the left of
+//! `n`, which for a base that meets another one means to its own right: two of them head-on pass. All fades within a metre of
+//! the target, where something may stand. A base that stands somewhere gives way and comes back; one that serves stands fast.
+//! Of two that go to the same place the later one gives way like one that stands.
 //!
 //! Then `u` is cut so that `n u >= -phi (d - d_min) / 2` for each other base: what is left is never more than half of
 //! the margin for each, so that no pair comes nearer than `d_min`, at any step up to `1 / phi`.
@@ -85,6 +86,20 @@ fn turned(heading: f64, velocity: [f64; 2], potentials: &Potentials) -> f64 {
     course + 2.0 * ((off / 2.0).tan() * (-speed / potentials.ahead * potentials.step).exp()).atan()
 }
 
+/// It is on a way, or at its end.
+fn is_moving(state: &RobotState) -> bool {
+    matches!(state.stage, Stage::Going | Stage::Approaching | Stage::Returning | Stage::Recalled)
+}
+
+/// Another one goes to the same place and comes first: of the earlier operation, or of that the one that is listed first.
+fn stands_back(robots: &[RobotState], robot: usize, potentials: &Potentials) -> bool {
+    let rank = |index: usize| (robots[index].target.map_or(usize::MAX, |(_, operation)| operation), index);
+    robots.iter().enumerate().any(|(index, other)| {
+        let same = distance(other.leg.to, robots[robot].leg.to) < potentials.clearance;
+        is_moving(other) && same && rank(index) < rank(robot)
+    })
+}
+
 /// What else is near a base: the way to it, and how much nearer the two may come within a second for the part of this one.
 struct Other {
     /// Unit vector away from it.
@@ -105,7 +120,7 @@ fn command(problem: &Problem, robots: &[RobotState], robot: usize, time: f64, po
         (Stage::Approaching, Some(near)) => near.max(state.approach),
         _ => problem.robots[robot].speed.high,
     };
-    let stands = !matches!(state.stage, Stage::Going | Stage::Approaching | Stage::Returning | Stage::Recalled);
+    let stands = !is_moving(state) || stands_back(robots, robot, potentials);
     let (now, then) = (state.leg.at(time), state.leg.at(time + potentials.step));
     let mut u = [0, 1]
         .map(|axis| (then[axis] - now[axis]) / potentials.step + potentials.gain * (now[axis] - state.position[axis]));
@@ -115,13 +130,18 @@ fn command(problem: &Problem, robots: &[RobotState], robot: usize, time: f64, po
     let wanted = u;
     let fade = if stands { 1.0 } else { (distance(state.position, state.leg.to) / FADE).min(1.0) };
     let others = others(robots, robot, potentials);
+    let mut nearest: Option<(&Other, f64)> = None;
     for other in others.iter().filter(|other| other.distance < potentials.threshold) {
         let d = other.distance.max(potentials.clearance / 2.0);
         let push = fade * potentials.strength * fastest * (1.0 / d - 1.0 / potentials.threshold).max(0.0) / (d * d);
-        let [x, y] = other.away;
+        u = [u[0] + push * other.away[0], u[1] + push * other.away[1]];
         let ahead = !stands && dot(wanted, other.away) < 0.0;
-        let turn = if ahead { TURN * push } else { 0.0 };
-        u = [u[0] + push * x - turn * y, u[1] + push * y + turn * x];
+        if ahead && nearest.is_none_or(|(least, _)| other.distance < least.distance) {
+            nearest = Some((other, push));
+        }
+    }
+    if let Some((Other { away: [x, y], .. }, push)) = nearest {
+        u = [u[0] - TURN * push * y, u[1] + TURN * push * x];
     }
     guarded(limited(u, fastest), fastest, &others)
 }

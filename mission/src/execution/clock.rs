@@ -90,7 +90,12 @@ impl Execution {
             Stage::Home => Some((self.next_service(robot)?.times.going, Step::SetsOut(robot))),
             Stage::Going => Some((times?.waiting, Step::Arrives(robot))),
             Stage::Waiting => Some((times?.proximity, Step::Approaches(robot))),
-            Stage::Approaching => Some((times?.serving, Step::Serves(robot))),
+            Stage::Approaching => {
+                // One that is there before the operation has ended stands by, whatever was planned.
+                let ended = state.target.is_some_and(|(agent, _)| self.agents[agent].doing == Doing::Waiting);
+                let serving = Some(times?.serving).filter(|serving| ended || *serving > self.time);
+                serving.map(|serving| (serving, Step::Serves(robot)))
+            }
             Stage::Serving => Some((times?.depositing, Step::Leaves(robot))),
             Stage::Returning | Stage::Recalled => Some((state.leg.until, Step::Returned(robot))),
             Stage::Unloading => Some((times?.end, Step::Home(robot))),

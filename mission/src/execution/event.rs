@@ -62,6 +62,8 @@ pub enum Event {
         /// Who.
         who: Actor,
     },
+    /// What has not begun is planned anew, whatever the index of (5.19) is.
+    Replan,
     /// Who was lost is back: a robot at its depot, an agent at its place, where it begins the operation that it had not
     /// been served for once more.
     Back {

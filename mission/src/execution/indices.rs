@@ -1,59 +1,37 @@
-//! Whether what people ask for is given to them: what they said, and what the next service was like.
+//! Whether what people ask for is given to them: what the plan says of their next service before it takes in what they
+//! said, and after; see [`adaptation_index`].
 
 use crate::schedule::adaptation_index::{Quantity, adaptation_index};
+use crate::schedule::cost;
 
 use super::Execution;
 
-/// What a person asked for after an operation, and is still waited for.
+/// Adaptation indices of a person.
 #[derive(Clone, Copy, Debug)]
-struct Asked {
-    operation: usize,
-    quantity: Quantity,
-    feedback: f64,
-}
-
-/// Adaptation indices of people.
-#[derive(Clone, Debug)]
 pub(super) struct Indices {
-    asked: Vec<Vec<Asked>>,
-    wait: Vec<f64>,
-    speed: Vec<f64>,
+    pub wait: f64,
+    pub speed: f64,
 }
 
 impl Indices {
-    pub fn new(agents: usize) -> Indices {
-        Indices { asked: vec![Vec::new(); agents], wait: vec![1.0; agents], speed: vec![1.0; agents] }
-    }
+    /// Of a person who has asked for nothing.
+    pub const NONE: Indices = Indices { wait: 1.0, speed: 1.0 };
 
-    /// What a person said of an operation; what was said of it before no longer counts.
-    pub fn ask(&mut self, agent: usize, operation: usize, wait: f64, speed: f64) {
-        let asked = &mut self.asked[agent];
-        asked.retain(|asked| asked.operation != operation);
-        asked.push(Asked { operation, quantity: Quantity::Wait, feedback: wait });
-        asked.push(Asked { operation, quantity: Quantity::Speed, feedback: speed });
-    }
-
-    /// Indices of waits and of speeds.
-    pub fn of(&self, agent: usize) -> (f64, f64) {
-        (self.wait[agent], self.speed[agent])
+    /// After a feedback about wait and speed. `before` and `after` are wait (s) and speed (m/s) of the next service.
+    pub fn after(self, wait: f64, speed: f64, before: (f64, f64), after: (f64, f64)) -> Indices {
+        Indices {
+            wait: adaptation_index(self.wait, Quantity::Wait, wait, before.0, after.0),
+            speed: adaptation_index(self.speed, Quantity::Speed, speed, before.1, after.1),
+        }
     }
 }
 
 impl Execution {
-    /// Something has become known of an agent's services.
-    pub(super) fn heed(&mut self, agent: usize) {
-        let state = &self.agents[agent];
-        let Indices { asked, wait, speed } = &mut self.indices;
-        asked[agent].retain(|asked| {
-            let (known, index) = match asked.quantity {
-                Quantity::Wait => (&state.waits, &mut wait[agent]),
-                Quantity::Speed => (&state.speeds, &mut speed[agent]),
-            };
-            let (Some(before), Some(after)) = (known.get(asked.operation), known.get(asked.operation + 1)) else {
-                return true;
-            };
-            *index = adaptation_index(*index, asked.quantity, asked.feedback, *before, *after);
-            false
-        });
+    /// Wait (s) and speed (m/s) of the next service of an agent in the plan; none if there is none.
+    pub(super) fn next_wait_and_speed(&self, agent: usize) -> Option<(f64, f64)> {
+        let at = self.service(agent, self.agents[agent].operation)?;
+        let time = at.times.serving - at.times.proximity;
+        let speed = if time > 0.0 { self.problem.lengths(agent, at.robot).proximity / time } else { 0.0 };
+        Some((cost::wait(&self.schedule, at).max(0.0), speed))
     }
 }

@@ -19,6 +19,7 @@ mod motion;
 mod outcome;
 mod progress;
 mod record;
+mod satisfaction;
 mod settings;
 mod state;
 mod steps;
@@ -60,7 +61,7 @@ pub struct Execution {
     /// Who is lost, as they were.
     lost: Vec<Option<Agent>>,
     satisfied: Vec<Option<Satisfaction>>,
-    indices: Indices,
+    indices: Vec<Indices>,
     /// Steps of the bases since `begin`, while one moves.
     tick: Option<u64>,
     stranded: Option<NoPlan>,
@@ -116,7 +117,7 @@ impl Execution {
             robots,
             lost: vec![None; people],
             satisfied: vec![None; people],
-            indices: Indices::new(people),
+            indices: vec![Indices::NONE; people],
             tick: None,
             stranded: None,
             done: false,

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Execution;
+use super::indices::Indices;
 use super::record::Happening;
 
 /// What a mission came to, so far.
@@ -67,7 +68,7 @@ impl Execution {
     pub fn statistics(&self) -> Outcome {
         let home = self.records.iter().rev().find(|record| matches!(record.what, Happening::Home { .. }));
         let agents = self.problem.agents.iter().zip(&self.agents).enumerate().map(|(index, (who, state))| {
-            let (wait_index, speed_index) = self.indices.of(index);
+            let Indices { wait: wait_index, speed: speed_index } = self.indices[index];
             AgentOutcome {
                 name: who.name.clone(),
                 served: state.operation,

@@ -23,6 +23,12 @@ pub enum Durations {
     },
 }
 
+/// The most obstacles.
+const MAX_OBSTACLES: usize = 64;
+/// Between two obstacles there is room for a robot and this much more (m): in a narrower gap the potentials of both hold a
+/// robot fast.
+const PASSAGE: f64 = 1.0;
+
 /// How robots travel.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -46,7 +52,7 @@ pub struct Obstacle {
 /// How bases avoid each other: artificial potentials, thesis 5.7.1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Potentials {
-    /// Time between two commands (s), 0.001 to 0.5.
+    /// Time between two commands (s), 0.01 to 0.5.
     pub step: f64,
     /// `d_th` (m): robots that are nearer repel each other. More than `clearance`.
     pub threshold: f64,
@@ -163,6 +169,18 @@ pub enum Refusal {
         /// What is to be reached.
         what: String,
     },
+    /// A robot could neither pass between two obstacles nor be led around both.
+    #[error(
+        "the obstacles at ({:.2}, {:.2}) m and ({:.2}, {:.2}) m leave less than {PASSAGE} m more than a robot needs between \
+         them: give one round obstacle that covers both",
+        .first.place[0], .first.place[1], .second.place[0], .second.place[1]
+    )]
+    Narrow {
+        /// One of them.
+        first: Obstacle,
+        /// The other.
+        second: Obstacle,
+    },
     /// An agent that is waited for does not exist.
     #[error("there is no agent with number {0}, which is said to end its operations when told")]
     Told(usize),
@@ -196,7 +214,7 @@ impl Settings {
 
 impl Potentials {
     fn check(&self, problem: &Problem) -> Result<(), Refusal> {
-        within("step", self.step, 1e-3, 0.5)?;
+        within("step", self.step, 0.01, 0.5)?;
         within("clearance", self.clearance, 1e-3, MAX_NUMBER)?;
         within("threshold", self.threshold, self.clearance, MAX_NUMBER)?;
         within("strength", self.strength, 0.0, MAX_NUMBER)?;
@@ -205,10 +223,18 @@ impl Potentials {
         if problem.distances != Distances::Straight {
             return Err(Refusal::NoPlaces);
         }
-        for obstacle in &self.obstacles {
+        within("obstacles", self.obstacles.len() as f64, 0.0, MAX_OBSTACLES as f64)?;
+        for (number, obstacle) in self.obstacles.iter().enumerate() {
             within("radius", obstacle.radius, 0.0, MAX_NUMBER)?;
             within("place", obstacle.place[0], -MAX_NUMBER, MAX_NUMBER)?;
             within("place", obstacle.place[1], -MAX_NUMBER, MAX_NUMBER)?;
+            let narrow = |other: &&Obstacle| {
+                let apart = f64::hypot(obstacle.place[0] - other.place[0], obstacle.place[1] - other.place[1]);
+                apart < obstacle.radius + other.radius + 2.0 * self.clearance + PASSAGE
+            };
+            if let Some(first) = self.obstacles[..number].iter().find(narrow) {
+                return Err(Refusal::Narrow { first: *first, second: *obstacle });
+            }
             let covers = |place: [f64; 2]| self.covers(obstacle, place);
             let depots = problem.robots.iter().map(|robot| (robot.depot, format!("the depot of {}", robot.name)));
             let places = problem.agents.iter().map(|who| (who.place, format!("the place of {}", who.name)));

@@ -62,7 +62,6 @@ impl Execution {
         (state.doing, state.since, state.start) = (Doing::Working, self.time, self.time);
         (state.ends, state.expected, state.late) = (ends, expected, 0);
         self.record(Happening::OperationBegan { agent, operation });
-        self.heed(agent);
     }
 
     pub(super) fn ends(&mut self, agent: usize) {
@@ -71,8 +70,10 @@ impl Execution {
         (state.doing, state.since, state.ends, state.expected) = (Doing::Waiting, self.time, self.time, self.time);
         let operation = state.operation;
         self.record(Happening::OperationEnded { agent, operation });
-        if (expected - self.time).abs() > SAME && self.stranded.is_none() {
+        if (expected - self.time).abs() > SAME || self.stranded.is_some() {
+            let before = self.schedule.clone();
             self.serve_early(agent, expected);
+            self.bring_forward(&before);
             self.update(self.problem.clone());
         }
     }
@@ -120,8 +121,9 @@ impl Execution {
             }
             Stage::Waiting => {
                 let (near, _) = self.problem.approach(&self.problem.agents[agent], robot);
-                let time = times.serving - self.time;
-                self.robots[robot].approach = if time > 0.0 { lengths.proximity / time } else { near.high };
+                let (length, time) = (lengths.proximity, times.serving - self.time);
+                let goes = length > 0.0 && time > 0.0;
+                self.robots[robot].approach = if goes { length / time } else { near.high };
                 self.robots[robot].begin(Stage::Approaching, self.time);
                 self.send(robot, self.problem.agents[agent].place, times.serving);
                 self.record(Happening::Approaches { robot, agent, operation });
@@ -139,7 +141,6 @@ impl Execution {
                 self.rest(robot);
                 self.robots[robot].begin(Stage::Serving, self.time);
                 self.record(Happening::Serves { robot, agent, operation });
-                self.heed(agent);
             }
         }
     }
@@ -160,7 +161,6 @@ impl Execution {
         robot_state.begin(Stage::Returning, self.time);
         self.send(robot, depot, until);
         self.record(Happening::Served { robot, agent, operation });
-        self.heed(agent);
     }
 
     fn returned(&mut self, robot: usize) {

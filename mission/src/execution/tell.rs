@@ -54,8 +54,10 @@ impl Execution {
                 recorded(self);
                 let (time, operation) = (self.time, self.agents[agent].operation);
                 let by = self.service(agent, operation).map_or(0.0, |at| time - at.times.depositing);
+                let before = self.schedule.clone();
                 self.shift(agent, operation, |times| times, by);
                 self.leaves(robot);
+                self.bring_forward(&before);
                 self.update(self.problem.clone());
             }
             Event::Failed { agent } => {
@@ -77,6 +79,10 @@ impl Execution {
                 self.heard(&feedback, event)?;
             }
             Event::Feedback(feedback) => self.heard(&feedback, event)?,
+            Event::Replan => {
+                recorded(self);
+                self.update_or_plan(self.problem.clone(), true);
+            }
             Event::Lost { who: Actor::Robot(robot) } => {
                 self.is_lost(Actor::Robot(robot), false)?;
                 recorded(self);
@@ -207,11 +213,13 @@ impl Execution {
         let (problem, satisfied) = adapt(&self.problem, self.satisfied[agent], feedback, &self.settings.adaptation)?;
         self.still_possible(&problem)?;
         self.record(Happening::Told { event });
-        self.indices.ask(agent, feedback.operation, feedback.wait, feedback.approach);
-        self.heed(agent);
+        let before = self.next_wait_and_speed(agent);
         if self.settings.replan != Replan::None {
             self.satisfied[agent] = Some(satisfied);
             self.update(problem);
+        }
+        if let (Some(before), Some(after)) = (before, self.next_wait_and_speed(agent)) {
+            self.indices[agent] = self.indices[agent].after(feedback.wait, feedback.approach, before, after);
         }
         Ok(())
     }

@@ -15,6 +15,9 @@ use super::settings::Replan;
 use super::steps::SAME;
 use super::view::{Doing, Stage};
 
+/// The largest index that is written down: where nothing became something it is infinite.
+const LARGE: f64 = 1e6;
+
 impl Execution {
     /// The plan under these parameters and with what has happened by now.
     pub(super) fn update(&mut self, problem: Problem) {
@@ -36,6 +39,7 @@ impl Execution {
         let moved = differ(&self.schedule, &schedule);
         self.adopt(after, schedule, repaired);
         let index = optimality_index((&self.optimal.0, &self.optimal.1), (&self.problem, &self.schedule));
+        let index = index.min(LARGE);
         if moved {
             self.reschedules += 1;
             self.record(Happening::Rescheduled { index });
@@ -177,7 +181,8 @@ fn broken(problem: &Problem, plan: &Plan) -> Option<String> {
     if problem.operations() == 0 {
         return None;
     }
-    validate(problem, plan).first().map(ToString::to_string)
+    let mistake = problem.check().first().map(|mistake| mistake.reason.to_string());
+    mistake.or_else(|| validate(problem, plan).first().map(ToString::to_string))
 }
 
 /// An instant of one is another in the other.

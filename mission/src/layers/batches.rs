@@ -12,24 +12,22 @@ use crate::plan::Statistics;
 use super::branch::branch;
 use super::choose::Parts;
 use super::instance::{Instance, Job};
-use super::problem::Problem;
 use super::steps::Step;
 use super::timeline;
 
 /// Steps of all tasks, planned `size` at a time. None only if there is no plan at all.
-pub(super) fn batches(problem: &Problem, size: usize, budget: &Budget) -> Option<Parts> {
+pub(super) fn batches(whole: &Instance<'_>, size: usize, budget: &Budget) -> Option<Parts> {
     let begun = Instant::now();
-    let whole = Instance::whole(problem);
     let mut order: Vec<(usize, f64, usize)> =
-        whole.jobs.iter().map(|job| (problem.tasks[job.task].layer, shortest(&whole, job), job.task)).collect();
+        whole.jobs.iter().map(|job| (whole.problem.tasks[job.task].layer, shortest(whole, job), job.task)).collect();
     order.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)).then(a.2.cmp(&b.2)));
     let tasks: Vec<usize> = order.into_iter().map(|(.., task)| task).collect();
-    let mut steps: Vec<Step> = whole.fixed;
+    let mut steps: Vec<Step> = whole.fixed.clone();
     let mut statistics = Statistics::default();
     let mut stopped = None;
     let parts: Vec<&[usize]> = tasks.chunks(size.max(1)).collect();
     for (number, part) in parts.iter().enumerate() {
-        let instance = Instance::new(problem, &steps, part, true);
+        let instance = whole.part(&steps, part);
         let left = u32::try_from(parts.len() - number).unwrap_or(u32::MAX);
         let time = budget.time.saturating_sub(begun.elapsed()) / left;
         let found = branch(&instance, &Budget { time, ..*budget })?;

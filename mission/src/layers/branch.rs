@@ -20,8 +20,9 @@ use super::instance::Instance;
 /// Steps of the search for prices at the root, and in each part.
 const ROOT_STEPS: usize = 400;
 const PART_STEPS: usize = 24;
-/// The most layers that one improvement times.
-const MOST_TIMED: u64 = 2_000_000;
+/// How many layers all improvements may time: to begin with, and for each job of each relaxed solution that was seen.
+const TIMED: u64 = 200_000;
+const TIMED_EACH: u64 = 40;
 /// The most numbers that waiting parts keep; the search ends beyond.
 const MOST_KEPT: usize = 100_000_000;
 
@@ -65,6 +66,11 @@ struct Incumbent<'a> {
     instance: &'a Instance<'a>,
     best: Option<(f64, Choices)>,
     last: Option<Choices>,
+    deadline: Option<Instant>,
+    /// The cost of the best plan before it was improved.
+    raw: f64,
+    /// Layers that improvements may still time.
+    left: u64,
 }
 
 impl Incumbent<'_> {
@@ -78,9 +84,13 @@ impl Incumbent<'_> {
             return self.cost();
         }
         self.last = Some(choices.clone());
+        self.left += TIMED_EACH * choices.len() as u64;
         let mut improver = Improver::new(self.instance, choices.clone());
-        if improver.cost() < self.cost() + margin * self.cost().abs() || self.best.is_none() {
-            improver.improve(MOST_TIMED);
+        let raw = improver.cost();
+        if raw < self.raw || raw < self.cost() + margin * self.cost().abs() {
+            self.raw = self.raw.min(raw);
+            improver.improve(self.left, self.deadline);
+            self.left -= improver.tried.min(self.left);
         }
         if improver.cost() < self.cost() {
             self.best = Some((improver.cost(), improver.choices));
@@ -92,8 +102,9 @@ impl Incumbent<'_> {
 /// The best choices for an instance. None only if it has no plan at all.
 pub(super) fn branch(instance: &Instance<'_>, budget: &Budget) -> Option<Found> {
     let begun = Instant::now();
-    let mut dual = Dual::new(instance, begun.checked_add(budget.time));
-    let mut incumbent = Incumbent { instance, best: None, last: None };
+    let deadline = begun.checked_add(budget.time);
+    let mut dual = Dual::new(instance, deadline);
+    let mut incumbent = Incumbent { instance, best: None, last: None, deadline, raw: f64::INFINITY, left: TIMED };
     let domain = Domain::of(instance);
     let prices = dual.even();
     let root = dual.climb(&domain, prices, ROOT_STEPS, f64::INFINITY, |choices| incumbent.see(choices, 0.02));

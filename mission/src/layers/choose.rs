@@ -1,9 +1,7 @@
 //! Planning layers: how, and what the answer is.
 //!
-//! | tasks to come | formulation | because |
-//! |---|---|---|
-//! | up to 64 | branch and bound | proves, or says how far it may be off |
-//! | more | batches | each batch is small; the bound of the whole stands beside it |
+//! Branch and bound, unless a batch size is given: it proves some thirty tasks, and of hundreds its first bound and plan are
+//! within a few percent. Batches are what the thesis does; the bound of the whole stands beside their plan.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,16 +12,17 @@ use crate::schedule::choose::Engine;
 use super::batches::batches;
 use super::branch::{Found, branch, root_bound};
 use super::check::Mistake;
+use super::cost::cost_at;
 use super::instance::Instance;
 use super::mixed::mixed;
 use super::problem::Problem;
 use super::steps::{Step, to_plan};
 use super::timeline;
 
-/// The most tasks that are planned at once if nobody says.
-const MOST_AT_ONCE: usize = 64;
-/// Tasks in a batch if nobody says: thesis 6.4.3.
+/// Tasks in a batch where batches are asked for without a size: thesis 6.4.3.
 pub const BATCH: usize = 4;
+/// Parts of the branch and bound if nobody says.
+const PARTS: u64 = 20_000;
 
 /// How a layered plan is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -37,22 +36,37 @@ pub enum Formulation {
     Batches,
 }
 
+impl Formulation {
+    /// All of them.
+    pub const ALL: [Formulation; 3] = [Formulation::Branch, Formulation::Mixed, Formulation::Batches];
+
+    /// The name by which it is asked for and printed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Formulation::Branch => "branch",
+            Formulation::Mixed => "mixed",
+            Formulation::Batches => "batches",
+        }
+    }
+}
+
 /// How to plan.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Options {
-    /// The formulation; none: the number of tasks decides.
+    /// The formulation; none: batches if `batch` is given, else branch and bound.
     pub formulation: Option<Formulation>,
     /// The engine of the mixed-integer program.
     pub engine: Engine,
-    /// Tasks in a batch, at least 1.
-    pub batch: usize,
+    /// Tasks in a batch, at least 1; none: all at once.
+    pub batch: Option<usize>,
     /// How much work it may be; `nodes` are parts of the branch and bound.
     pub budget: Budget,
 }
 
 impl Default for Options {
     fn default() -> Options {
-        Options { formulation: None, engine: Engine::BuiltIn, batch: BATCH, budget: Budget::default() }
+        let budget = Budget { nodes: PARTS, ..Budget::default() };
+        Options { formulation: None, engine: Engine::BuiltIn, batch: None, budget }
     }
 }
 
@@ -90,10 +104,8 @@ pub fn choose(problem: &Problem, options: &Options) -> Result<Choice, Refusal> {
     let count = problem.tasks.len() - problem.begun.len();
     let (formulation, why) = match options.formulation {
         Some(formulation) => (formulation, "it was asked for".into()),
-        None if count > MOST_AT_ONCE => {
-            (Formulation::Batches, format!("{count} tasks are to come, and {MOST_AT_ONCE} are planned at once"))
-        }
-        None => (Formulation::Branch, format!("{count} tasks are few enough to be planned at once")),
+        None if options.batch.is_some() => (Formulation::Batches, "a batch size is given".into()),
+        None => (Formulation::Branch, format!("{count} tasks are planned at once")),
     };
     Ok(Choice { formulation, why })
 }
@@ -118,18 +130,22 @@ pub fn plan(problem: &Problem, options: &Options) -> Result<Plan, Refusal> {
             (found, format!("mixed-integer program, {}", milp.name()))
         }
         Formulation::Batches => {
-            let (steps, statistics, stopped) = batches(problem, options.batch, &options.budget).ok_or_else(failed)?;
+            let size = options.batch.unwrap_or(BATCH).max(1);
+            // A quarter of the time is for the bound.
+            let quarter = options.budget.time / 4;
+            let most = Budget { time: 3 * quarter, ..options.budget };
+            let (steps, statistics, stopped) = batches(&instance, size, &most).ok_or_else(failed)?;
             let choices = choices(&instance, &steps).ok_or_else(failed)?;
             let retimed = timeline::steps(&instance, &choices);
-            let cost = super::cost::cost(problem, &retimed).total();
-            let bound = root_bound(&instance, cost, &options.budget).min(cost);
+            let cost = cost_at(problem, &instance.scales, &retimed).total();
+            let bound = root_bound(&instance, cost, &Budget { time: quarter, ..options.budget }).min(cost);
             let gap = if cost > 0.0 { (cost - bound) / cost } else { 0.0 };
             let status = if gap <= options.budget.gap {
                 Status::Proven { bound }
             } else {
                 Status::Gap { bound, gap, stopped: stopped.unwrap_or(Limit::Work) }
             };
-            (Found { choices, status, statistics }, format!("batches of {}", options.batch.max(1)))
+            (Found { choices, status, statistics }, format!("batches of {size}"))
         }
     };
     let steps = timeline::steps(&instance, &found.choices);

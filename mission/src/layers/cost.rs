@@ -38,7 +38,11 @@ pub(super) fn scaled(value: f64, scale: f64) -> f64 {
 
 /// The cost of these steps.
 pub fn cost(problem: &Problem, steps: &[Step]) -> Cost {
-    let scales = Scales::of(problem);
+    cost_at(problem, &Scales::of(problem), steps)
+}
+
+/// The same where the scales are known.
+pub(super) fn cost_at(problem: &Problem, scales: &Scales, steps: &[Step]) -> Cost {
     let mut cost = Cost::default();
     for step in steps {
         let Some(who) = problem.agents.get(step.agent) else { continue };

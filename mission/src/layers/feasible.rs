@@ -1,6 +1,7 @@
 //! Whether all tasks of a layered problem that are to come can be performed at all, and if not, which tasks are in each
 //! other's way. Agents perform one task after the other, so that only objects can run out.
 
+use super::ability::Abilities;
 use super::check::{Item, Key, Mistake, entry, of};
 use super::matching::Matching;
 use super::problem::Problem;
@@ -8,12 +9,13 @@ use super::reason::{Obstacle, ObstacleKind, Reason};
 
 /// What is in the way of a plan.
 pub(super) fn mistakes(problem: &Problem) -> Vec<Mistake> {
+    let abilities = Abilities::of(problem);
     let mut mistakes = Vec::new();
     let mut tasks = Vec::new();
     let mut candidates = Vec::new();
     let used = |object: &usize| problem.begun.iter().any(|begun| begun.object == Some(*object));
     for task in (0..problem.tasks.len()).filter(|task| problem.begun_of(*task).is_none()) {
-        match usable(problem, task) {
+        match usable(problem, &abilities, task) {
             Err(mistake) => mistakes.push(mistake),
             Ok(mut objects) if problem.tasks[task].needs_object() => {
                 objects.retain(|object| !used(object));
@@ -34,7 +36,7 @@ pub(super) fn mistakes(problem: &Problem) -> Vec<Mistake> {
 }
 
 /// The objects that a task may use with some agent; empty for a task that needs none.
-fn usable(problem: &Problem, task: usize) -> Result<Vec<usize>, Mistake> {
+fn usable(problem: &Problem, abilities: &Abilities, task: usize) -> Result<Vec<usize>, Mistake> {
     let what = &problem.tasks[task];
     let agents = match what.agent {
         Some(agent) => agent..agent + 1,
@@ -52,7 +54,8 @@ fn usable(problem: &Problem, task: usize) -> Result<Vec<usize>, Mistake> {
         let obstacle = |agent| Some(Obstacle { agent, object: None, kind: problem.obstacle(agent, task, None)? });
         return nobody(problem, task, agents.filter_map(obstacle).collect());
     }
-    let suitable: Vec<usize> = (0..problem.objects.len()).filter(|object| problem.suits(task, *object)).collect();
+    let named = |object: &usize| what.object.is_none_or(|named| named == *object);
+    let suitable: Vec<usize> = abilities.objects[task].iter().copied().filter(named).collect();
     if suitable.is_empty() {
         if let Some(object) = what.object {
             let lacks = what.features.difference(&problem.objects[object].features).next();
@@ -65,7 +68,10 @@ fn usable(problem: &Problem, task: usize) -> Result<Vec<usize>, Mistake> {
         let against = nearest.map(|object| of(Item::Object(object), Key::Features));
         return wrong(Key::Features, against, Reason::NoObject { features, nearest });
     }
-    let able = |object: &usize| agents.clone().any(|agent| problem.able(agent, task, Some(*object)));
+    let able = |object: &usize| {
+        let mut takes_part = agents.clone().filter(|agent| !problem.agents[*agent].lost);
+        takes_part.any(|agent| abilities.could(agent, task, Some(*object)))
+    };
     let usable: Vec<usize> = suitable.iter().copied().filter(able).collect();
     if !usable.is_empty() {
         return Ok(usable);

@@ -1,8 +1,13 @@
 //! Better plans from a plan: agents and objects exchanged as long as that lowers the cost.
 
+use std::time::Instant;
+
 use super::dual::Choices;
 use super::instance::Instance;
 use super::speeds::{Load, timing};
+
+/// A job and its new agent and object.
+type Change = (usize, (usize, usize));
 
 /// A plan under change: choices with the loads and costs of their layers.
 pub(super) struct Improver<'a> {
@@ -14,6 +19,7 @@ pub(super) struct Improver<'a> {
     costs: Vec<f64>,
     /// By object, the job that uses it.
     user: Vec<Option<usize>>,
+    scratch: Vec<Load>,
     /// Layers timed.
     pub tried: u64,
 }
@@ -27,9 +33,9 @@ impl<'a> Improver<'a> {
                 user[object] = Some(index);
             }
         }
-        let empty = vec![vec![Load::default(); instance.movers.len()]; instance.layers.len()];
+        let loads = vec![vec![Load::default(); instance.movers.len()]; instance.layers.len()];
         let costs = vec![0.0; instance.layers.len()];
-        let mut improver = Improver { instance, choices, loads: empty, costs, user, tried: 0 };
+        let mut improver = Improver { instance, choices, loads, costs, user, scratch: Vec::new(), tried: 0 };
         for layer in 0..instance.layers.len() {
             improver.refresh(layer);
         }
@@ -41,51 +47,48 @@ impl<'a> Improver<'a> {
         self.instance.offset + self.costs.iter().sum::<f64>()
     }
 
-    /// The loads of a layer with some choices replaced.
-    fn loads(&self, layer: usize, changes: &[(usize, (usize, usize))]) -> Option<Vec<Load>> {
-        let mut loads = vec![Load::default(); self.instance.movers.len()];
-        for &index in &self.instance.layers[layer].jobs {
-            let change = changes.iter().find(|(job, _)| *job == index);
-            let (agent, object) = change.map_or(self.choices[index], |(_, choice)| *choice);
-            let mode = self.instance.jobs[index].mode(object, agent)?;
-            let load = &mut loads[agent];
-            load.count += 1;
-            load.time += mode.time;
-            load.way += mode.way;
-            load.cost += mode.cost;
-        }
-        Some(loads)
-    }
-
+    /// Adds up the loads of a layer and its cost.
     fn refresh(&mut self, layer: usize) {
-        if let Some(loads) = self.loads(layer, &[]) {
-            self.costs[layer] =
-                timing(&self.instance.movers, &self.instance.layers[layer], &loads, self.instance.second).cost;
-            self.loads[layer] = loads;
+        let instance = self.instance;
+        let loads = &mut self.loads[layer];
+        loads.fill(Load::default());
+        for &index in &instance.layers[layer].jobs {
+            let (agent, object) = self.choices[index];
+            if let Some(mode) = instance.jobs[index].mode(object, agent) {
+                loads[agent] = loads[agent].with(mode);
+            }
         }
+        self.costs[layer] = timing(&instance.movers, &instance.layers[layer], loads, instance.second).cost;
     }
 
     /// What these changes would save; none if an agent is not able to.
-    fn saving(&mut self, changes: &[(usize, (usize, usize))]) -> Option<f64> {
+    fn saving(&mut self, changes: &[Change]) -> Option<f64> {
+        let instance = self.instance;
+        let layer_of = |job: usize| instance.jobs[job].layer;
         let mut saving = 0.0;
-        let layer_of = |job: usize| self.instance.jobs[job].layer;
         for (number, (job, _)) in changes.iter().enumerate() {
             let Some(layer) = layer_of(*job) else { continue };
             if changes[..number].iter().any(|(other, _)| layer_of(*other) == Some(layer)) {
                 continue;
             }
-            let loads = self.loads(layer, changes)?;
+            self.scratch.clone_from(&self.loads[layer]);
+            for (job, (agent, object)) in changes.iter().filter(|(job, _)| layer_of(*job) == Some(layer)) {
+                let (old_agent, old_object) = self.choices[*job];
+                let (old, new) =
+                    (instance.jobs[*job].mode(old_object, old_agent)?, instance.jobs[*job].mode(*object, *agent)?);
+                self.scratch[old_agent] = self.scratch[old_agent].without(old);
+                self.scratch[*agent] = self.scratch[*agent].with(new);
+            }
             self.tried += 1;
-            let instance = self.instance;
-            saving +=
-                self.costs[layer] - timing(&instance.movers, &instance.layers[layer], &loads, instance.second).cost;
+            let timing = timing(&instance.movers, &instance.layers[layer], &self.scratch, instance.second);
+            saving += self.costs[layer] - timing.cost;
         }
         Some(saving)
     }
 
     /// Makes the changes if they save something.
-    fn accept(&mut self, changes: &[(usize, (usize, usize))]) -> bool {
-        let least = 1e-9 * self.cost().abs();
+    fn accept(&mut self, changes: &[Change]) -> bool {
+        let least = 1e-9 * self.costs.iter().sum::<f64>();
         if !self.saving(changes).is_some_and(|saving| saving > least) {
             return false;
         }
@@ -108,13 +111,16 @@ impl<'a> Improver<'a> {
         true
     }
 
-    /// Changes until nothing saves anything, or `most` layers have been timed.
-    pub fn improve(&mut self, most: u64) {
+    /// Changes until nothing saves anything, `most` layers have been timed, or the deadline has come.
+    pub fn improve(&mut self, most: u64, deadline: Option<Instant>) {
         let mut changed = true;
-        while changed && self.tried < most {
+        while changed {
             changed = false;
             for job in 0..self.instance.jobs.len() {
-                if self.instance.jobs[job].layer.is_some() && self.tried < most {
+                if self.tried >= most || deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+                    return;
+                }
+                if self.instance.jobs[job].layer.is_some() {
                     changed |= self.move_job(job);
                     changed |= self.exchange(job);
                 }
@@ -172,7 +178,7 @@ impl<'a> Improver<'a> {
     }
 
     /// The loads of each layer by agent, as they are.
-    pub fn into_loads(self) -> (Choices, Vec<Vec<Load>>) {
-        (self.choices, self.loads)
+    pub fn into_loads(self) -> Vec<Vec<Load>> {
+        self.loads
     }
 }

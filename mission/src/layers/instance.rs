@@ -4,8 +4,11 @@
 //! What is fixed (begun, or planned in an earlier batch) is a constant of the cost and occupies its agent until it ends.
 //! Layers follow one another, so that the makespan is when the first open layer may begin plus the lengths of all layers.
 
-use super::cost::{self, scaled};
-use super::problem::{Body, Energy, Problem, Range};
+use std::rc::Rc;
+
+use super::ability::Abilities;
+use super::cost::{cost_at, scaled};
+use super::problem::{Agent, Body, Energy, Problem, Range};
 use super::scales::Scales;
 use super::steps::Step;
 
@@ -41,7 +44,8 @@ pub(super) struct Job {
     pub layer: Option<usize>,
     /// The objects it may use; a single `None` where it needs none.
     pub objects: Vec<Option<usize>>,
-    /// By object and agent, `objects.len() * agents`; none: that agent is not able to.
+    /// By object and agent, `objects.len() * agents`; none: that agent is not able to. Empty for a job that is planned
+    /// later.
     modes: Vec<Option<Mode>>,
     agents: usize,
 }
@@ -49,7 +53,7 @@ pub(super) struct Job {
 impl Job {
     /// The way with the object of this place in `objects` and this agent.
     pub fn mode(&self, object: usize, agent: usize) -> Option<&Mode> {
-        self.modes[object * self.agents + agent].as_ref()
+        self.modes.get(object * self.agents + agent)?.as_ref()
     }
 
     /// It needs an object.
@@ -83,30 +87,88 @@ pub(super) struct Instance<'a> {
     /// What is fixed costs this, with the makespan until `begin`.
     pub offset: f64,
     pub fixed: Vec<Step>,
+    pub scales: Rc<Scales>,
 }
 
 impl<'a> Instance<'a> {
-    /// `tasks` are planned around `fixed`; what is neither only keeps an object free if `rest`. All layers before the
-    /// first one of `tasks` are fixed.
-    pub fn new(problem: &'a Problem, fixed: &[Step], tasks: &[usize], rest: bool) -> Instance<'a> {
-        let scales = Scales::of(problem);
+    /// All tasks that have not begun, around those that have.
+    pub fn whole(problem: &'a Problem) -> Instance<'a> {
+        let scales = Rc::new(Scales::of(problem));
+        let abilities = Abilities::of(problem);
         let weights = problem.weights;
-        let movers = problem.agents.iter().zip(&scales.of_agent).map(|(who, scale)| match who.body {
+        let mover = |(who, scale): (&Agent, &f64)| match who.body {
             Body::Robot { speed, energy } => Mover::Robot { speed, energy, joule: scaled(weights.energy, *scale) },
             Body::Human { .. } => Mover::Human,
-        });
-        let movers: Vec<Mover> = movers.collect();
-        let mut open: Vec<usize> = tasks.iter().map(|task| problem.tasks[*task].layer).collect();
+        };
+        let tasks = (0..problem.tasks.len()).filter(|task| problem.begun_of(*task).is_none());
+        let fixed: Vec<Step> = problem.begun.iter().map(|begun| begun.step()).collect();
+        let free = |object: usize| fixed.iter().all(|step| step.object != Some(object));
+        let jobs: Vec<Job> = tasks.map(|task| job(problem, &scales, &abilities, task, &free)).collect();
+        let mut instance = Instance {
+            problem,
+            movers: problem.agents.iter().zip(&scales.of_agent).map(mover).collect(),
+            jobs,
+            layers: Vec::new(),
+            begin: problem.start,
+            second: scaled(weights.makespan, scales.makespan),
+            offset: 0.0,
+            fixed,
+            scales,
+        };
+        instance.open();
+        instance
+    }
+
+    /// Of a whole instance, `tasks` around `fixed`; objects are left for all others that are to come. All layers before
+    /// the first one of `tasks` are fixed.
+    pub fn part(&self, fixed: &[Step], tasks: &[usize]) -> Instance<'a> {
+        let is_fixed = |task: usize| fixed.iter().any(|step| step.task == task);
+        let free = |object: &Option<usize>| object.is_none_or(|o| fixed.iter().all(|step| step.object != Some(o)));
+        let mut jobs: Vec<Job> = Vec::new();
+        let mut later: Vec<Job> = Vec::new();
+        for job in self.jobs.iter().filter(|job| !is_fixed(job.task)) {
+            let places: Vec<usize> = (0..job.objects.len()).filter(|place| free(&job.objects[*place])).collect();
+            let objects = places.iter().map(|place| job.objects[*place]).collect();
+            let (task, agents) = (job.task, job.agents);
+            if tasks.contains(&task) {
+                let modes = places.iter().flat_map(|place| &job.modes[place * agents..(place + 1) * agents]);
+                jobs.push(Job { task, layer: Some(0), objects, modes: modes.copied().collect(), agents });
+            } else if job.needs_object() {
+                later.push(Job { task, layer: None, objects, modes: Vec::new(), agents });
+            }
+        }
+        // Who has as many objects to choose from as there are tasks finds one in any case.
+        let mut count = jobs.len() + later.len();
+        later.sort_by_key(|job| std::cmp::Reverse(job.objects.len()));
+        for job in later {
+            if job.objects.len() >= count {
+                count -= 1;
+            } else {
+                jobs.push(job);
+            }
+        }
+        let mut instance = Instance {
+            jobs,
+            fixed: fixed.to_vec(),
+            movers: self.movers.clone(),
+            layers: Vec::new(),
+            scales: self.scales.clone(),
+            ..*self
+        };
+        instance.open();
+        instance
+    }
+
+    /// Layers, releases and what is fixed of the cost, from jobs (those with a layer) and fixed steps.
+    fn open(&mut self) {
+        let problem = self.problem;
+        let fixed = &self.fixed;
+        let planned = self.jobs.iter().filter(|job| job.layer.is_some());
+        let mut open: Vec<usize> = planned.map(|job| problem.tasks[job.task].layer).collect();
         open.sort_unstable();
         open.dedup();
-        let planned = |task: &usize| tasks.contains(task);
-        let is_fixed = |task: &usize| fixed.iter().any(|step| step.task == *task);
-        let later = |task: &usize| rest && !planned(task) && !is_fixed(task) && problem.tasks[*task].needs_object();
-        let free = |object: usize| fixed.iter().all(|step| step.object != Some(object));
-        let mut jobs: Vec<Job> = Vec::new();
-        for task in (0..problem.tasks.len()).filter(|task| planned(task) || later(task)) {
-            let layer = if planned(&task) { open.binary_search(&problem.tasks[task].layer).ok() } else { None };
-            jobs.push(job(problem, &scales, task, layer, &free));
+        for job in self.jobs.iter_mut().filter(|job| job.layer.is_some()) {
+            job.layer = open.binary_search(&problem.tasks[job.task].layer).ok();
         }
         let first = open.first().copied().unwrap_or(problem.layers.len());
         let before = fixed.iter().filter(|step| problem.tasks[step.task].layer < first);
@@ -115,42 +177,35 @@ impl<'a> Instance<'a> {
             let own = fixed.iter().filter(|step| step.agent == agent).map(|step| step.end);
             own.fold(begin, f64::max) - begin
         };
+        let agents = self.movers.len();
         let layers = (0..open.len()).map(|layer| Layer {
-            jobs: (0..jobs.len()).filter(|job| jobs[*job].layer == Some(layer)).collect(),
-            release: (0..movers.len()).map(|agent| if layer == 0 { busy(agent) } else { 0.0 }).collect(),
-            floor: if layer == 0 { (0..movers.len()).map(busy).fold(0.0, f64::max) } else { 0.0 },
+            jobs: (0..self.jobs.len()).filter(|job| self.jobs[*job].layer == Some(layer)).collect(),
+            release: (0..agents).map(|agent| if layer == 0 { busy(agent) } else { 0.0 }).collect(),
+            floor: if layer == 0 { (0..agents).map(busy).fold(0.0, f64::max) } else { 0.0 },
         });
         let layers: Vec<Layer> = layers.collect();
-        let second = scaled(weights.makespan, scales.makespan);
         let until = if layers.is_empty() { fixed.iter().map(|step| step.end).fold(0.0, f64::max) } else { begin };
-        let done = cost::cost(problem, fixed);
-        let offset = weights.workload * done.workload + weights.energy * done.energy + second * until;
-        Instance { problem, movers, jobs, layers, begin, second, offset, fixed: fixed.to_vec() }
-    }
-
-    /// All tasks that have not begun, around those that have.
-    pub fn whole(problem: &'a Problem) -> Instance<'a> {
-        let fixed: Vec<Step> = problem.begun.iter().map(|begun| begun.step()).collect();
-        let tasks: Vec<usize> = (0..problem.tasks.len()).filter(|task| problem.begun_of(*task).is_none()).collect();
-        Instance::new(problem, &fixed, &tasks, false)
+        let done = cost_at(problem, &self.scales, fixed);
+        let weights = problem.weights;
+        self.offset = weights.workload * done.workload + weights.energy * done.energy + self.second * until;
+        (self.layers, self.begin) = (layers, begin);
     }
 }
 
-fn job(problem: &Problem, scales: &Scales, task: usize, layer: Option<usize>, free: &impl Fn(usize) -> bool) -> Job {
+fn job(problem: &Problem, scales: &Scales, abilities: &Abilities, task: usize, free: &impl Fn(usize) -> bool) -> Job {
     let agents = problem.agents.len();
     let what = &problem.tasks[task];
-    let mut job = Job { task, layer, objects: Vec::new(), modes: Vec::new(), agents };
-    let suitable = (0..problem.objects.len()).filter(|object| problem.suits(task, *object) && free(*object)).map(Some);
+    let mut job = Job { task, layer: Some(0), objects: Vec::new(), modes: Vec::new(), agents };
+    let may = |agent: &usize| !problem.agents[*agent].lost && what.agent.is_none_or(|named| named == *agent);
+    let named = |object: &usize| what.object.is_none_or(|named| named == *object);
+    let suitable = abilities.objects[task].iter().copied().filter(|object| named(object) && free(*object)).map(Some);
     for object in suitable.chain((!what.needs_object()).then_some(None)) {
-        let modes = (0..agents).map(|agent| {
-            problem.able(agent, task, object).then(|| mode(problem, scales, agent, task, object)).flatten()
-        });
-        let before = job.modes.len();
-        job.modes.extend(modes);
-        if job.modes[before..].iter().any(Option::is_some) {
+        let able = |agent: &usize| may(agent) && abilities.could(*agent, task, object);
+        let mode = |agent: usize| Some(agent).filter(able).and_then(|agent| mode(problem, scales, agent, task, object));
+        let modes: Vec<Option<Mode>> = (0..agents).map(mode).collect();
+        if modes.iter().any(Option::is_some) {
             job.objects.push(object);
-        } else {
-            job.modes.truncate(before);
+            job.modes.extend(modes);
         }
     }
     job

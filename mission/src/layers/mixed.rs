@@ -62,7 +62,8 @@ pub(super) fn mixed(instance: &Instance<'_>, engine: &dyn Milp, budget: &Budget)
             break;
         }
         stopped = answer.stopped;
-        let added = formulation.cut(instance, &values);
+        let fine = 0.1 * budget.gap * least.abs() / formulation.motions.len().max(1) as f64;
+        let added = formulation.cut(instance, &values, fine);
         statistics.cuts += added;
         if stopped.is_none() && (added == 0 || round >= ROUNDS) {
             stopped = Some(Limit::Accuracy);
@@ -177,17 +178,17 @@ impl Formulation {
         self.binaries.iter().zip(choices).flat_map(|(own, choice)| chosen(own, *choice)).collect()
     }
 
-    /// Adds tangents where the energy is above what the program has: how many.
-    fn cut(&mut self, instance: &Instance<'_>, values: &[f64]) -> u64 {
+    /// Adds tangents where the energy costs more than what the program has by more than `fine`: how many.
+    fn cut(&mut self, instance: &Instance<'_>, values: &[f64], fine: f64) -> u64 {
         let mut added = 0;
         for motion in &self.motions {
-            let Mover::Robot { speed, joule, .. } = instance.movers[motion.agent] else { continue };
+            let Mover::Robot { speed, energy, joule } = instance.movers[motion.agent] else { continue };
             let (way, time) = (values[motion.way], values[motion.time]);
             if way <= 1e-9 || time <= 0.0 {
                 continue;
             }
             let at = (way / time).clamp(speed.low, speed.high);
-            if joule * (way * at - values[motion.drag]) > 1e-9 {
+            if joule * energy.drag * (way * at - values[motion.drag]) > fine {
                 self.model.at_least(0.0, [(motion.drag, 1.0), (motion.way, -2.0 * at), (motion.time, at * at)]);
                 added += 1;
             }

@@ -1,7 +1,10 @@
 //! Layered task plans: who of a team performs which task, with which object, when and how fast, thesis chapter 6.
 //!
-//! [`problem::Problem`] says who and what there is, [`check`] what cannot be planned.
+//! [`problem::Problem`] says who and what there is, [`check`] what cannot be planned, [`choose::plan`] plans,
+//! [`validate::validate`] checks a plan from the problem alone, [`execute`] carries one out and plans anew where it must.
+//! [`json`] reads layers and gives them out.
 
+mod ability;
 mod assignment;
 mod batches;
 mod branch;
@@ -10,6 +13,7 @@ pub mod choose;
 pub mod cost;
 mod describe;
 mod dual;
+pub mod execute;
 mod feasible;
 mod improve;
 mod instance;

@@ -83,9 +83,9 @@ pub enum ObstacleKind {
     Another,
     #[error("it lacks the skill `{action}`")]
     Skill { action: String },
-    #[error("the path leads {distance} m from its base, beyond its reach of {reach} m")]
+    #[error("the path leads {distance:.3} m from its base, beyond its reach of {reach} m")]
     Path { distance: f64, reach: f64 },
-    #[error("the object lies {distance} m from its base, beyond its reach of {reach} m")]
+    #[error("the object lies {distance:.3} m from its base, beyond its reach of {reach} m")]
     Place { distance: f64, reach: f64 },
     #[error("the object's {mass} kg are more than its payload of {payload} kg")]
     Payload { mass: f64, payload: f64 },
@@ -103,23 +103,24 @@ impl Problem {
         if what.agent.is_some_and(|named| named != agent) {
             return Some(ObstacleKind::Another);
         }
-        self.incapacity(agent, task, object)
+        self.task_obstacle(agent, task).or_else(|| self.grip_obstacle(agent, object?))
     }
 
-    /// The same of an agent that still takes part, for a task that names none.
-    pub(super) fn incapacity(&self, agent: usize, task: usize, object: Option<usize>) -> Option<ObstacleKind> {
+    /// What keeps it from this task with any object, even if it still takes part and no other agent is named.
+    pub(super) fn task_obstacle(&self, agent: usize, task: usize) -> Option<ObstacleKind> {
         let (who, what) = (self.agents.get(agent)?, self.tasks.get(task)?);
         if who.skill(&what.action).is_none() {
             return Some(ObstacleKind::Skill { action: what.action.clone() });
         }
-        let reach = who.reach.unwrap_or(f64::INFINITY);
-        let far = |place: &&[f64; 3]| !who.reaches(place);
-        if let Some(place) = what.path.iter().find(far) {
-            return Some(ObstacleKind::Path { distance: between(&who.place, place), reach });
-        }
-        let thing = object.and_then(|object| self.objects.get(object))?;
-        if far(&&thing.place) {
-            return Some(ObstacleKind::Place { distance: between(&who.place, &thing.place), reach });
+        let far = what.path.iter().find(|place| !who.reaches(place))?;
+        Some(ObstacleKind::Path { distance: between(&who.place, far), reach: who.reach? })
+    }
+
+    /// What keeps it from using this object in any task.
+    pub(super) fn grip_obstacle(&self, agent: usize, object: usize) -> Option<ObstacleKind> {
+        let (who, thing) = (self.agents.get(agent)?, self.objects.get(object)?);
+        if !who.reaches(&thing.place) {
+            return Some(ObstacleKind::Place { distance: between(&who.place, &thing.place), reach: who.reach? });
         }
         if let Some(payload) = who.payload.filter(|most| thing.mass > *most) {
             return Some(ObstacleKind::Payload { mass: thing.mass, payload });

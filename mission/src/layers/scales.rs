@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::problem::{Body, Problem};
+use super::ability::Abilities;
+use super::problem::{Agent, Body, Problem, Skill};
 
 /// Denominators of the cost. Neither who is lost nor which agent or
 /// object a task names changes them, so that costs before and after a loss, with and without an allocation, compare.
@@ -18,42 +19,41 @@ pub struct Scales {
 impl Scales {
     /// The scales of a problem.
     pub fn of(problem: &Problem) -> Scales {
+        let least = problem.least_mass();
         let mut farthest = 0.0_f64;
         let mut workload = vec![0.0_f64; problem.agents.len()];
-        for (agent, who) in problem.agents.iter().enumerate() {
-            for (task, what) in problem.tasks.iter().enumerate() {
+        let abilities = Abilities::of(problem);
+        for (task, what) in problem.tasks.iter().enumerate() {
+            let begun = problem.begun_of(task);
+            // An object that is named is no part of the scale where features say which would do as well.
+            let objects: Vec<Option<usize>> = match what.needs_object() {
+                true => abilities.objects[task].iter().copied().map(Some).collect(),
+                false => vec![None],
+            };
+            for (agent, who) in problem.agents.iter().enumerate() {
                 let Some(skill) = who.skill(&what.action) else { continue };
-                // An object that is named is no part of the scale where features say which would do as well.
-                let would_do = |object: &usize| match what.object.filter(|_| what.features.is_empty()) {
-                    Some(named) => named == *object,
-                    None => what.needs_object() && what.features.is_subset(&problem.objects[*object].features),
-                };
-                let objects = (0..problem.objects.len()).filter(would_do).map(Some);
-                for object in objects.chain((!what.needs_object()).then_some(None)) {
-                    let begun = problem.begun_of(task);
+                for &object in &objects {
                     let as_begun = begun.is_some_and(|begun| begun.agent == agent && begun.object == object);
-                    if !as_begun && problem.incapacity(agent, task, object).is_some() {
+                    if !as_begun && !abilities.could(agent, task, object) {
                         continue;
                     }
                     let distance = problem.distance(agent, task, object);
                     farthest = farthest.max(distance);
-                    if let (Some(pace), Some(mass)) =
-                        (problem.pace(who, skill, problem.mass(object)), problem.mass(object))
-                    {
+                    if let (true, Some(mass)) = (who.is_human(), problem.mass(object)) {
+                        let pace = pace(who, skill, mass - least);
                         workload[agent] = workload[agent].max((skill.duration + distance / pace) * mass);
                     }
                 }
             }
         }
-        let masses: Vec<f64> = problem.objects.iter().map(|thing| thing.mass).collect();
-        let heaviest = masses.iter().copied().reduce(f64::max);
+        let heaviest = problem.objects.iter().map(|thing| thing.mass).fold(least, f64::max);
         let mut slowest = f64::INFINITY;
         let mut longest = 0.0_f64;
         for who in &problem.agents {
             for skill in &who.skills {
                 longest = longest.max(skill.duration);
                 // (6.15) falls with the mass, so that the heaviest object is the slowest.
-                slowest = slowest.min(problem.pace(who, skill, heaviest).unwrap_or(f64::INFINITY));
+                slowest = slowest.min(pace(who, skill, heaviest - least));
             }
             if let Body::Robot { speed, .. } = who.body {
                 slowest = slowest.min(speed.low);
@@ -69,5 +69,13 @@ impl Scales {
             makespan: problem.tasks.len() as f64 * (longest + if farthest > 0.0 { farthest / slowest } else { 0.0 }),
             of_agent: (0..problem.agents.len()).map(energy).collect(),
         }
+    }
+}
+
+/// (6.15) for an object heavier than the lightest by this much (kg); infinite for a robot.
+fn pace(agent: &Agent, skill: &Skill, heavier: f64) -> f64 {
+    match agent.body {
+        Body::Human { speed, slowing } => skill.pace * speed / (1.0 + slowing * heavier),
+        Body::Robot { .. } => f64::INFINITY,
     }
 }

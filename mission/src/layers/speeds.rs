@@ -7,19 +7,44 @@
 //! concave until a robot comes to that speed: Newton's method from the shortest length comes to its root from the left, if it
 //! stops where a robot drops out.
 
-use super::instance::{Layer, Mover};
+use super::instance::{Layer, Mode, Mover};
 
 /// What an agent has to do in a layer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Load {
     /// Number of tasks.
     pub count: usize,
-    /// Sum of [`super::instance::Mode::time`].
+    /// Sum of [`Mode::time`].
     pub time: f64,
     /// Sum of the ways.
     pub way: f64,
     /// Sum of the costs.
     pub cost: f64,
+}
+
+impl Load {
+    /// One task more.
+    pub fn with(self, mode: &Mode) -> Load {
+        Load {
+            count: self.count + 1,
+            time: self.time + mode.time,
+            way: self.way + mode.way,
+            cost: self.cost + mode.cost,
+        }
+    }
+
+    /// One task less. Nothing is left where no task is.
+    pub fn without(self, mode: &Mode) -> Load {
+        match self.count {
+            0 | 1 => Load::default(),
+            count => Load {
+                count: count - 1,
+                time: self.time - mode.time,
+                way: (self.way - mode.way).max(0.0),
+                cost: self.cost - mode.cost,
+            },
+        }
+    }
 }
 
 /// A layer with its best speeds.

@@ -10,7 +10,7 @@ use super::steps::Step;
 /// without a pause.
 pub(super) fn steps(instance: &Instance<'_>, choices: &Choices) -> Vec<Step> {
     let mut steps = instance.fixed.clone();
-    let (choices, loads) = Improver::new(instance, choices.clone()).into_loads();
+    let loads = Improver::new(instance, choices.clone()).into_loads();
     let mut begin = instance.begin;
     for (layer, loads) in instance.layers.iter().zip(&loads) {
         let length = timing(&instance.movers, layer, loads, instance.second).length;

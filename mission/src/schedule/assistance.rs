@@ -1,6 +1,8 @@
 //! A schedule by operations: each with its service. The form in which planners work; a [`Plan`] is the form in which
 //! they answer, and the two turn into each other.
 
+use std::collections::BTreeMap;
+
 use crate::plan::{Activity, Actor, Phase, Plan, Statistics, Status, Target};
 
 use super::cost;
@@ -132,15 +134,16 @@ fn activities(problem: &Problem, assistance: &Assistance) -> [Activity; 6] {
 ///
 /// Names the first operation that lacks one of its six activities or has one twice.
 pub fn from_plan(plan: &Plan) -> Result<Vec<Assistance>, NoSchedule> {
-    let mut targets: Vec<Target> = plan.activities.iter().map(|activity| activity.target).collect();
-    targets.sort();
-    targets.dedup();
-    targets.into_iter().map(|target| assistance(plan, target)).collect()
+    let mut parts: BTreeMap<Target, Vec<&Activity>> = BTreeMap::new();
+    for activity in &plan.activities {
+        parts.entry(activity.target).or_default().push(activity);
+    }
+    parts.iter().map(|(target, parts)| assistance(*target, parts)).collect()
 }
 
-fn assistance(plan: &Plan, target: Target) -> Result<Assistance, NoSchedule> {
+fn assistance(target: Target, parts: &[&Activity]) -> Result<Assistance, NoSchedule> {
     let only = |phase: Phase| {
-        let mut of = plan.activities.iter().filter(|a| a.target == target && a.phase == phase);
+        let mut of = parts.iter().filter(|a| a.phase == phase);
         match (of.next(), of.next()) {
             (Some(activity), None) => Ok(activity),
             _ => Err(NoSchedule { target, phase }),

@@ -44,6 +44,22 @@ pub enum Formulation {
     Batches,
 }
 
+impl Formulation {
+    /// All of them.
+    pub const ALL: [Formulation; 4] =
+        [Formulation::Position, Formulation::Constraint, Formulation::Subsets, Formulation::Batches];
+
+    /// The name by which it is asked for and printed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Formulation::Position => "position",
+            Formulation::Constraint => "constraint",
+            Formulation::Subsets => "subsets",
+            Formulation::Batches => "batches",
+        }
+    }
+}
+
 /// Which engine solves mixed-integer programs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -53,6 +69,19 @@ pub enum Engine {
     BuiltIn,
     /// HiGHS, which must be installed.
     Highs,
+}
+
+impl Engine {
+    /// All of them.
+    pub const ALL: [Engine; 2] = [Engine::BuiltIn, Engine::Highs];
+
+    /// The name by which it is asked for.
+    pub fn name(self) -> &'static str {
+        match self {
+            Engine::BuiltIn => "built-in",
+            Engine::Highs => "highs",
+        }
+    }
 }
 
 /// How to plan.

@@ -3,6 +3,7 @@
 //! It shares data types with the planners and nothing else: lengths, speed ranges and the normal distribution are computed
 //! here again, so that a mistake there is seen here.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -109,7 +110,11 @@ pub fn validate(problem: &Problem, plan: &Plan) -> Vec<Violation> {
     if !problem.check().is_empty() {
         return vec![Violation { rule: Rule::Form, target: None, other: None, by: 0.0 }];
     }
-    let mut validator = Validator { problem, plan, violations: Vec::new() };
+    let mut parts: BTreeMap<Target, Vec<&Activity>> = BTreeMap::new();
+    for activity in &plan.activities {
+        parts.entry(activity.target).or_default().push(activity);
+    }
+    let mut validator = Validator { problem, plan, parts, violations: Vec::new() };
     validator.form();
     if validator.violations.is_empty() {
         let services = validator.services();
@@ -128,6 +133,7 @@ struct Service<'a> {
 struct Validator<'a> {
     problem: &'a Problem,
     plan: &'a Plan,
+    parts: BTreeMap<Target, Vec<&'a Activity>>,
     violations: Vec<Violation>,
 }
 
@@ -191,9 +197,9 @@ impl<'a> Validator<'a> {
     }
 
     fn service(&self, target: Target) -> Option<Service<'a>> {
-        let plan = self.plan;
+        let parts = self.parts.get(&target)?;
         let only = |phase: Phase| {
-            let mut of = plan.activities.iter().filter(|a| a.target == target && a.phase == phase);
+            let mut of = parts.iter().copied().filter(|a| a.phase == phase);
             of.next().filter(|_| of.next().is_none())
         };
         let [a, b, c, d, e, f] = Phase::ALL.map(only);

@@ -1,6 +1,8 @@
 //! Problems for tests, benches and measurements: the vineyard of thesis 5.7.2, and random ones from a seed.
 #![allow(dead_code, reason = "each binary uses a part")]
 
+pub mod execution;
+
 use hierarq_mission::schedule::problem::{
     Agent, AgentKind, Distances, Duration, Energy, Problem, Range, Robot, Weights,
 };

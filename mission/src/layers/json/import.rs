@@ -91,7 +91,7 @@ fn tree(reader: &mut Reader<'_>, root: &Node) -> Tree {
 }
 
 fn layered(reader: &mut Reader<'_>, layers: &Node, tree: &mut Tree) {
-    for (number, node) in reader.list(layers, "layers").iter().enumerate().take(MAX_TASKS + 1) {
+    for (number, node) in reader.list(layers, "layers", MAX_TASKS).iter().enumerate() {
         let path = format!("layers[{number}]");
         let Some(entries) = reader.entries(node, &path, &["name", "tasks"]) else { continue };
         let name = match entries.get("name") {
@@ -107,7 +107,10 @@ fn layered(reader: &mut Reader<'_>, layers: &Node, tree: &mut Tree) {
 }
 
 fn read_tasks(reader: &mut Reader<'_>, node: &Node, path: &str, layer: usize, ordered: bool, tree: &mut Tree) {
-    for (number, task) in reader.list(node, path).iter().enumerate() {
+    for (number, task) in reader.list(node, path, MAX_TASKS).iter().enumerate() {
+        if reader.is_full() {
+            return;
+        }
         if tree.tasks.len() >= MAX_TASKS {
             let what = format!("there are more than {MAX_TASKS} tasks");
             reader.fault(task.at, path, FaultKind::TooMuch, what, "give fewer".into());

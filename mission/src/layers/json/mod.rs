@@ -12,7 +12,7 @@
 //! it needs one, an `object`; with [`Mode::Scheduled`] a `start` and an `end` in seconds as well: the baselines of thesis
 //! 6.4.4.
 //!
-//! [`import`] tells every mistake that it finds, where it is and what would be right.
+//! [`import`] tells every mistake that it finds, a hundred at most, where it is and what would be right.
 
 mod export;
 mod import;

@@ -5,7 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::nearest::{listed, suggest};
 use super::text::{Node, Value};
 use super::{Fault, FaultKind, Mode, Position};
+use crate::layers::check::{MAX_ENTRIES, MAX_TASKS};
 use crate::layers::problem::{Problem, Task};
+
+/// So many mistakes are told of one text.
+const MAX_FAULTS: usize = 100;
 
 /// What the texts of a mission may speak of, and the mistakes so far.
 pub(super) struct Reader<'a> {
@@ -34,6 +38,11 @@ pub(super) type Entries<'n> = BTreeMap<&'n str, &'n Node>;
 impl Reader<'_> {
     pub fn fault(&mut self, at: Position, path: &str, kind: FaultKind, what: String, fix: String) {
         self.faults.push(Fault { at, path: path.into(), kind, what, fix });
+    }
+
+    /// No more mistakes are looked for.
+    pub fn is_full(&self) -> bool {
+        self.faults.len() >= MAX_FAULTS
     }
 
     fn wrong_type(&mut self, node: &Node, path: &str, expected: &str) {
@@ -86,8 +95,14 @@ impl Reader<'_> {
         }
     }
 
-    pub fn list<'n>(&mut self, node: &'n Node, path: &str) -> &'n [Node] {
+    /// The entries of a list, of which there may be `most`.
+    pub fn list<'n>(&mut self, node: &'n Node, path: &str, most: usize) -> &'n [Node] {
         match &node.value {
+            Value::List(list) if list.len() > most => {
+                let what = format!("there are {} entries, more than {most}", list.len());
+                self.fault(node.at, path, FaultKind::TooMuch, what, "give fewer".into());
+                &list[..most]
+            }
             Value::List(list) => list,
             _ => {
                 self.wrong_type(node, path, "a list");
@@ -96,9 +111,9 @@ impl Reader<'_> {
         }
     }
 
-    fn texts(&mut self, node: &Node, path: &str) -> Vec<(String, Position, String)> {
+    fn texts(&mut self, node: &Node, path: &str, most: usize) -> Vec<(String, Position, String)> {
         let mut texts = Vec::new();
-        for (number, entry) in self.list(node, path).iter().enumerate() {
+        for (number, entry) in self.list(node, path, most).iter().enumerate() {
             let here = format!("{path}[{number}]");
             texts.extend(self.text(entry, &here).map(|text| (text, entry.at, here)));
         }
@@ -152,7 +167,10 @@ impl Reader<'_> {
         let problem = self.problem;
         let mut features = BTreeSet::new();
         let mut known = true;
-        for (feature, at, here) in self.texts(node, path) {
+        for (feature, at, here) in self.texts(node, path, MAX_ENTRIES) {
+            if self.is_full() {
+                break;
+            }
             let all = || problem.objects.iter().flat_map(|thing| &thing.features);
             if !all().any(|other| *other == feature) {
                 known = false;
@@ -204,7 +222,7 @@ impl Reader<'_> {
             .unwrap_or_default();
         let mut way = Vec::new();
         if let Some(motion) = entries.get("motion") {
-            for (number, place) in self.list(motion, &join(path, "motion")).iter().enumerate() {
+            for (number, place) in self.list(motion, &join(path, "motion"), MAX_ENTRIES).iter().enumerate() {
                 way.extend(self.position(place, &format!("{path}.motion[{number}]")));
             }
         }
@@ -216,7 +234,8 @@ impl Reader<'_> {
             value.and_then(|value| self.number(value, &join(path, key)))
         };
         let (start, end) = (time("start"), time("end"));
-        let after = entries.get("after").map(|after| self.texts(after, &join(path, "after"))).unwrap_or_default();
+        let after =
+            entries.get("after").map(|after| self.texts(after, &join(path, "after"), MAX_TASKS)).unwrap_or_default();
         let (name, action) = (name?, action.unwrap_or_default());
         let task = Task { name, layer, action, features, path: way, object, agent };
         let keys = entries.iter().map(|(key, value)| ((*key).to_string(), value.at)).collect();

@@ -1,0 +1,124 @@
+//! Robots as bases: they never come too near, pass each other, arrive, and the plan learns when they are late.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
+
+mod common;
+
+use common::execution::{count, keeps, settings};
+use hierarq_mission::execution::{Execution, Happening, Obstacle, Potentials, Settings, Stage, Travel};
+use hierarq_mission::schedule::problem::{AgentKind, Problem, Range};
+use hierarq_mission::schedule::validate::validate;
+use proptest::prelude::*;
+
+/// Bases of a mission watched at every step: the smallest distance between two that are not lost, and whether it ended.
+fn watched(problem: &Problem, potentials: &Potentials, until: f64) -> (f64, Execution) {
+    let travel = Travel::Bases(potentials.clone());
+    let mut execution = Execution::new(problem.clone(), Settings { travel, ..settings() }).unwrap();
+    let (mut closest, mut time) = (f64::INFINITY, 0.0);
+    while !execution.done() && time < until {
+        time += potentials.step;
+        execution.advance(time);
+        let robots: Vec<_> = (0..execution.plan().robots.len()).map(|m| execution.robot(m).unwrap()).collect();
+        for (m, robot) in robots.iter().enumerate() {
+            for other in robots[..m].iter().filter(|other| other.stage != Stage::Lost && robot.stage != Stage::Lost) {
+                let apart = f64::hypot(robot.position[0] - other.position[0], robot.position[1] - other.position[1]);
+                closest = closest.min(apart);
+            }
+            for thing in &potentials.obstacles {
+                let [x, y] = robot.position;
+                closest = closest.min(f64::hypot(x - thing.place[0], y - thing.place[1]) - thing.radius);
+            }
+        }
+    }
+    (closest, execution)
+}
+
+/// Depots and places of agents on one line: robots that come meet robots that go back head-on, and a rock between them.
+#[test]
+fn bases_that_meet_head_on_pass() {
+    for shift in [0.0, 0.01, -0.5] {
+        let robots = vec![common::robot("m0", [0.0, 0.0], 1.0), common::robot("m1", [-4.0, shift], 1.0)];
+        let agents = vec![
+            common::agent("a0", AgentKind::Human, [9.0, 0.0], 3, 60.0),
+            common::agent("a1", AgentKind::Human, [15.0, 0.0], 3, 60.0),
+        ];
+        let problem = common::problem(robots, agents);
+        for obstacles in [vec![], vec![Obstacle { place: [4.5, 0.0], radius: 0.5 }]] {
+            let (closest, execution) = watched(&problem, &Potentials { obstacles, ..Potentials::default() }, 6000.0);
+            assert!(execution.done(), "{shift}: {:?} {:?}", execution.robot(0), execution.robot(1));
+            assert!((0.8 - 1e-9..2.5).contains(&closest), "{shift}: {closest}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    /// Teams in a small place, depots and agents anywhere: nobody comes too near, everybody is served.
+    #[test]
+    fn bases_never_come_too_near(
+        seed in 0_u64..100_000, robots in 2_usize..6, agents in 1_usize..6, rocks in 0_usize..3, crowded in any::<bool>(),
+    ) {
+        let mut problem = common::random(seed, agents, robots, 2);
+        let mut random = common::Random(seed);
+        random.unit();
+        let size = if crowded { 5.0 } else { 12.0 };
+        for (m, robot) in problem.robots.iter_mut().enumerate() {
+            // In a row, far enough from each other to begin with.
+            robot.depot = [1.5 * m as f64, -size];
+        }
+        for agent in &mut problem.agents {
+            agent.place = [random.within(-size, size), random.within(-size, size) + 2.0];
+            agent.duration.mean = random.within(30.0, 120.0);
+            agent.duration.sigma = 0.0;
+        }
+        let mut obstacles = Vec::new();
+        for _ in 0..rocks {
+            let rock = Obstacle { place: [random.within(-size, size), random.within(-size, size)], radius: 0.4 };
+            let places = problem.robots.iter().map(|r| r.depot).chain(problem.agents.iter().map(|a| a.place));
+            let clear = |p: [f64; 2]| f64::hypot(p[0] - rock.place[0], p[1] - rock.place[1]) > 3.5;
+            if places.chain(obstacles.iter().map(|other: &Obstacle| other.place)).all(clear) {
+                obstacles.push(rock);
+            }
+        }
+        let (closest, execution) = watched(&problem, &Potentials { obstacles, ..Potentials::default() }, 20_000.0);
+        prop_assert!(closest >= 0.8 - 1e-9, "{closest}");
+        let robots: Vec<_> = (0..robots).map(|m| execution.robot(m)).collect();
+        prop_assert!(execution.done(), "{robots:#?}");
+    }
+}
+
+/// A base that is kept from its way arrives late, and the plan learns it.
+#[test]
+fn late_arrivals_reach_the_plan() {
+    let mut late = 0;
+    for seed in 0..6 {
+        let mut problem = common::random(seed, 4, 3, 2);
+        for (m, robot) in problem.robots.iter_mut().enumerate() {
+            robot.depot = [2.0 * m as f64, 0.0];
+            (robot.speed, robot.proximity) = (Range::point(0.2), None);
+        }
+        let (_, execution) = watched(&problem, &Potentials::default(), 20_000.0);
+        assert!(execution.done());
+        late += count(execution.records(), |what| matches!(what, Happening::RobotLate { .. }));
+        assert!(validate(execution.problem(), execution.plan()).is_empty());
+        keeps(execution.plan(), execution.records()).unwrap();
+    }
+    assert!(late > 0);
+}
+
+/// Robots that share a depot and agents that stand in one place: robots come there one after the other, and all get home.
+#[test]
+fn bases_take_turns_where_they_share_a_place() {
+    for robots in 2..5 {
+        let mut problem = common::random(robots as u64, 3, robots, 2);
+        problem.robots.iter_mut().for_each(|robot| robot.depot = [0.0, 0.0]);
+        for agent in &mut problem.agents {
+            (agent.place, agent.duration.mean, agent.wait_distance) = ([6.0, 1.0], 40.0, 0.5);
+        }
+        let (_, execution) = watched(&problem, &Potentials::default(), 20_000.0);
+        let views: Vec<_> = (0..robots).map(|robot| execution.robot(robot)).collect();
+        assert!(execution.done(), "{views:#?}");
+        assert!(execution.statistics().agents.iter().all(|agent| agent.served == 2));
+    }
+}

@@ -1,0 +1,99 @@
+//! What tests of executed missions share.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use hierarq_mission::engine::Budget;
+use hierarq_mission::execution::{Event, Execution, Happening, Record, Settings};
+use hierarq_mission::plan::{Activity, Actor, Phase, Plan, Target};
+use hierarq_mission::schedule::choose::{Formulation, Options};
+
+pub fn near(a: f64, b: f64, by: f64) {
+    assert!((a - b).abs() <= by, "{a} is not {b}");
+}
+
+/// Planning of little work.
+pub fn quick() -> Options {
+    let budget = Budget { time: Duration::from_secs(60), nodes: 20, ..Budget::default() };
+    Options { formulation: Some(Formulation::Batches), batch: 2, budget, ..Options::default() }
+}
+
+/// Settings with it.
+pub fn settings() -> Settings {
+    Settings { planning: quick(), ..Settings::default() }
+}
+
+/// Lets a mission run to its end.
+pub fn run(execution: &mut Execution) {
+    let mut steps = 0;
+    while let Some(next) = execution.next() {
+        execution.advance(next);
+        steps += 1;
+        assert!(
+            steps < 20_000,
+            "the mission does not end: {:?}",
+            &execution.records()[execution.records().len() - 5..]
+        );
+    }
+}
+
+/// When the beginnings and ends of a plan are recorded to have happened, by operation.
+pub type Times = BTreeMap<(usize, usize), BTreeMap<&'static str, f64>>;
+
+pub fn happened(records: &[Record]) -> Times {
+    let mut times = Times::new();
+    for record in records {
+        let (key, name) = match record.what {
+            Happening::OperationBegan { agent, operation } => ((agent, operation), "start"),
+            Happening::OperationEnded { agent, operation } => ((agent, operation), "end"),
+            Happening::Left { agent, operation, .. } => ((agent, operation), "going"),
+            Happening::Waits { agent, operation, .. } => ((agent, operation), "waiting"),
+            Happening::Approaches { agent, operation, .. } => ((agent, operation), "proximity"),
+            Happening::Serves { agent, operation, .. } => ((agent, operation), "serving"),
+            Happening::Served { agent, operation, .. } => ((agent, operation), "depositing"),
+            Happening::BrokenOff { agent, operation, .. } => {
+                let of = times.entry((agent, operation)).or_default();
+                of.retain(|name, _| matches!(*name, "start" | "end"));
+                continue;
+            }
+            Happening::Told { event: Event::Lost { who: Actor::Agent(lost) } } => {
+                // What it has not been served for is not begun any more.
+                times.retain(|(agent, _), of| *agent != lost || of.contains_key("depositing"));
+                continue;
+            }
+            _ => continue,
+        };
+        times.entry(key).or_default().insert(name, record.time);
+    }
+    times
+}
+
+pub fn part(plan: &Plan, (agent, operation): (usize, usize), phase: Phase) -> Option<&Activity> {
+    plan.activities.iter().find(|a| a.target == Target { agent, operation } && a.phase == phase)
+}
+
+/// Everything that has happened is in the plan as it happened.
+pub fn keeps(plan: &Plan, records: &[Record]) -> Result<(), String> {
+    for (key, times) in happened(records) {
+        for (name, time) in times {
+            let (phase, starts) = match name {
+                "start" => (Phase::Operation, true),
+                "end" => (Phase::Operation, false),
+                "going" => (Phase::Going, true),
+                "waiting" => (Phase::Waiting, true),
+                "proximity" => (Phase::Proximity, true),
+                "serving" => (Phase::Serving, true),
+                _ => (Phase::Depositing, true),
+            };
+            let found = part(plan, key, phase).map(|a| if starts { a.start } else { a.end });
+            if !found.is_some_and(|t| (t - time).abs() < 1e-6) {
+                return Err(format!("{key:?} {name} {time} is {found:?}"));
+            }
+        }
+    }
+    Ok(())
+}
+
+pub fn count(records: &[Record], of: impl Fn(&Happening) -> bool) -> usize {
+    records.iter().filter(|record| of(&record.what)).count()
+}

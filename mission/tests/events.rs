@@ -1,0 +1,244 @@
+//! What is told to an executed mission, one event at a time: what follows, and what is refused.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
+
+mod common;
+
+use common::execution::{count, happened, near, part, run, settings};
+use hierarq_mission::execution::{
+    Doing, Durations, Event, EventError, Execution, Happening, NoPlan, Obstacle, Potentials, Refusal, Replan, Settings,
+    Stage, Travel,
+};
+use hierarq_mission::plan::{Activity, Actor, Phase};
+use hierarq_mission::schedule::problem::{Begun, Problem, Range};
+use hierarq_mission::schedule::validate::validate;
+
+/// 5.F: an operation that ends early is served early by a robot that waits; one that is late is waited for.
+#[test]
+fn a_robot_that_waits_approaches_when_the_operation_ends() {
+    let mut problem = common::vineyard(1);
+    for robot in &mut problem.robots {
+        (robot.speed, robot.proximity) = (Range::point(0.2), Some(Range::point(0.2)));
+    }
+    let mut execution = Execution::new(problem, Settings { replan: Replan::Reschedule, ..settings() }).unwrap();
+    let robot_waits = |execution: &Execution| {
+        (0..2).find_map(|m| Some(execution.robot(m)?).filter(|r| r.stage == Stage::Waiting)?.target)
+    };
+    while robot_waits(&execution).is_none() {
+        let next = execution.next().unwrap();
+        execution.advance(next);
+    }
+    let agent = robot_waits(&execution).unwrap().agent;
+    let coming = execution.agent(agent).unwrap().coming.unwrap();
+    assert!(execution.agent(agent).unwrap().doing == Doing::Working && coming.approaches > execution.time() + 1.0);
+    execution.advance(execution.time() + 1.0);
+    let now = execution.time();
+    execution.tell(Event::Done { agent }).unwrap();
+    let next = execution.agent(agent).unwrap().coming.unwrap();
+    near(next.approaches, now, 1e-9);
+    near(next.serves - next.approaches, coming.serves - coming.approaches, 1e-9);
+    assert_eq!(
+        execution.advance(now).last().unwrap().what,
+        Happening::Approaches { robot: next.robot, agent, operation: 0 }
+    );
+    let mut late = execution.clone();
+    run(&mut execution);
+    assert!(execution.done());
+    // Another one says that it needs longer.
+    let other = (0..4).find(|a| late.agent(*a).unwrap().doing == Doing::Working).unwrap();
+    let expected = late.agent(other).unwrap().until.unwrap();
+    late.tell(Event::Late { agent: other, by: 200.0 }).unwrap();
+    near(late.agent(other).unwrap().until.unwrap(), expected + 200.0, 1e-9);
+    assert!(late.agent(other).unwrap().coming.unwrap().serves >= expected + 200.0 - 1e-9);
+    run(&mut late);
+    near(happened(late.records())[&(other, 0)]["end"], expected + 200.0, 1e-9);
+}
+
+/// When operations end earlier than planned, no robot stays at home while the one whom it is to serve next waits.
+#[test]
+fn nobody_waits_for_a_robot_at_home() {
+    for seed in 0..6 {
+        let durations = Durations::Sampled { seed };
+        let settings = Settings { durations, replan: Replan::Reschedule, ..settings() };
+        let mut execution = Execution::new(common::random(seed, 4, 2, 3), settings).unwrap();
+        while let Some(next) = execution.next() {
+            execution.advance(next);
+            for robot in (0..2).filter(|m| execution.robot(*m).unwrap().stage == Stage::Home) {
+                let Some(leaves) = execution.robot(robot).unwrap().until.filter(|at| *at > execution.time() + 1e-6)
+                else {
+                    continue;
+                };
+                let going =
+                    |a: &&Activity| a.actor == Actor::Robot(robot) && a.phase == Phase::Going && a.start == leaves;
+                let target = execution.plan().activities.iter().find(going).unwrap().target;
+                let agent = execution.agent(target.agent).unwrap();
+                let waits = agent.doing == Doing::Waiting && agent.operation == Some(target.operation);
+                assert!(!waits, "{seed}: {target:?} at {}", execution.time());
+            }
+        }
+        assert!(execution.done());
+    }
+}
+
+/// A robot that is lost: what it was doing is broken off, the other one does all the rest; lost too, the mission stands
+/// still and says why; back again, it goes on to its end.
+#[test]
+fn robots_that_are_lost_are_done_without() {
+    let mut execution = Execution::new(common::vineyard(2), settings()).unwrap();
+    execution.advance(100.0);
+    let lost = (0..2).find(|m| execution.robot(*m).unwrap().stage == Stage::Going).unwrap();
+    execution.tell(Event::Lost { who: Actor::Robot(lost) }).unwrap();
+    assert_eq!(count(execution.records(), |what| matches!(what, Happening::BrokenOff { .. })), 1);
+    assert!(execution.tell(Event::Lost { who: Actor::Robot(lost) }).is_err());
+    let new = execution.plan().activities.iter().filter(|a| !a.begun && a.phase == Phase::Going);
+    assert!(new.clone().count() > 0 && new.into_iter().all(|a| a.actor == Actor::Robot(1 - lost)));
+    assert!(validate(execution.problem(), execution.plan()).is_empty());
+    execution.advance(700.0);
+    execution.tell(Event::Lost { who: Actor::Robot(1 - lost) }).unwrap();
+    assert_eq!(execution.stranded(), Some(&NoPlan::NoRobot));
+    execution.advance(3000.0);
+    assert_eq!(execution.next(), None);
+    assert!(!execution.done());
+    let doing: Vec<Doing> = (0..4).map(|agent| execution.agent(agent).unwrap().doing).collect();
+    assert!(doing.contains(&Doing::Waiting), "{doing:?}");
+    assert!(doing.iter().all(|doing| matches!(doing, Doing::Waiting | Doing::Finished)), "{doing:?}");
+    execution.tell(Event::Back { who: Actor::Robot(lost) }).unwrap();
+    assert_eq!(execution.stranded(), None);
+    run(&mut execution);
+    assert!(execution.done());
+    assert!(execution.statistics().agents.iter().all(|agent| agent.served == 2));
+    assert_eq!(execution.statistics().robots[1 - lost].served + execution.statistics().robots[lost].served, 8);
+}
+
+/// An agent who leaves is not served any more, the robot under way to it goes home; back, it does its operation again.
+#[test]
+fn agents_come_and_go() {
+    let mut execution = Execution::new(common::vineyard(2), settings()).unwrap();
+    execution.advance(200.0);
+    let (robot, target) = (0..2).find_map(|m| Some((m, execution.robot(m)?.target?))).unwrap();
+    execution.tell(Event::Lost { who: Actor::Agent(target.agent) }).unwrap();
+    assert_eq!(execution.robot(robot).unwrap().stage, Stage::Recalled);
+    assert_eq!(execution.problem().operations(), 6);
+    assert_eq!(execution.plan().of(Actor::Agent(target.agent)).count(), 0);
+    let mut without = execution.clone();
+    run(&mut without);
+    assert!(without.done());
+    assert_eq!(without.statistics().agents[target.agent].served, 0);
+    execution.advance(900.0);
+    execution.tell(Event::Back { who: Actor::Agent(target.agent) }).unwrap();
+    run(&mut execution);
+    assert!(execution.done());
+    assert_eq!(execution.statistics().agents[target.agent].served, 2);
+    assert_eq!(happened(execution.records())[&(target.agent, 0)]["start"], 900.0);
+    // After the end too.
+    without.tell(Event::Back { who: Actor::Agent(target.agent) }).unwrap();
+    assert!(!without.done());
+    run(&mut without);
+    assert!(without.done());
+    assert_eq!(without.statistics().agents[target.agent].served, 2);
+}
+
+/// A service that failed takes its time once more; one that ends earlier is over; a place that moved is gone to.
+#[test]
+fn services_fail_end_early_and_move() {
+    let mut execution = Execution::new(common::vineyard(1), settings()).unwrap();
+    let serving = |execution: &Execution| (0..4).find(|a| execution.agent(*a).unwrap().doing == Doing::Served);
+    while serving(&execution).is_none() {
+        let next = execution.next().unwrap();
+        execution.advance(next);
+    }
+    let agent = serving(&execution).unwrap();
+    let since = execution.time();
+    execution.advance(since + 4.0);
+    execution.tell(Event::Failed { agent }).unwrap();
+    near(execution.agent(agent).unwrap().until.unwrap(), since + 14.0, 1e-9);
+    assert!(matches!(execution.tell(Event::Moved { agent, place: [0.0, 0.0] }), Err(EventError::RobotNear { .. })));
+    execution.advance(since + 5.0);
+    execution.tell(Event::Served { agent }).unwrap();
+    assert_eq!(execution.agent(agent).unwrap().doing, Doing::Finished);
+    let other = (0..4).find(|a| execution.agent(*a).unwrap().doing == Doing::Working).unwrap();
+    execution.tell(Event::Moved { agent: other, place: [5.0, 5.0] }).unwrap();
+    run(&mut execution);
+    assert!(execution.done());
+    let at = part(execution.plan(), (other, 0), Phase::Serving).unwrap();
+    assert_eq!(at.place, Some([5.0, 5.0]));
+    assert!(matches!(execution.tell(Event::Done { agent }), Err(EventError::NotWorking { .. })));
+    assert!(matches!(execution.tell(Event::Done { agent: 9 }), Err(EventError::NoAgent { agent: 9 })));
+    let said = |wait| Event::Said { agent: 0, wait, approach: 0, distance: 0 };
+    assert!(matches!(execution.tell(said(3)), Err(EventError::Step { step: 3 })));
+}
+
+/// What makes no sense is refused before it begins.
+#[test]
+fn wrong_settings_are_refused() {
+    let refused = |change: &dyn Fn(&mut Problem, &mut Settings)| {
+        let (mut problem, mut settings) = (common::vineyard(1), settings());
+        change(&mut problem, &mut settings);
+        Execution::new(problem, settings).unwrap_err()
+    };
+    assert_eq!(refused(&|_, s| s.told = vec![7]), Refusal::Told(7));
+    assert!(matches!(refused(&|_, s| s.reallocate_above = f64::NAN), Refusal::Setting { .. }));
+    let bases = |change: &dyn Fn(&mut Potentials)| {
+        let mut potentials = Potentials::default();
+        change(&mut potentials);
+        refused(&|_, s| s.travel = Travel::Bases(potentials.clone()))
+    };
+    assert!(matches!(bases(&|p| p.step = 0.0), Refusal::Setting { .. }));
+    assert!(matches!(bases(&|p| p.threshold = 0.1), Refusal::Setting { .. }));
+    let rock = Obstacle { place: [1.0, -1.0], radius: 0.2 };
+    assert!(matches!(bases(&|p| p.obstacles = vec![rock]), Refusal::Covered { .. }));
+    let two = [[0.0, 3.0], [2.5, 3.0]].map(|place| Obstacle { place, radius: 0.2 });
+    assert!(matches!(bases(&|p| p.obstacles = two.to_vec()), Refusal::Narrow { .. }));
+    let table = |p: &mut Problem, s: &mut Settings| {
+        *p = common::fixed(1, 2, 2, 1);
+        s.travel = Travel::Bases(Potentials::default());
+    };
+    assert_eq!(refused(&table), Refusal::NoPlaces);
+    assert!(matches!(refused(&|p, _| p.robots.clear()), Refusal::Plan(_)));
+    let begun = |p: &mut Problem, _: &mut Settings| {
+        p.begun = vec![Begun { agent: 0, operation: 0, start: 0.0, end: 10.0, service: None }];
+    };
+    assert_eq!(refused(&begun), Refusal::Begun);
+}
+
+/// An operation that would end beyond all times leaves no plan; it ends all the same, and there is one again.
+#[test]
+fn a_mission_without_a_plan_finds_one_again() {
+    let mut execution = Execution::new(common::vineyard(1), settings()).unwrap();
+    execution.advance(50.0);
+    execution.tell(Event::Late { agent: 0, by: 1e6 }).unwrap();
+    assert!(matches!(execution.stranded(), Some(NoPlan::Broken { .. })), "{:?}", execution.stranded());
+    execution.advance(400.0);
+    assert!((0..2).all(|robot| execution.robot(robot).unwrap().stage == Stage::Home));
+    execution.tell(Event::Done { agent: 0 }).unwrap();
+    assert_eq!(execution.stranded(), None);
+    assert!(validate(execution.problem(), execution.plan()).is_empty());
+    run(&mut execution);
+    assert!(execution.done());
+}
+
+/// A person who asks for a slower robot gets one, and the index says so; without replanning,
+/// what people say is written down alone.
+#[test]
+fn feedback_changes_the_plan_only_where_it_may() {
+    for (replan, changes) in [(Replan::None, false), (Replan::Reschedule, true), (Replan::Both, true)] {
+        let mut execution = Execution::new(common::vineyard(2), Settings { replan, ..settings() }).unwrap();
+        let served = |execution: &Execution| (0..3).find(|a| execution.statistics().agents[*a].served == 1);
+        while served(&execution).is_none() {
+            let next = execution.next().unwrap();
+            execution.advance(next);
+        }
+        let agent = served(&execution).unwrap();
+        let before = execution.problem().clone();
+        let said = Event::Said { agent, wait: 2, approach: -2, distance: -1 };
+        execution.tell(said).unwrap();
+        assert_eq!(execution.problem().agents[agent] != before.agents[agent], changes, "{replan:?}");
+        assert_eq!(execution.problem().wait_weight(agent, 1) > before.wait_weight(agent, 1), changes);
+        assert_eq!(count(execution.records(), |what| *what == Happening::Told { event: said }), 1);
+        run(&mut execution);
+        let outcome = execution.statistics();
+        assert_eq!(outcome.agents[agent].speed_index > 1.0, changes, "{replan:?} {outcome:?}");
+        assert!(outcome.waited() > 0.0 && outcome.energy() > 0.0);
+        assert!(outcome.reallocations == 0 || replan == Replan::Both);
+    }
+}
