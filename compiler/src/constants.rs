@@ -119,11 +119,9 @@ impl Constants<'_> {
     ) -> Option<Vec<f64>> {
         let typed = self.typed(value, diagnostics)?;
         if typed.kind != kind {
-            diagnostics.push(Diagnostic::error(
-                "HQ0304",
-                value.span,
-                format!("{} is needed here, and this is {}", kind.describe(), typed.kind.describe()),
-            ));
+            let text = format!("{} is needed here, and this is {}", kind.describe(), typed.kind.describe());
+            let help = if kind == Kind::Vector { "write three numbers, `[x, y, z]`" } else { "write one number" };
+            diagnostics.push(Diagnostic::error("HQ0304", value.span, text).help(help));
             return None;
         }
         if let Some(mut d) = self.fits(&typed, wanted, "") {

@@ -42,7 +42,7 @@ pub(crate) fn remove(diagnostics: &mut Vec<Diagnostic>, form: usize, spec: &Spec
             "HQ0201" | "HQ0206" if called(at) => true,
             "HQ0201" => broken || unread.contains(sources.snippet(at)),
             "HQ0206" => broken || (lost && at.is_empty()) || quoted(&d.message).any(|key| unread.contains(key)),
-            "HQ0601" | "HQ0603" => lost || damaged,
+            "HQ0601" | "HQ0603" | "HQ0901" => lost || damaged,
             _ => broken,
         }
     };

@@ -26,6 +26,7 @@ mod overridden;
 mod paths;
 mod planners;
 mod pointless;
+pub mod quantities;
 mod ranges;
 mod reach;
 mod recording;

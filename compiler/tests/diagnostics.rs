@@ -30,6 +30,11 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("fields_yaml", include_str!("cases/fields_yaml.txt"), Spelling::Yaml),
     ("planners", include_str!("cases/planners.txt"), Spelling::Hq),
     ("machines", include_str!("cases/machines.txt"), Spelling::Hq),
+    ("missions", include_str!("cases/missions.txt"), Spelling::Hq),
+    ("missions_yaml", include_str!("cases/missions_yaml.txt"), Spelling::Yaml),
+    ("mission_scenarios", include_str!("cases/mission_scenarios.txt"), Spelling::Hq),
+    ("mission_scenarios_yaml", include_str!("cases/mission_scenarios_yaml.txt"), Spelling::Yaml),
+    ("missions_reuse", include_str!("cases/missions_reuse.txt"), Spelling::Hq),
     ("yardstick", include_str!("cases/yardstick.txt"), Spelling::Hq),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Spelling::Yaml),
 ];
@@ -43,7 +48,7 @@ fn outcome(text: &str, spelling: Spelling) -> (String, BTreeSet<&'static str>, V
         if found.len() != case.count {
             wrong.push(format!("{}: {} diagnostics, not {}", case.title, found.len(), case.count));
         }
-        assert_eq!(compiled.program.is_some(), compiled.report.errors() == 0, "{}", case.title);
+        assert_eq!(compiled.is_good(), compiled.report.errors() == 0, "{}", case.title);
         codes.extend(found.iter().map(|d| d.code));
         out.push_str(&format!("==== {}\n{}", case.title, annotated(&compiled)));
     }
@@ -94,6 +99,31 @@ fn names() {
 #[test]
 fn planners() {
     check("planners");
+}
+
+#[test]
+fn missions() {
+    check("missions");
+}
+
+#[test]
+fn mission_scenarios() {
+    check("mission_scenarios");
+}
+
+#[test]
+fn mission_scenarios_yaml() {
+    check("mission_scenarios_yaml");
+}
+
+#[test]
+fn missions_reuse() {
+    check("missions_reuse");
+}
+
+#[test]
+fn missions_yaml() {
+    check("missions_yaml");
 }
 
 #[test]

@@ -160,7 +160,7 @@ proptest! {
         let spec = spec.replacen("hierarq 1", "hierarq 1\nparam outside = 1", 1);
         let set = [("outside".to_string(), text)];
         let compiled = compile_text(&spec, Spelling::Hq, &examples(), &set);
-        prop_assert_eq!(compiled.program.is_some(), compiled.report.errors() == 0);
+        prop_assert_eq!(compiled.is_good(), compiled.report.errors() == 0);
     }
 }
 

@@ -19,6 +19,22 @@ fn spec(section: &Section, entries: &str) -> Option<String> {
     };
     let run = |inner: &str| format!("{}run {{ {inner} }}\n", robot(ROBOT));
     let is = |other: &Section| std::ptr::eq(section, other);
+    // A mission with robot `m`, person `h` and working robot `w`, each with these before what it must have.
+    let mission = |own: &str, [m, h, w]: [&str; 3]| {
+        format!(
+            "hierarq 1\nmission x : schedule {{ {own}\n robot m {{ {m}  depot [0, 0] m  speed [0.5, 2] m/s  serve 1 s }}  \
+             human h {{ {h}  place [3, 4] m  duration 10 s }}  worker w {{ {w}  place [4, 3] m  duration 10 s }} }}\n"
+        )
+    };
+    let block = |name: &str| format!("{name} {{ {entries} }}");
+    // Layers with robot `r`, person `h`, object `o` and task `t`, in the same way.
+    let layers = |own: &str, [r, h, o, t]: [&str; 4]| {
+        format!(
+            "hierarq 1\nmission x : layers {{ {own}\n robot r {{ {r}  place [0, 0, 0] m  speed [0.5, 2] m/s  skills {{ go 1 s }} }}  \
+             human h {{ {h}  place [1, 0, 0] m  speed 1 m/s  skills {{ go 1 s }} }}  object o {{ {o}  place [1, 1, 0] m }}  \
+             layer l {{ task t = go {{ {t}  to [1, 0, 0] m }} }} }}\n"
+        )
+    };
     Some(if is(&sections::ROBOT) {
         robot(&[ROBOT, entries].join("  "))
     } else if is(&sections::POINT) {
@@ -31,6 +47,34 @@ fn spec(section: &Section, entries: &str) -> Option<String> {
         run(entries)
     } else if is(&sections::SIMULATOR) {
         run(&format!("simulator {{ {entries} }}"))
+    } else if is(&sections::SCHEDULE) {
+        mission(entries, [""; 3])
+    } else if is(&sections::SCHEDULE_WEIGHTS) {
+        mission(&block("weights"), [""; 3])
+    } else if is(&sections::ADAPTATION) {
+        mission(&block("adaptation"), [""; 3])
+    } else if is(&sections::SCHEDULE_ROBOT) {
+        mission("", [entries, "", ""])
+    } else if is(&sections::ENERGY) {
+        mission("", [&block("energy"), "", ""])
+    } else if is(&sections::SCHEDULE_HUMAN) {
+        mission("", ["", entries, ""])
+    } else if is(&sections::SCHEDULE_WORKER) {
+        mission("", ["", "", entries])
+    } else if is(&sections::LAYERS) {
+        layers(entries, [""; 4])
+    } else if is(&sections::LAYERS_WEIGHTS) {
+        layers(&block("weights"), [""; 4])
+    } else if is(&sections::LAYERS_ROBOT) {
+        layers("", [entries, "", "", ""])
+    } else if is(&sections::LAYERS_HUMAN) {
+        layers("", ["", entries, "", ""])
+    } else if is(&sections::OBJECT) {
+        layers("", ["", "", entries, ""])
+    } else if is(&sections::LAYERS_TASK) {
+        layers("", ["", "", "", entries])
+    } else if is(&sections::APPROACH) {
+        mission("", ["", &format!("approaches {{ m {{ {entries} }} }}"), ""])
     } else {
         return None;
     })
@@ -57,10 +101,12 @@ fn numbers_have_the_units_and_ranges_of_the_table() {
         }
         tried += 1;
         let with = |value: String| codes(&spec(section, &format!("{} {value}", key.name)).expect("asked"));
-        assert!(with("3 kg".to_string()).contains(&"HQ0301"), "{} takes kilograms", key.name);
+        let other = if q.dimension == stdlib_tasks::dimension::MASS { "3 s" } else { "3 kg" };
+        assert!(with(other.to_string()).contains(&"HQ0301"), "{} takes {other}", key.name);
         let unit = units::written(q.dimension);
         let refused = |x: f64| with(format!("{x} {unit}")).contains(&"HQ0308");
-        assert!(!refused(q.min + 1.0), "{}: {} {unit}", key.name, q.min + 1.0);
+        let inside = (q.min + 1.0).min(q.max);
+        assert!(!refused(inside), "{}: {inside} {unit}", key.name);
         assert!(refused(q.min - 1.0), "{} has no bound of {}", key.name, q.min);
         assert_eq!(refused(q.min), !q.min_included, "{} at {}", key.name, q.min);
     }
@@ -77,7 +123,11 @@ fn the_rate_has_its_range() {
 
 #[test]
 fn what_stands_in_for_a_key_is_what_the_table_says() {
-    let program = |text: &str| compile_text(text, Spelling::Hq, &examples(), &[]).program.expect("a good spec");
+    let compiled = |text: &str| {
+        let compiled = compile_text(text, Spelling::Hq, &examples(), &[]);
+        assert!(compiled.is_good(), "{text}");
+        serde_json::to_value((compiled.program, compiled.missions)).expect("data")
+    };
     let mut tried = 0;
     for (section, key) in asked() {
         let Presence::Default(text) = key.presence else { continue };
@@ -86,10 +136,9 @@ fn what_stands_in_for_a_key_is_what_the_table_says() {
             continue;
         }
         tried += 1;
-        let without = program(&spec(section, "").expect("asked"));
-        let with = program(&spec(section, &format!("{} {text}", key.name)).expect("asked"));
-        let data = |p| serde_json::to_value(p).expect("data");
-        assert_eq!(data(&without), data(&with), "{}: `{}`", section.name, key.name);
+        let without = compiled(&spec(section, "").expect("asked"));
+        let with = compiled(&spec(section, &format!("{} {text}", key.name)).expect("asked"));
+        assert_eq!(without, with, "{}: `{}`", section.name, key.name);
     }
     assert!(tried >= 8, "only {tried} defaults were tried");
 }

@@ -3,10 +3,11 @@
 // The derive writes an enum without doc comments.
 #![allow(missing_docs)]
 
-/// Parser generated from `grammar.pest` and `machines.pest`.
+/// Parser generated from `grammar.pest`, `machines.pest` and `missions.pest`.
 #[derive(pest_derive::Parser)]
 #[grammar = "grammar.pest"]
 #[grammar = "machines.pest"]
+#[grammar = "missions.pest"]
 pub(crate) struct Grammar;
 
 /// One node of a pest parse.

@@ -16,6 +16,7 @@ mod grammar;
 pub mod holes;
 mod hq;
 pub mod limits;
+mod missions;
 mod normalised;
 mod print;
 pub mod span;

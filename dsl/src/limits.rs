@@ -129,6 +129,8 @@ fn item_head(text: &str) -> bool {
         || head("human", '{')
         || head("safety_field", '{')
         || head("variable", ':')
+        || head("mission", ':')
+        || head("mission", '{')
         || ["machine", "scenario"].iter().any(|word| head(word, '{') || quoted_head(text, word))
 }
 

@@ -1,10 +1,11 @@
 //! Trees in the order of the YAML sections, so that a spec can be compared with its translation.
 
-use crate::tree::{Item, ItemKind, Spec};
+use crate::tree::{Item, ItemKind, MissionMember, MissionRepeat, Spec};
+use crate::vocabulary::ROLES;
 
 impl Spec {
     /// The same spec with its declarations sorted by kind as YAML groups them: imports, params, lets, robots, tasks,
-    /// stacks, signals, variables, humans, safety fields, machines, scenarios, repetitions, run. Within a kind the order stays.
+    /// stacks, signals, variables, humans, safety fields, machines, missions, scenarios, repetitions, run. Within a kind the order stays.
     pub fn normalised(mut self) -> Spec {
         sort(&mut self.items);
         self
@@ -24,13 +25,27 @@ fn sort(items: &mut [Item]) {
         ItemKind::Human(_) => 8,
         ItemKind::SafetyField(_) => 9,
         ItemKind::Machine(_) => 10,
-        ItemKind::Scenario(_) => 11,
-        ItemKind::For(_) => 12,
-        ItemKind::Run(_) => 13,
+        ItemKind::Mission(_) => 11,
+        ItemKind::Scenario(_) => 12,
+        ItemKind::For(_) => 13,
+        ItemKind::Run(_) => 14,
     });
     for item in items {
-        if let ItemKind::For(repeat) = &mut item.kind {
-            sort(&mut repeat.body);
+        match &mut item.kind {
+            ItemKind::For(repeat) => sort(&mut repeat.body),
+            ItemKind::Mission(mission) => sort_members(&mut mission.members, &mut mission.repeats),
+            _ => {}
         }
+    }
+}
+
+/// Members by role, in the order of the roles.
+fn sort_members(members: &mut [MissionMember], repeats: &mut [MissionRepeat]) {
+    members.sort_by_key(|member| ROLES.iter().position(|role| **role == *member.role));
+    for member in members {
+        sort_members(&mut member.members, &mut member.repeats);
+    }
+    for repeat in repeats {
+        sort_members(&mut repeat.members, &mut repeat.repeats);
     }
 }

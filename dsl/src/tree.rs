@@ -6,6 +6,7 @@
 
 mod comments;
 mod machines;
+mod missions;
 mod reuse;
 mod scenarios;
 mod values;
@@ -16,6 +17,7 @@ pub use comments::Comments;
 pub use machines::{
     Action, Human, Machine, Moment, SafetyField, Signal, State, StateBody, Transition, Trigger, Variable,
 };
+pub use missions::{Mission, MissionMember, MissionRepeat};
 pub use reuse::{
     Beside, Call, Change, Import, ImportName, Let, Parameter, Removal, Repeat, RepeatItems, RepeatMembers, Values,
 };
@@ -79,6 +81,8 @@ pub enum ItemKind {
     Variable(Variable),
     /// `machine harvest { state look { .. } }`
     Machine(Machine),
+    /// `mission vineyard : schedule { robot m1 { .. } }`
+    Mission(Mission),
     /// `scenario "bunch hidden by leaves" { .. }`
     Scenario(Scenario),
     /// `for side in [left, right] { task touch_${side} = .. }`

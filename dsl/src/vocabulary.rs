@@ -1,4 +1,4 @@
-//! The words that the readers themselves must know: unit symbols, and the keys whose value is text.
+//! The words that the readers themselves must know: unit symbols, the keys whose value is text, the roles of a mission.
 
 /// Unit symbols, so that `0.15 m  gain 5 /s` can be told from two entries. What they mean is the compiler's.
 pub static UNITS: &[&str] = &[
@@ -7,4 +7,8 @@ pub static UNITS: &[&str] = &[
 ];
 
 /// Keys whose value is text, so that YAML may write it without quotes of ours around it.
-pub static TEXT_KEYS: &[&str] = &["urdf", "title", "package_path", "file"];
+pub static TEXT_KEYS: &[&str] = &["urdf", "title", "package_path", "file", "instruction", "layers_from"];
+
+/// What a member of a mission can be: `robot m1 { .. }`; in YAML the members stand below the plural, `robots:`. None of
+/// the plurals can be a setting of a mission.
+pub static ROLES: &[&str] = &["robot", "human", "worker", "object", "place", "layer", "task"];

@@ -81,6 +81,22 @@ proptest! {
     }
 
     #[test]
+    fn pieces_of_missions(words in proptest::collection::vec("mission |robot |human |place |layer |task |for |in |1\\.\\.2|a |b|\\$\\{a\\}|m |3 s|robots: |layers: |tasks: |for: |- |name: |schedule|\\{|\\}|\\[|\\]|\\(|, |: |= |\"|\n|  ", 0..60)) {
+        let text = words.concat();
+        survive(&text, Spelling::Hq);
+        survive(&format!("mission m : k {{\n{text}\n}}"), Spelling::Hq);
+        survive(&text, Spelling::Yaml);
+        survive(&format!("missions: {{ m: {{ schedule: {{ {text}"), Spelling::Yaml);
+        survive(&format!("missions:\n  m:\n    schedule:\n      {}", text.replace('\n', "\n      ")), Spelling::Yaml);
+    }
+
+    #[test]
+    fn damaged_missions(hq in mutated(include_str!("common/missions.hq")), yaml in mutated(include_str!("common/missions.yaml"))) {
+        survive(&hq, Spelling::Hq);
+        survive(&yaml, Spelling::Yaml);
+    }
+
+    #[test]
     fn damaged_machines(hq in mutated(include_str!("common/machines.hq")), yaml in mutated(include_str!("common/machines.yaml"))) {
         survive(&hq, Spelling::Hq);
         survive(&yaml, Spelling::Yaml);
@@ -146,12 +162,27 @@ fn alias_bombs_are_refused() {
 #[test]
 fn large_texts_are_bounded() {
     let fill = |line: &str| line.repeat((8 << 20) / line.len() - 1);
-    for line in ["a 1\n", "[ ", "} ", "// x\n", "run {\n", "\"", "task x = y { a }\n", "a: b\n", "- ", "'", "$ "] {
+    for line in [
+        "a 1\n",
+        "[ ",
+        "} ",
+        "// x\n",
+        "run {\n",
+        "\"",
+        "task x = y { a }\n",
+        "a: b\n",
+        "- ",
+        "'",
+        "$ ",
+        " robot r { a 1 }\n",
+    ] {
         timed(&format!("hierarq 1\n{}", fill(line)), Spelling::Hq);
     }
     for line in ["a: 1\n", "[ ", "# x\n", "\"", "- a\n", "{ ", "'", "a: [\n", "&a "] {
         timed(&format!("hierarq: 1\n{}", fill(line)), Spelling::Yaml);
     }
+    timed(&format!("hierarq 1\nmission m : k {{\n{}}}\n", fill(" task a = b { c 1 }\n")), Spelling::Hq);
+    timed(&format!("hierarq 1\nmission m : k {{\n{}", " layer a { x 1\n".repeat(60)), Spelling::Hq);
     let huge = " ".repeat(limits::MAX_BYTES + 1);
     assert_eq!(code(&huge, Spelling::Hq), ["HQ0190"]);
     assert_eq!(code(&huge, Spelling::Yaml), ["HQ0190"]);

@@ -45,6 +45,16 @@ fn mistakes_in_machines_in_yaml() {
     insta::assert_snapshot!(report(include_str!("common/mistakes_machines.yaml"), "hierarq: 1\n", Spelling::Yaml));
 }
 
+#[test]
+fn mistakes_in_missions_in_hq() {
+    insta::assert_snapshot!(report(include_str!("common/mistakes_missions.hq"), "hierarq 1\n", Spelling::Hq));
+}
+
+#[test]
+fn mistakes_in_missions_in_yaml() {
+    insta::assert_snapshot!(report(include_str!("common/mistakes_missions.yaml"), "hierarq: 1\n", Spelling::Yaml));
+}
+
 /// Every `«code|text»` plants a mistake: the code must be reported exactly at the text.
 fn planted(marked: &str, spelling: Spelling) {
     let (mut text, mut expected) = (String::new(), Vec::new());
@@ -114,6 +124,48 @@ run: { stack: safety, «HQ0115|stack»: other }
         .replace("wieght", "«HQ0132|wieght»")
         .replace("«HQ0130|	still: hold(left)»", "«HQ0130|\t»still: hold(left)")
         .as_str(),
+        Spelling::Yaml,
+    );
+}
+
+#[test]
+fn slips_in_a_mission_in_hq() {
+    planted(
+        r#"hierarq 1
+mission «HQ0144|vineyard» {
+  confidence 0.9 «HQ0112|mtr»
+  «HQ0145|robt» m1 { depot [0, 0] m  speed«HQ0108|:» 0.2 m/s }
+  human «HQ0115|h1» {}
+  layer base {
+    task left«HQ0104|» pick { to [0, 0, 0] m }
+    task «HQ0107|right»
+    «HQ0121|for» 3
+  }
+}
+"#
+        .replace("  human «HQ0115|h1» {}", "  human h1 {}\n  human «HQ0115|h1» {}")
+        .as_str(),
+        Spelling::Hq,
+    );
+}
+
+#[test]
+fn slips_in_a_mission_in_yaml() {
+    planted(
+        r#"hierarq: 1
+missions:
+  «HQ0117|vines»:
+  vineyard:
+    schedule:
+      confidence: 0.9 «HQ0112|mtr»
+      «HQ0132|robot»: { m1: { depot: "[0, 0] m", «HQ0107|speed»: } }
+      humans: { h1: {}, «HQ0115|h1»: {} }
+      layers:
+        base:
+          tasks:
+            left: { pick: { to: "[0, 0 «HQ0113|$»] m" } }
+            «HQ0107|right»:
+"#,
         Spelling::Yaml,
     );
 }

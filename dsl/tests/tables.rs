@@ -2,7 +2,7 @@
 
 use hierarq_dsl::codes::PAGES;
 use hierarq_dsl::tree::{ItemKind, ValueKind};
-use hierarq_dsl::vocabulary::UNITS;
+use hierarq_dsl::vocabulary::{ROLES, UNITS};
 use hierarq_dsl::{SourceId, Spelling, parse};
 use std::collections::BTreeSet;
 
@@ -34,11 +34,13 @@ fn codes_rise_and_every_reported_one_is_explained() {
         include_str!("../src/expr/operators.rs"),
         include_str!("../src/formulas.rs"),
         include_str!("../src/limits.rs"),
+        include_str!("../src/missions.rs"),
         include_str!("../src/transitions.rs"),
         include_str!("../src/hq/blocks.rs"),
         include_str!("../src/hq/items.rs"),
         include_str!("../src/hq/levels.rs"),
         include_str!("../src/hq/machines.rs"),
+        include_str!("../src/hq/missions.rs"),
         include_str!("../src/hq/parts.rs"),
         include_str!("../src/hq/reuse.rs"),
         include_str!("../src/hq/scenarios.rs"),
@@ -50,6 +52,7 @@ fn codes_rise_and_every_reported_one_is_explained() {
         include_str!("../src/yaml/items.rs"),
         include_str!("../src/yaml/levels.rs"),
         include_str!("../src/yaml/machines.rs"),
+        include_str!("../src/yaml/missions.rs"),
         include_str!("../src/yaml/scenarios.rs"),
         include_str!("../src/yaml/signals.rs"),
         include_str!("../src/yaml/quotes.rs"),
@@ -61,4 +64,12 @@ fn codes_rise_and_every_reported_one_is_explained() {
     let used: BTreeSet<&str> = sources.split("\"HQ").skip(1).map(|s| &s[..4]).collect();
     let table: BTreeSet<&str> = PAGES.iter().map(|p| &p.code[2..]).collect();
     assert_eq!(used, table);
+}
+
+#[test]
+fn the_grammar_knows_the_roles_of_the_vocabulary_and_no_others() {
+    let grammar = include_str!("../src/missions.pest");
+    let rule = grammar.split_once("role_word    = _{").and_then(|g| g.1.split_once('}')).unwrap().0;
+    let words: Vec<&str> = rule.split('"').skip(1).step_by(2).collect();
+    assert_eq!(words, ROLES);
 }

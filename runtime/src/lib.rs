@@ -9,6 +9,7 @@ pub mod controller;
 pub mod evaluator;
 pub mod expect;
 pub mod fault;
+pub mod missions;
 mod planning;
 pub mod program;
 pub mod quantity;

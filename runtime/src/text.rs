@@ -1,8 +1,10 @@
 //! A program as text: stable, for people to review and for snapshots to hold.
 
 mod fields;
+mod layers;
 mod leaves;
 mod machine;
+mod missions;
 mod operations;
 mod scenarios;
 mod stacks;
@@ -16,6 +18,7 @@ use stdlib_tasks::expression::Expression;
 
 use crate::program::{CaptureSource, Op, Program, Simulator, Subject, TaskProgram};
 use leaves::{leaf, whole_leaf};
+pub use missions::mission;
 use operations::operation;
 
 /// The text of a program. `None` where the program cannot be executed.

@@ -1,7 +1,7 @@
 //! The compiler's diagnostic codes with their pages for `hierarq explain`, and messages that several places share.
 //!
 //! Families: `HQ01` form (in `dsl`), `HQ02` names, `HQ03` types and units, `HQ04` robot, `HQ05` safety,
-//! `HQ06` hierarchy and run, `HQ07` machines, `HQ08` scenarios. Their pages are the `*.md` files beside this one;
+//! `HQ06` hierarchy and run, `HQ07` machines, `HQ08` scenarios, `HQ09` missions. Their pages are the `*.md` files beside this one;
 //! [`dsl::codes`] says how they are read.
 
 use std::sync::LazyLock;
@@ -24,6 +24,8 @@ pub static PAGES: LazyLock<Vec<Page>> = LazyLock::new(|| {
         include_str!("hierarchy.md"),
         include_str!("machine.md"),
         include_str!("scenarios.md"),
+        include_str!("missions.md"),
+        include_str!("mission_scenarios.md"),
     ];
     families.into_iter().flat_map(read).collect()
 });

@@ -60,7 +60,7 @@ impl Expander<'_> {
                 self.emit(*found);
             }
         }
-        for class in [Class::Robot, Class::Value, Class::Task, Class::Stack, Class::Machine] {
+        for class in [Class::Robot, Class::Value, Class::Task, Class::Stack, Class::Machine, Class::Mission] {
             for (_, found) in all.iter().filter(|a| a.0 == class) {
                 self.emit(*found);
             }
@@ -108,6 +108,7 @@ impl Expander<'_> {
             ItemKind::Stack(stack) => self.emit_stack((m, i), &stack),
             ItemKind::Import(_) | ItemKind::For(_) | ItemKind::Run(_) | ItemKind::Scenario(_) => {}
             ItemKind::Machine(_) => self.emit_machine((m, i)),
+            ItemKind::Mission(_) => self.emit_mission((m, i)),
         }
     }
 
@@ -305,12 +306,13 @@ impl Expander<'_> {
     }
 
     /// Paths that a file writes are relative to it; in the program they are relative to the spec.
-    fn paths(&self, m: usize, entries: &mut [Entry]) {
+    pub(super) fn paths(&self, m: usize, entries: &mut [Entry]) {
         let folder = &self.modules[m].folder;
         if folder.as_os_str().is_empty() {
             return;
         }
-        for e in entries.iter_mut().filter(|e| matches!(e.key.value.as_str(), "urdf" | "package_path")) {
+        for e in entries.iter_mut().filter(|e| matches!(e.key.value.as_str(), "urdf" | "package_path" | "layers_from"))
+        {
             if let Some(path) = text_of(&e.value) {
                 let path = tidy(&folder.join(Path::new(path)), self.input.folder);
                 let kind = ValueKind::Text(path.to_string_lossy().into_owned());

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use dsl::holes::{self, Factor, Part};
-use dsl::tree::{Block, Comments, Entry, TaskDefinition, Value, ValueKind};
+use dsl::tree::{Block, Comments, Entry, Number, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 
 use super::{Class, Expander};
@@ -253,7 +253,14 @@ impl Expander<'_> {
             }
             None => {}
         }
-        let name = self.filled(name, true, span, frame);
+        let written = name;
+        let name = self.filled(written, true, span, frame);
+        // `${i}` and `${i + 1}` alone are numbers.
+        if written.starts_with("${")
+            && let Ok(value) = name.parse::<u32>()
+        {
+            return Value { kind: ValueKind::Number(Number { value: f64::from(value), text: name }), span };
+        }
         let target = match frame.resolve {
             true => self.value_name(frame.module, &name, span).or_else(|| self.task_name(frame.module, &name)),
             false => None,

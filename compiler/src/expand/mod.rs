@@ -15,6 +15,7 @@ mod files;
 mod fill;
 mod levels;
 mod machines;
+mod missions;
 mod module;
 mod repeat;
 mod scenarios;
@@ -25,7 +26,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use dsl::tree::{
-    Human, Let, Level, Machine, Param, Robot, Run, SafetyField, Scenario, Signal, Spec, Stack, Task, Value, Variable,
+    Human, Let, Level, Machine, Mission, Param, Robot, Run, SafetyField, Scenario, Signal, Spec, Stack, Task, Value,
+    Variable,
 };
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Spelling};
 
@@ -86,6 +88,8 @@ pub(crate) struct Expanded {
     pub stacks: Vec<Stack>,
     /// Machines, each with the stacks that its states name by their names in the program.
     pub machines: Vec<Machine>,
+    /// Missions, their repetitions unrolled.
+    pub missions: Vec<Mission>,
     /// Runs.
     pub runs: Vec<(Run, Span)>,
     /// Scenarios, each with its expectations as they were written.
@@ -121,6 +125,8 @@ pub(crate) enum Class {
     Stack,
     /// Machines.
     Machine,
+    /// Missions.
+    Mission,
 }
 
 impl Class {
@@ -132,6 +138,7 @@ impl Class {
             Class::Task => "task",
             Class::Stack => "stack",
             Class::Machine => "machine",
+            Class::Mission => "mission",
         }
     }
 }
@@ -182,8 +189,8 @@ pub(crate) fn expand(
     e.out
 }
 
-/// The files that a spec reads, as far as they can be found: those that it imports, the URDFs that are named, and the
-/// recordings of its scenarios.
+/// The files that a spec reads, as far as they can be found: those that it imports, the URDFs and files of layers that are
+/// named, and the recordings of its scenarios.
 pub fn files(input: &Input) -> Vec<PathBuf> {
     let (mut sources, mut diagnostics, none) = (Sources::default(), Vec::new(), Texts::new());
     let source = sources.add(input.name, input.text);
@@ -193,6 +200,7 @@ pub fn files(input: &Input) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = e.files.keys().cloned().collect();
     for module in &e.modules {
         files.extend(module.urdfs().map(|urdf| input.folder.join(&module.folder).join(urdf)));
+        files.extend(module.layers().map(|layers| input.folder.join(&module.folder).join(layers)));
         files.extend(module.missing.iter().cloned());
     }
     files.extend(e.modules.first().into_iter().flat_map(Module::recordings).map(|file| input.folder.join(file)));

@@ -46,6 +46,14 @@ impl Module {
         })
     }
 
+    /// The files of layers that its missions name.
+    pub fn layers(&self) -> impl Iterator<Item = &str> {
+        self.items.iter().filter_map(|item| match &item.kind {
+            ItemKind::Mission(mission) => text_of(&mission.settings.get("layers_from")?.value),
+            _ => None,
+        })
+    }
+
     /// The recordings of people that its scenarios name.
     pub fn recordings(&self) -> impl Iterator<Item = &str> {
         let scenarios = self.items.iter().filter_map(|item| match &item.kind {
@@ -81,6 +89,7 @@ pub(super) fn declared(kind: &ItemKind) -> Option<(Class, &Spanned<String>)> {
         ItemKind::SafetyField(f) => Some((Class::Value, &f.name)),
         ItemKind::Variable(v) => Some((Class::Value, &v.name)),
         ItemKind::Machine(m) => Some((Class::Machine, &m.name)),
+        ItemKind::Mission(m) => Some((Class::Mission, &m.name)),
     }
 }
 
@@ -93,7 +102,7 @@ pub(super) fn parameters(kind: &ItemKind) -> &[Parameter] {
     }
 }
 
-const CLASSES: [Class; 5] = [Class::Value, Class::Robot, Class::Task, Class::Stack, Class::Machine];
+const CLASSES: [Class; 6] = [Class::Value, Class::Robot, Class::Task, Class::Stack, Class::Machine, Class::Mission];
 
 impl Expander<'_> {
     /// Finds out what the names of a module mean. What it imports is known already: `imports` has each import with its

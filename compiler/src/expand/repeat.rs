@@ -50,6 +50,7 @@ impl Expander<'_> {
                     ItemKind::SafetyField(f) => ItemKind::SafetyField(self.copied_field(f, &mut inner)),
                     ItemKind::Variable(v) => ItemKind::Variable(self.copied_variable(v, &mut inner)),
                     ItemKind::Machine(m) => ItemKind::Machine(self.copied_machine(m, &mut inner)),
+                    ItemKind::Mission(m) => ItemKind::Mission(self.copied_mission(m, &mut inner)),
                     ItemKind::Scenario(s) => ItemKind::Scenario(self.copied_scenario(s, &mut inner)),
                     // The reader has refused the others.
                     ItemKind::Import(_) | ItemKind::Robot(_) | ItemKind::Run(_) => continue,

@@ -78,6 +78,11 @@ impl Lowering<'_> {
             }
             return self.now(&Now::Frame(frame, field), span);
         }
+        if let ValueKind::Name(name) = &inner.kind
+            && let Some(part) = self.scope.part(self.graph, (name, inner.span), field, self.diagnostics)
+        {
+            return part.map(|part| Typed { span, ..part }).ok_or(Failed);
+        }
         if let Some(part) = self.part_of_wrench(inner, field, span) {
             return part;
         }

@@ -77,6 +77,17 @@ pub trait Scope {
     fn frame(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame>;
     /// What the robot does now. `None` where it has no meaning here; the diagnostics say why.
     fn now(&mut self, graph: &mut Graph, what: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed>;
+    /// What a name has behind a dot, `h1.waited`. The outer `None` where a name has no parts of this scope's own, the inner
+    /// one where it has none of that name; the diagnostics say why.
+    fn part(
+        &mut self,
+        _graph: &mut Graph,
+        _of: (&str, Span),
+        _field: &Spanned<String>,
+        _diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Option<Typed>> {
+        None
+    }
     /// What is measured in a scenario: a call of one of [`MEASURES`]. `None` where it has no meaning here; the
     /// diagnostics say why.
     fn measured(

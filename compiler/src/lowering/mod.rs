@@ -5,11 +5,13 @@ mod declared;
 mod distances;
 mod expectations;
 mod fields;
+mod formulas;
 mod given;
 mod humans;
 mod in_place;
 mod machine;
 mod measures;
+mod missions;
 mod params;
 mod predicates;
 mod run;
@@ -33,7 +35,7 @@ use std::path::{Path, PathBuf};
 use dsl::tree::{Stack, TaskDefinition};
 use dsl::{Diagnostic, SourceId, Span, Spelling};
 use runtime::program::{
-    FORMAT, Interface, MachineProgram, Program, RobotProgram, RunProgram, StackProgram, TaskProgram,
+    FORMAT, Interface, MachineProgram, MissionProgram, Program, RobotProgram, RunProgram, StackProgram, TaskProgram,
 };
 
 use stdlib_tasks::field::FieldProgram;
@@ -74,13 +76,27 @@ pub struct Input<'a> {
     pub package_paths: &'a [PathBuf],
 }
 
-/// The outcome: a program where there is no error, and everything there is to say.
-#[derive(Debug)]
+/// The outcome: a program, missions or both where there is no error, and everything there is to say.
+#[derive(Debug, Default)]
 pub struct Compiled {
-    /// The program.
+    /// The program of the robot; none where there is an error, or where the spec declares missions alone.
     pub program: Option<Program>,
+    /// Missions, in the order declared; none where there is an error.
+    pub missions: Vec<MissionProgram>,
     /// Errors and warnings.
     pub report: Report,
+}
+
+impl Compiled {
+    /// What there is of a spec that cannot be compiled: the reasons.
+    pub fn refused(report: Report) -> Compiled {
+        Compiled { report, ..Compiled::default() }
+    }
+
+    /// True where there is something that can be run or planned.
+    pub fn is_good(&self) -> bool {
+        self.program.is_some() || !self.missions.is_empty()
+    }
 }
 
 /// Where the parts of a program were written, for checks that look at the finished program.
@@ -116,7 +132,9 @@ pub fn compile_among(input: &Input, texts: &Texts) -> Compiled {
     if let Some(refusal) = bounds::stacks(&expanded.stacks).filter(|_| expanded.usable) {
         return refused(report, diagnostics, refusal);
     }
-    let program = Lowerer::new(input, source, &mut report.sources, &mut diagnostics).spec(&expanded, empty);
+    let mut lowerer = Lowerer::new(input, source, &mut report.sources, &mut diagnostics);
+    let program = lowerer.spec(&expanded, empty);
+    let missions = std::mem::take(&mut lowerer.planned);
     if let Some(program) = &program {
         pointless::spec(&expanded, program, &mut diagnostics);
     }
@@ -132,8 +150,10 @@ pub fn compile_among(input: &Input, texts: &Texts) -> Compiled {
     if overridden::blame(input, &mut report.diagnostics, &report.sources) {
         report.finish();
     }
-    let program = program.filter(|_| report.errors() == 0);
-    Compiled { program, report }
+    if report.errors() > 0 {
+        return Compiled::refused(report);
+    }
+    Compiled { program, missions, report }
 }
 
 /// The outcome for a spec that is too large to be looked at.
@@ -141,7 +161,7 @@ fn refused(mut report: Report, mut diagnostics: Vec<Diagnostic>, refusal: Diagno
     diagnostics.push(refusal);
     report.diagnostics = diagnostics;
     report.finish();
-    Compiled { program: None, report }
+    Compiled::refused(report)
 }
 
 struct Lowerer<'a> {
@@ -164,6 +184,8 @@ struct Lowerer<'a> {
     meant: Vec<String>,
     /// For each scenario the place of its start, or of its name.
     starts: Vec<Span>,
+    /// Missions.
+    planned: Vec<MissionProgram>,
     /// Parts of expectations so far.
     expected: usize,
     /// Tasks that could not be expanded.
@@ -191,6 +213,7 @@ impl<'a> Lowerer<'a> {
             sensors: Vec::new(),
             meant: Vec::new(),
             starts: Vec::new(),
+            planned: Vec::new(),
             expected: 0,
             failed: std::collections::BTreeSet::new(),
         }
@@ -241,6 +264,14 @@ impl<'a> Lowerer<'a> {
         let run = declared.runs.first().map(|(r, span)| run_settings(r, *span, &mut constants, self.diagnostics));
         if let Some(robot) = &robot {
             self.sensors(robot);
+        }
+        self.planned = self.missions(&expanded.missions);
+        self.scenario_names(expanded);
+        self.mission_scenarios(expanded);
+        if missions::only(expanded) {
+            self.nothing_runs(expanded);
+            self.unused(&declared, expanded, expanded.whole);
+            return None;
         }
         // A file that could not be read at all has said so already.
         if declared.robots.is_empty() && expanded.whole && (!empty || self.diagnostics.is_empty()) {

@@ -1,30 +1,31 @@
 //! The least parts of expectations: numbers that say by how much something is true, of what is measured while a scenario
 //! runs and of what expressions know anyway.
 
+use std::collections::BTreeSet;
+
 use dsl::Diagnostic;
 use dsl::tree::{BinaryOp, Value, ValueKind};
 use runtime::expect::formula::Unit;
-use runtime::program::{Measure, Op, Predicate, PredicateTable, Program};
+use runtime::program::{Op, Predicate, PredicateTable};
 use stdlib_tasks::dimension::NONE;
 
-use super::watch::Watch;
 use crate::binding::{Table, whole};
-use crate::expr::{Graph, Kind, Lowering, Typed};
+use crate::expr::{Graph, Kind, Lowering, Scope, Typed};
 
-/// The number of a measure in the graph.
-pub(super) fn measure(graph: &mut Graph, program: &Program, measures: &mut Vec<Measure>, wanted: Measure) -> usize {
+/// The number of a measure in the graph; `width` is that of the table of signals, behind which measures stand.
+pub(super) fn measure<M: PartialEq>(graph: &mut Graph, width: usize, measures: &mut Vec<M>, wanted: M) -> usize {
     let k = measures.iter().position(|m| *m == wanted).unwrap_or_else(|| {
         measures.push(wanted);
         measures.len() - 1
     });
-    graph.push(Op::Signal(program.interface.width() + k))
+    graph.push(Op::Signal(width + k))
 }
 
 /// A number and what it is: of a comparison the difference of its sides, positive where it holds.
 pub(super) fn number(
     value: &Value,
     graph: &mut Graph,
-    scope: &mut Watch,
+    scope: &mut dyn Scope,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<(usize, Unit)> {
     let mut lower = |value: &Value, diagnostics: &mut Vec<Diagnostic>| {
@@ -55,27 +56,42 @@ pub(super) fn number(
         (_, true) => a.dimension,
         _ => a.dimension.join(b.dimension),
     };
-    let mixed = !scope.mixed.is_empty() && {
-        let (_, index) = graph.extract(&[node]);
-        scope.mixed.iter().any(|n| index.contains_key(n))
-    };
-    Some((node, if mixed { Unit::Mixed } else { Unit::Quantity(dimension) }))
+    Some((node, Unit::Quantity(dimension)))
 }
 
-/// A predicate of a node; `used` are the measures that predicates read, in the order of their numbers.
-pub(super) fn predicate(
+/// The same number where it is made of what only the sign means something of.
+pub(super) fn mixed(graph: &Graph, (node, unit): (usize, Unit), of: &BTreeSet<usize>) -> (usize, Unit) {
+    let mixed = matches!(unit, Unit::Quantity(_)) && !of.is_empty() && {
+        let (_, index) = graph.extract(&[node]);
+        of.iter().any(|n| index.contains_key(n))
+    };
+    (node, if mixed { Unit::Mixed } else { unit })
+}
+
+/// What nodes stand in.
+#[derive(Clone, Copy)]
+pub(super) struct Graphs<'g> {
+    /// The graph.
+    pub graph: &'g Graph,
+    /// The robot's state in it.
+    pub table: &'g Table,
+    /// Numbers of the table of signals.
+    pub width: usize,
+}
+
+/// A predicate of a node, over a table without the measures; `used` are those that predicates read, in the order of
+/// their numbers. `None` where something stands in it that the table has not.
+pub(super) fn predicate<M: Clone + PartialEq>(
     (node, unit): (usize, Unit),
-    (graph, table): (&Graph, &Table),
-    (program, measures): (&Program, &[Measure]),
-    used: &mut Vec<Measure>,
+    Graphs { graph, table, width }: Graphs,
+    layout: PredicateTable,
+    (measures, used): (&[M], &mut Vec<M>),
 ) -> Option<Predicate> {
-    let width = program.interface.width();
-    let layout = PredicateTable { signals: width, measures: 0 };
     let dimension = if let Unit::Quantity(d) = unit { d } else { NONE };
     let value = whole(graph, table, (node, dimension), |op| match op {
         Op::T => Some(PredicateTable::T),
         Op::Time => Some(PredicateTable::TIME),
-        Op::Signal(k) if k < width => Some(layout.signal(k)),
+        Op::Signal(k) if k < width => (k < layout.signals).then(|| layout.signal(k)),
         Op::Signal(k) => {
             let wanted = measures.get(k - width)?;
             let at = used.iter().position(|m| m == wanted).unwrap_or_else(|| {

@@ -9,17 +9,28 @@ use stdlib_tasks::dimension::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, Dim
 
 use super::Lowerer;
 use super::declared::twice;
+use super::missions::scenario::{check_scenario_keys, runs_mission};
 use super::shapes::shapes;
 use crate::constants::{Constants, joint_dimension};
 use crate::expand::Expanded;
 use crate::forms::{block_of, check_keys, text_of};
 use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints};
-use crate::sections::{SCENARIO, SCENARIO_SIMULATOR};
+use crate::sections::SCENARIO_SIMULATOR;
 use crate::units;
 
 /// The largest seed: from there on not every whole number can be written.
 const MAX_SEED: f64 = 9e15;
+
+/// A number that is zero or more as a seed; none where it is none, which is reported.
+pub(super) fn whole_seed(x: f64, at: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<u64> {
+    if x.fract() == 0.0 && x <= MAX_SEED {
+        return Some(x as u64);
+    }
+    let text = format!("a seed is a whole number from 0, and this is {x}");
+    diagnostics.push(Diagnostic::error("HQ0308", at, text).help("write for instance `seed 7`"));
+    None
+}
 
 impl Lowerer<'_> {
     /// The scenarios of a spec whose program is done but for them.
@@ -29,19 +40,10 @@ impl Lowerer<'_> {
         program: &Program,
         robot: &BoundRobot,
     ) -> Vec<ScenarioProgram> {
-        if expanded.scenarios.is_empty() {
-            return Vec::new();
-        }
         let shapes = shapes(program);
         let mut measures = Vec::new();
         let mut all: Vec<ScenarioProgram> = Vec::new();
-        let mut names: BTreeMap<&str, Span> = BTreeMap::new();
-        for (s, texts) in &expanded.scenarios {
-            if let Some(first) = names.get(s.name.value.as_str()) {
-                self.push(twice(&s.name, *first));
-                continue;
-            }
-            names.insert(&s.name.value, s.name.span);
+        for (s, texts) in expanded.scenarios.iter().filter(|(s, _)| !runs_mission(s)) {
             let Some(mut scenario) = self.scenario(s, program, robot) else { continue };
             let known = (program, robot, shapes.as_slice());
             self.expectations((&s.expects, texts), &mut scenario, known, &mut measures);
@@ -51,9 +53,22 @@ impl Lowerer<'_> {
         all
     }
 
+    /// Reports scenarios that are called as one before them, of a robot or of a mission.
+    pub(super) fn scenario_names(&mut self, expanded: &Expanded) {
+        let mut names: BTreeMap<&str, Span> = BTreeMap::new();
+        for (s, _) in &expanded.scenarios {
+            match names.get(s.name.value.as_str()) {
+                Some(first) => self.push(twice(&s.name, *first)),
+                None => {
+                    names.insert(&s.name.value, s.name.span);
+                }
+            }
+        }
+    }
+
     /// A scenario without its expectations.
     fn scenario(&mut self, s: &Scenario, program: &Program, robot: &BoundRobot) -> Option<ScenarioProgram> {
-        check_keys(&s.body, &SCENARIO, self.diagnostics);
+        check_scenario_keys(&s.body, false, self.diagnostics);
         let mut run = program.run.clone();
         let subject = self.subject(&s.body, program);
         run.simulator.seed = 0;
@@ -67,12 +82,7 @@ impl Lowerer<'_> {
                 }
                 "seed" => {
                     if let Some(x) = self.scenario_number(&e.value, NONE) {
-                        if x.fract() != 0.0 || x > MAX_SEED {
-                            let text = format!("a seed is a whole number from 0, and this is {x}");
-                            let d = Diagnostic::error("HQ0308", e.value.span, text);
-                            self.push(d.help("write for instance `seed 7`"));
-                        }
-                        run.simulator.seed = x as u64;
+                        run.simulator.seed = whole_seed(x, e.value.span, self.diagnostics).unwrap_or_default();
                     }
                 }
                 "simulator" => {

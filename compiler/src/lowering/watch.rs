@@ -268,7 +268,7 @@ impl Scope for Watch<'_> {
         match self.of(function, args, span) {
             Ok((wanted, kind, dimension)) => {
                 let mixed = matches!(&wanted, Measure::Margin(t) if self.shapes[*t].as_ref().is_some_and(|s| s.margin.is_none()));
-                let node = measure(graph, self.program, self.measures, wanted);
+                let node = measure(graph, self.program.interface.width(), self.measures, wanted);
                 if mixed {
                     self.mixed.insert(node);
                 }

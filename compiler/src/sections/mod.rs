@@ -5,8 +5,11 @@
 //! A new block is one more [`Section`], named in [`ALL`] and by the key that holds it.
 
 mod field;
+mod happening;
 mod human;
+mod layers;
 mod machine;
+mod mission;
 mod robot;
 mod scenario;
 mod spec;
@@ -17,10 +20,17 @@ use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::params::{Presence, Quantity};
 
 pub use field::SAFETY_FIELD;
+pub use happening::{APPROACHES, DISTANCES, HAPPENING, REPLY, WAITS};
 pub use human::{HUMAN, HUMAN_POINT, HUMAN_SCRIPT};
+pub use layers::{LAYER, LAYERS, LAYERS_HUMAN, LAYERS_ROBOT, LAYERS_TASK, LAYERS_WEIGHTS, OBJECT};
 pub use machine::{MACHINE, SIGNAL, STATE, TRANSITION, VARIABLE, WRENCH};
+pub use mission::{
+    ADAPTATION, APPROACH, ENERGY, MISSION, SCHEDULE, SCHEDULE_HUMAN, SCHEDULE_ROBOT, SCHEDULE_WEIGHTS, SCHEDULE_WORKER,
+};
 pub use robot::{ARM, BASES, LIMIT, POINT, ROBOT, SEGMENT};
-pub use scenario::{LATE, LOST, OUTCOME, PUSH, SCENARIO, SCENARIO_SIMULATOR, SIGNAL_SCRIPT, WAYPOINT};
+pub use scenario::{
+    LATE, LOST, OF_ALL_SCENARIOS, OF_MISSIONS, OUTCOME, PUSH, SCENARIO, SCENARIO_SIMULATOR, SIGNAL_SCRIPT, WAYPOINT,
+};
 pub use spec::{PARAM, REPEAT, RUN, SIMULATOR, SPEC};
 pub use stack::{CHANGE, LEVEL, MEMBER, STACK};
 
@@ -58,6 +68,24 @@ pub static ALL: &[&Section] = &[
     &PUSH,
     &LATE,
     &LOST,
+    &HAPPENING,
+    &REPLY,
+    &MISSION,
+    &SCHEDULE,
+    &SCHEDULE_WEIGHTS,
+    &ADAPTATION,
+    &SCHEDULE_ROBOT,
+    &ENERGY,
+    &SCHEDULE_HUMAN,
+    &SCHEDULE_WORKER,
+    &APPROACH,
+    &LAYERS,
+    &LAYERS_WEIGHTS,
+    &LAYERS_ROBOT,
+    &LAYERS_HUMAN,
+    &OBJECT,
+    &LAYER,
+    &LAYERS_TASK,
 ];
 
 /// A block of the language with keys of its own.
@@ -106,6 +134,12 @@ pub enum Holds {
     Numbers(Quantity),
     /// Three constant numbers.
     Vector(Dimension),
+    /// Two constant numbers: a point of the ground.
+    Pair(Dimension),
+    /// One constant number, or the least and the greatest of a range.
+    Range(Quantity),
+    /// A constant number, or the mean and the standard deviation of a normal distribution.
+    Spread(Quantity),
     /// A position of a joint in rad or m, or with `speed` its speed in rad/s or m/s.
     OfJoint {
         /// A speed, not a position.
@@ -178,6 +212,12 @@ pub enum Named {
     Machine,
     /// A state of the machine.
     State,
+    /// A mission.
+    Mission,
+    /// A member of the mission, or of the one that a scenario executes.
+    Member,
+    /// A person of the mission that a scenario executes.
+    Person,
 }
 
 impl Key {

@@ -5,6 +5,7 @@ use stdlib_tasks::dimension::{
 };
 use stdlib_tasks::params::Quantity;
 
+use super::happening::{HAPPENING, REPLY};
 use super::human::HUMAN_SCRIPT;
 use super::spec::{ACTUATOR_ACCELERATION, ACTUATOR_SPEED};
 use super::{Holds, Key, Named, Place, Section};
@@ -14,6 +15,12 @@ const DAMPING: Dimension = Dimension { m: 0, kg: 1, s: -1, rad: 0 };
 
 const A_TIME: Holds = Holds::Number(Quantity::at_least(TIME, 0.0));
 
+/// Entries of scenarios of missions and of robots' controllers.
+pub const OF_ALL_SCENARIOS: &[&str] = &["duration", "seed"];
+
+/// Entries of scenarios of missions alone. All others are of those of robots' controllers alone.
+pub const OF_MISSIONS: &[&str] = &["mission", "operations", "travel", "replan", "step", "happens", "feedback"];
+
 /// A scenario.
 pub static SCENARIO: Section = Section {
     name: "a scenario",
@@ -21,9 +28,14 @@ pub static SCENARIO: Section = Section {
         Key::optional("stack", Holds::Name(Named::Stack), "The stack that runs; where left out, what `run` runs."),
         Key::optional("machine", Holds::Name(Named::Machine), "The machine that runs, instead of a stack."),
         Key::optional(
+            "mission",
+            Holds::Name(Named::Mission),
+            "The mission that is executed, instead of a robot's controller.",
+        ),
+        Key::optional(
             "duration",
             Holds::Number(Quantity::above(TIME, 0.0)),
-            "How long it runs; as `run` where left out.",
+            "How long it runs; as `run` where left out, and required for a mission.",
         ),
         Key::or(
             "seed",
@@ -68,6 +80,43 @@ pub static SCENARIO: Section = Section {
             "lost",
             Holds::PerJoint(&Holds::Blocks(&LOST)),
             "Readings of joints that are lost: their position is not a number.",
+        ),
+        Key::or(
+            "operations",
+            Holds::Choice(&["sampled", "planned"]),
+            "sampled",
+            "Of a mission: operations take as long as drawn from their distributions, or as planned.",
+        ),
+        Key::or(
+            "travel",
+            Holds::Choice(&["planned", "bases"]),
+            "planned",
+            "Of a mission: robots travel as planned, through each other; or as wheeled bases that follow the plan and keep \
+             out of each other's way.",
+        ),
+        Key::or(
+            "replan",
+            Holds::Choice(&["none", "reschedule", "both"]),
+            "both",
+            "Of a mission: what the plan does when something differs from it. Nothing; its times move; or it is also made anew \
+             when its cost has changed by more than `reallocate_above`.",
+        ),
+        Key::or(
+            "step",
+            Holds::Number(Quantity::above(TIME, 0.0)),
+            "1 s",
+            "Of a mission: the time from one instant at which expectations are judged to the next.",
+        ),
+        Key::optional(
+            "happens",
+            Holds::Blocks(&HAPPENING),
+            "Of a mission: what happens beside it, each at its time: `[{ at 120 s  moved h1  to [2, 0] m }, ..]`.",
+        ),
+        Key::optional(
+            "feedback",
+            Holds::Each(&Holds::Blocks(&REPLY)),
+            "Of a mission: what people say after they were served, by name. Of the k-th service they say the k-th entry, and \
+             the last entry repeats; an empty one is silence.",
         ),
         Key::optional("expect", Holds::Declarations, "What must hold: `expect \"label\" always margin(TASK) >= 0 m`.")
             .at(Place::Hq),

@@ -6,6 +6,7 @@ use stdlib_tasks::params::Quantity;
 use super::field::SAFETY_FIELD;
 use super::human::HUMAN;
 use super::machine::{MACHINE, SIGNAL, VARIABLE};
+use super::mission::MISSION;
 use super::robot::ROBOT;
 use super::scenario::SCENARIO;
 use super::stack::STACK;
@@ -144,6 +145,18 @@ pub static SPEC: Section = Section {
             "scenarios",
             Holds::Each(&Holds::Block(&SCENARIO)),
             "Runs in worlds of their own, by name, and what is expected of them.",
+        )
+        .at(Place::Yaml),
+        Key::optional(
+            "mission",
+            Holds::Block(&MISSION),
+            "A problem about a team, for `hierarq plan`: `mission NAME : schedule { robot NAME { .. }  human NAME { .. } }`.",
+        )
+        .at(Place::Hq),
+        Key::optional(
+            "missions",
+            Holds::Each(&Holds::Block(&MISSION)),
+            "Problems about teams, for `hierarq plan`, by name, each with its kind: `NAME: { schedule: { .. } }`.",
         )
         .at(Place::Yaml),
         Key::optional("run", Holds::Block(&RUN), "What `hierarq run` does: `run { stack NAME  duration 10 s }`.")

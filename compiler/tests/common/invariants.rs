@@ -75,6 +75,7 @@ fn declares_twice(items: &[Item]) -> bool {
             ItemKind::SafetyField(f) => ("safety_field", f.name.value.clone()),
             ItemKind::Variable(v) => ("variable", v.name.value.clone()),
             ItemKind::Machine(m) => ("machine", m.name.value.clone()),
+            ItemKind::Mission(m) => ("mission", m.name.value.clone()),
             ItemKind::Scenario(s) => ("scenario", s.name.value.clone()),
         };
         !seen.insert(declared)
@@ -87,7 +88,7 @@ pub fn checks(text: &str, spelling: Spelling, folder: &Path) {
     let input = Input { name: "spec", text, spelling, folder, set: &[], package_paths: &[] };
     let compiled = compile(&input);
     let report = &compiled.report;
-    assert_eq!(compiled.program.is_some(), report.errors() == 0, "{:?}", report.diagnostics);
+    assert_eq!(compiled.is_good(), report.errors() == 0, "{:?}", report.diagnostics);
     points_into(&report.diagnostics, &report.sources);
     assert_eq!(report.render(Style::Plain, 80).is_empty(), report.diagnostics.is_empty());
     for d in &report.diagnostics {

@@ -65,9 +65,7 @@ pub fn program(robot: &str, tasks: &[String]) -> Program {
     let stack = format!("stack s {{ level all {{ {} }} }}\n", names.join("  "));
     let text = format!("hierarq 1\n{robot}{}{stack}run {{ duration 1 s }}\n", lines.concat());
     let compiled = compile_text(&text, Spelling::Hq, &examples(), &[]);
-    compiled
-        .program
-        .unwrap_or_else(|| panic!("{}", super::annotated(&super::Compiled { program: None, report: compiled.report })))
+    compiled.program.unwrap_or_else(|| panic!("{}", super::annotated(&super::Compiled::refused(compiled.report))))
 }
 
 /// The tasks of a program at work.

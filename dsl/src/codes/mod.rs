@@ -8,10 +8,16 @@ use std::sync::LazyLock;
 
 /// The pages of this crate, in rising order of their codes.
 pub static PAGES: LazyLock<Vec<Page>> = LazyLock::new(|| {
-    [include_str!("form.md"), include_str!("yaml.md"), include_str!("machines.md"), include_str!("bounds.md")]
-        .into_iter()
-        .flat_map(read)
-        .collect()
+    [
+        include_str!("form.md"),
+        include_str!("yaml.md"),
+        include_str!("machines.md"),
+        include_str!("missions.md"),
+        include_str!("bounds.md"),
+    ]
+    .into_iter()
+    .flat_map(read)
+    .collect()
 });
 
 /// What there is to say about a code.

@@ -120,7 +120,7 @@ impl Reader<'_> {
             }
             if let Some(next) = below.or(lone_name) {
                 // The value of the next key may stand behind what was taken for that of this one.
-                let line = self.text[end..].find(['\n', '}']).map_or(self.text.len(), |n| end + n);
+                let line = line_end(self.text, end);
                 let until = if lone_name.is_some() && below.is_some() { line } else { end };
                 self.again(Rule::entry, next.range().start, until, |reader, pair| {
                     let behind = reader.of(&pair).range().end;
@@ -219,6 +219,23 @@ impl Reader<'_> {
                 && self.text.get(end..start).is_some_and(|gap| gap.chars().all(|c| c == ' ' || c == '\t'))
         })
     }
+}
+
+/// The end of the line of byte `at`, or the brace before it that closes what stands around; a block that opens on the line
+/// belongs to it.
+fn line_end(text: &str, at: usize) -> usize {
+    let mut open = 0usize;
+    let end = text.as_bytes()[at..].iter().position(|byte| {
+        match byte {
+            b'{' => open += 1,
+            b'}' if open > 0 => open -= 1,
+            b'}' => return true,
+            b'\n' => return open == 0,
+            _ => {}
+        }
+        false
+    });
+    end.map_or(text.len(), |n| at + n)
 }
 
 /// The first pair of braces between two bytes whose closing one begins a line in another column than the line of

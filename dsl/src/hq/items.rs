@@ -22,6 +22,7 @@ pub(crate) const KEYWORDS: &[&str] = &[
     "safety_field",
     "variable",
     "machine",
+    "mission",
     "scenario",
     "for",
     "run",
@@ -102,7 +103,7 @@ impl Reader<'_> {
             Rule::task => word(4),
             Rule::safety => word(12),
             Rule::signal => word(6),
-            Rule::machine => word(7),
+            Rule::machine | Rule::mission => word(7),
             Rule::scenario | Rule::variable => word(8),
             Rule::run | Rule::let_ | Rule::repeat => word(3),
             _ => return self.stray(pair, items),
@@ -124,6 +125,7 @@ impl Reader<'_> {
             Rule::signal_rest => self.signal(pair, keyword, &mut comments).map(ItemKind::Signal),
             Rule::variable_rest => self.variable(pair, keyword, &mut comments).map(ItemKind::Variable),
             Rule::machine_rest => self.machine(pair, keyword, &mut end, &mut comments).map(ItemKind::Machine),
+            Rule::mission_rest => self.mission(pair, keyword, &mut end, &mut comments).map(ItemKind::Mission),
             Rule::scenario_rest => self.scenario(pair, keyword, &mut end, &mut comments).map(ItemKind::Scenario),
             _ => self.named(pair, keyword, &mut end, &mut comments),
         };
@@ -240,7 +242,7 @@ impl Reader<'_> {
                 diagnostic.note("a level stands inside the braces of a stack").help("write `stack NAME { level .. }`")
             } else {
                 let words =
-                    "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `signal`, `human`, `safety_field`, `variable`, `machine`, `scenario`, `for` or `run`";
+                    "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `signal`, `human`, `safety_field`, `variable`, `machine`, `mission`, `scenario`, `for` or `run`";
                 diagnostic.note(words)
             });
             return;
@@ -259,6 +261,7 @@ impl Reader<'_> {
             "safety_field" => Rule::safety_rest,
             "variable" => Rule::variable_rest,
             "machine" => Rule::machine_rest,
+            "mission" => Rule::mission_rest,
             "scenario" => Rule::scenario_rest,
             _ => Rule::run_rest,
         };

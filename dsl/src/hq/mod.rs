@@ -5,6 +5,7 @@ mod headless;
 mod items;
 mod levels;
 mod machines;
+mod missions;
 mod parts;
 mod reuse;
 mod scenarios;

@@ -200,7 +200,7 @@ impl<'t> Reader<'t> {
             self.diags.push(
                 Diagnostic::error("HQ0125", span, format!("`{word}` cannot be repeated"))
                     .note(
-                        "inside `for` stand `param`, `let`, `task`, `stack`, `signal`, `human`, `safety_field`, `variable`, `machine`, `scenario` and `for`",
+                        "inside `for` stand `param`, `let`, `task`, `stack`, `signal`, `human`, `safety_field`, `variable`, `machine`, `mission`, `scenario` and `for`",
                     )
                     .help("write it outside the `for`"),
             );

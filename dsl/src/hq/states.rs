@@ -41,9 +41,16 @@ impl Reader<'_> {
     }
 
     /// A key without a value.
-    fn lone_key(&mut self, pair: Pair<'_>, entries: &mut Vec<Entry>) {
+    pub(super) fn lone_key(&mut self, pair: Pair<'_>, entries: &mut Vec<Entry>) {
         let key = self.place().spanned(&pair);
         if key.span.range().start < self.read {
+            return;
+        }
+        if self.follows_bare_number(entries, key.span.range().start) {
+            self.diags.push(explain::unknown_unit(&key.value, key.span));
+            if let Some(last) = entries.last_mut() {
+                last.value.kind = crate::tree::ValueKind::Missing;
+            }
             return;
         }
         self.diags.push(explain::no_value(&key.value, key.span));

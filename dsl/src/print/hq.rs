@@ -2,6 +2,7 @@
 
 use super::hq_levels as levels;
 use super::hq_machines as machines;
+use super::hq_missions as missions;
 use super::hq_reuse as reuse;
 use super::{Lines, OneLine, WIDTH, expr, has_block, no_comments};
 use crate::tree::{Block, Entry, Item, ItemKind, Spec, TaskDefinition, Value, ValueKind};
@@ -99,6 +100,7 @@ pub(super) fn items(items: &[Item], indent: usize, lines: &mut Lines) {
                 }
             }
             ItemKind::Machine(it) => machines::machine(it, behind, indent, lines),
+            ItemKind::Mission(it) => missions::mission(it, behind, indent, lines),
             ItemKind::Scenario(it) => machines::scenario(it, behind, indent, lines),
             ItemKind::For(it) => {
                 lines.out.push_str(&reuse::repeat_head(&it.variable, &it.values));

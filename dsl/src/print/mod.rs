@@ -6,10 +6,12 @@ mod formulas;
 mod hq;
 mod hq_levels;
 mod hq_machines;
+mod hq_missions;
 mod hq_reuse;
 mod yaml;
 mod yaml_levels;
 mod yaml_machines;
+mod yaml_missions;
 mod yaml_reuse;
 
 pub(crate) use formulas::{text as formula, trigger_text};

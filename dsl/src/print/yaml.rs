@@ -3,6 +3,7 @@
 use super::hq::takes_arguments;
 use super::yaml_levels as levels;
 use super::yaml_machines as machines;
+use super::yaml_missions as missions;
 use super::yaml_reuse as reuse;
 use super::{Lines, OneLine, WIDTH, expr, no_comments};
 use crate::tree::{Block, Entry, Item, ItemKind, Spec, TaskDefinition, Value, ValueKind};
@@ -35,7 +36,7 @@ type OfKind = fn(&ItemKind) -> bool;
 
 /// Declarations grouped by kind, each group below its title; an empty line between groups at the top.
 pub(super) fn sections(items: &[Item], indent: usize, lines: &mut Lines) {
-    let kinds: [(&str, OfKind); 13] = [
+    let kinds: [(&str, OfKind); 14] = [
         ("import", |kind| matches!(kind, ItemKind::Import(_))),
         ("params", |kind| matches!(kind, ItemKind::Param(_))),
         ("lets", |kind| matches!(kind, ItemKind::Let(_))),
@@ -47,6 +48,7 @@ pub(super) fn sections(items: &[Item], indent: usize, lines: &mut Lines) {
         ("humans", |kind| matches!(kind, ItemKind::Human(_))),
         ("safety_fields", |kind| matches!(kind, ItemKind::SafetyField(_))),
         ("machines", |kind| matches!(kind, ItemKind::Machine(_))),
+        ("missions", |kind| matches!(kind, ItemKind::Mission(_))),
         ("scenarios", |kind| matches!(kind, ItemKind::Scenario(_))),
         ("for", |kind| matches!(kind, ItemKind::For(_))),
     ];
@@ -115,6 +117,7 @@ fn declaration(item: &Item, indent: usize, lines: &mut Lines) {
         }
         ItemKind::Variable(it) => machines::variable(it, behind, indent, lines),
         ItemKind::Machine(it) => machines::machine(it, behind, indent, lines),
+        ItemKind::Mission(it) => missions::mission(it, behind, indent, lines),
         ItemKind::Scenario(it) => machines::scenario(it, behind, indent, lines),
         ItemKind::For(it) => reuse::repeat(it, behind, indent, lines),
         ItemKind::Run(_) => {}

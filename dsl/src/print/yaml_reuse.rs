@@ -96,7 +96,7 @@ pub(super) fn repeat(it: &RepeatItems, behind: &Option<String>, indent: usize, l
 }
 
 /// `in: [left, right]`
-fn over(it: &Values, indent: usize, lines: &mut Lines) {
+pub(super) fn over(it: &Values, indent: usize, lines: &mut Lines) {
     lines.indent(indent);
     lines.out.push_str("in:");
     match it {

@@ -12,8 +12,19 @@ use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned};
 
 /// The sections that hold declarations by name.
-const LISTS: &[&str] =
-    &["params", "lets", "robots", "tasks", "stacks", "signals", "humans", "safety_fields", "variables", "machines"];
+const LISTS: &[&str] = &[
+    "params",
+    "lets",
+    "robots",
+    "tasks",
+    "stacks",
+    "signals",
+    "humans",
+    "safety_fields",
+    "variables",
+    "machines",
+    "missions",
+];
 
 const SECTIONS: &[&str] = &[
     "hierarq",
@@ -28,6 +39,7 @@ const SECTIONS: &[&str] = &[
     "safety_fields",
     "variables",
     "machines",
+    "missions",
     "scenarios",
     "for",
     "run",
@@ -86,7 +98,7 @@ impl Reader<'_> {
                     let Some(meant) = meant else {
                         self.diags
                             .push(diagnostic.note(
-                                "a spec has the keys `hierarq`, `import`, `params`, `lets`, `robots`, `tasks`, `stacks`, `signals`, `humans`, `safety_fields`, `machines`, `scenarios`, `for` and `run`",
+                                "a spec has the keys `hierarq`, `import`, `params`, `lets`, `robots`, `tasks`, `stacks`, `signals`, `humans`, `safety_fields`, `variables`, `machines`, `missions`, `scenarios`, `for` and `run`",
                             ));
                         continue;
                     };
@@ -208,7 +220,7 @@ impl Reader<'_> {
     }
 
     /// Reports that the lines from `first` on stand beside the key that they belong to.
-    fn too_far_left(&mut self, owner: &Spanned<String>, first: Span) {
+    pub(super) fn too_far_left(&mut self, owner: &Spanned<String>, first: Span) {
         self.diags.push(
             Diagnostic::error("HQ0117", owner.span, format!("`{}` has nothing below it", clip(&owner.value)))
                 .label(first, "this line stands beside it, and belongs below")
@@ -246,6 +258,7 @@ impl Reader<'_> {
             }
             "variables" => ItemKind::Variable(self.variable(&name, value, &mut comments)),
             "machines" => ItemKind::Machine(self.machine(&name, value)),
+            "missions" => ItemKind::Mission(self.mission(&name, value, &mut comments)),
             _ => ItemKind::Stack(self.stack(value, &name, parameters)),
         };
         self.pool.behind(later.range().end, &[','], &mut comments.behind);

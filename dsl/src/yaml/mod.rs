@@ -4,6 +4,7 @@ mod events;
 mod items;
 mod levels;
 mod machines;
+mod missions;
 mod quotes;
 mod repeat;
 mod reuse;

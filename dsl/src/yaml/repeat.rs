@@ -21,6 +21,7 @@ const REPEATED: &[&str] = &[
     "safety_fields",
     "variables",
     "machines",
+    "missions",
     "scenarios",
     "for",
 ];
@@ -49,7 +50,7 @@ impl Reader<'_> {
             self.depth += 1;
             let mut body = Vec::new();
             let mut closing_comments = Comments::default();
-            let head = self.repeat_head(id, &mut comments, &mut |reader, key, value, _| {
+            let head = self.repeat_head(id, REPEATED, &mut comments, &mut |reader, key, value, _| {
                 let word = key.value.as_str();
                 if !REPEATED.contains(&word) {
                     return false;
@@ -86,7 +87,7 @@ impl Reader<'_> {
         self.pool.behind(self.span(key).range().end, &[':', '{'], &mut comments.behind);
         let mut body = None;
         self.depth += 1;
-        let head = self.repeat_head(value, &mut comments, &mut |reader, key, value, comments| {
+        let head = self.repeat_head(value, &["tasks"], &mut comments, &mut |reader, key, value, comments| {
             if key.value == "tasks" {
                 reader.pool.before(key.span.range().start, &mut comments.before);
                 reader.pool.behind(key.span.range().end, &[':', '['], &mut comments.behind);
@@ -107,10 +108,11 @@ impl Reader<'_> {
         Some(Member { task: MemberTask::For(Box::new(repeat)), weight: None, span, comments })
     }
 
-    /// `name` and `in` of a repetition; `part` reads the other keys and says whether it knows one.
-    fn repeat_head(
+    /// `name` and `in` of a repetition; `part` reads the other keys, which are `words`, and says whether it knows one.
+    pub(super) fn repeat_head(
         &mut self,
         id: NodeId,
+        words: &[&str],
         comments: &mut Comments,
         part: PartReader<'_, Self>,
     ) -> Option<(Spanned<String>, Values)> {
@@ -134,28 +136,11 @@ impl Reader<'_> {
             } else if !part(self, &key, value, comments) {
                 let text = format!("`{}` cannot be repeated", clip(&key.value));
                 let diagnostic = Diagnostic::error("HQ0125", key.span, text);
-                self.diags.push(
-                    match nearest(
-                        &key.value,
-                        &[
-                            "name",
-                            "in",
-                            "params",
-                            "lets",
-                            "tasks",
-                            "stacks",
-                            "signals",
-                            "variables",
-                            "humans",
-                            "safety_fields",
-                            "machines",
-                            "scenarios",
-                        ],
-                    ) {
-                        Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-                        None => diagnostic.help(form),
-                    },
-                );
+                let known = [&["name", "in"], words].concat();
+                self.diags.push(match nearest(&key.value, &known) {
+                    Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+                    None => diagnostic.help(form),
+                });
             }
         }
         if name.is_none() {

@@ -9,6 +9,8 @@ mod check;
 mod check_machine;
 mod check_scenario;
 mod machine;
+mod mission;
+mod mission_scenario;
 mod scenario;
 mod signal;
 mod tape;
@@ -23,6 +25,11 @@ use stdlib_tasks::field::FieldProgram;
 pub use check::ProgramError;
 pub(crate) use check::error;
 pub use machine::{ActionProgram, FaultPattern, MachineProgram, OwnAction, StateProgram, TransitionProgram, Trigger};
+pub use mission::{CompiledFile, LayersProgram, MAX_BATCH, MissionKind, MissionProgram, ScheduleProgram};
+pub use mission_scenario::{
+    Happens, MAX_HAPPENINGS, MAX_INSTANTS, MAX_MISSION, MissionMeasure, MissionScenarioProgram, Occurrence, OfAgent,
+    OfMission, OfRobot, Replies, Reply,
+};
 pub use scenario::{
     ExpectationProgram, Force, HumanScript, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate,
     PredicateTable, PushScript, ScenarioProgram, Sending, SignalScript, Track, WorldProgram,

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::expect::formula::Unit;
 use crate::expect::{Outcome, Verdict};
-use crate::program::{Measure, ScenarioProgram};
+use crate::program::{ExpectationProgram, Measure, ScenarioProgram};
 
 /// What became of an expectation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -40,8 +40,13 @@ impl ExpectationRecord {
 
 /// The records of a scenario. `outcomes` are those of [`crate::Judge::finish`].
 pub fn records(scenario: &ScenarioProgram, outcomes: &[Outcome], period: f64) -> Vec<ExpectationRecord> {
+    records_of(&scenario.expectations, outcomes, period)
+}
+
+/// The records of expectations, each with what became of it; `period` is the time from a tick to the next, in s.
+pub fn records_of(expectations: &[ExpectationProgram], outcomes: &[Outcome], period: f64) -> Vec<ExpectationRecord> {
     let at = |tick: Option<u32>| tick.map(|t| f64::from(t) * period);
-    let one = |(e, o): (&crate::program::ExpectationProgram, &Outcome)| ExpectationRecord {
+    let one = |(e, o): (&ExpectationProgram, &Outcome)| ExpectationRecord {
         label: e.label.clone(),
         text: e.text.clone(),
         verdict: o.verdict,
@@ -54,7 +59,7 @@ pub fn records(scenario: &ScenarioProgram, outcomes: &[Outcome], period: f64) ->
         decided_s: at(o.decided),
         undefined_s: at(o.undefined),
     };
-    scenario.expectations.iter().zip(outcomes).map(one).collect()
+    expectations.iter().zip(outcomes).map(one).collect()
 }
 
 /// Whether a run of the scenario went as expected: every expectation held, and every fault was answered. Where the

@@ -133,9 +133,7 @@ impl Expression {
         self.leaves.iter().try_for_each(|l| l.check(model, self.ops.len()))?;
         let width: usize = self.leaves.iter().map(Leaf::width).sum();
         for (i, op) in self.ops.iter().enumerate() {
-            ensure(op.operands().iter().flatten().all(|&o| o < i), "an operation reads one that comes later")?;
             match *op {
-                Op::Input(k) => ensure(k < self.inputs.len(), "an operation reads a value that does not exist")?,
                 Op::State(k) => {
                     ensure(k < width, "an operation reads a state that does not exist")?;
                     let points = self.leaf_of(k).map_or(&[][..], Leaf::reads);
@@ -147,9 +145,33 @@ impl Expression {
                 _ => {}
             }
         }
+        self.check_table(slots)
+    }
+
+    /// Whether operations read earlier ones and values that are there.
+    fn check_table(&self, slots: usize) -> Result<(), &'static str> {
+        let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };
+        for (i, op) in self.ops.iter().enumerate() {
+            ensure(op.operands().iter().flatten().all(|&o| o < i), "an operation reads one that comes later")?;
+            if let Op::Input(k) = *op {
+                ensure(k < self.inputs.len(), "an operation reads a value that does not exist")?;
+            }
+        }
         ensure(self.inputs.iter().all(|&at| at < slots), "a value has no place in the table of values")?;
         ensure(matches!(self.outputs.len(), 1 | 3 | 4 | 7), "an expression is no number, vector, orientation or pose")?;
         ensure(self.outputs.iter().all(|&o| o < self.ops.len()), "a result points nowhere")
+    }
+
+    /// Makes sure that an expression that reads nothing of a robot's state can be evaluated over so many values.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check_alone(&self, slots: usize) -> Result<(), &'static str> {
+        let read = |op: &Op| matches!(op, Op::T | Op::Time | Op::Signal(_) | Op::Trajectory(_) | Op::State(_));
+        if !self.leaves.is_empty() || self.ops.iter().any(read) {
+            return Err("an expression reads the state of a robot, and there is none");
+        }
+        self.check_table(slots)
     }
 
     /// The leaf whose first number is number `k` of the leaves.

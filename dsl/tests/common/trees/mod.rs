@@ -2,6 +2,7 @@
 
 pub mod expressions;
 mod machines;
+mod missions;
 pub mod scenarios;
 mod stacks;
 
@@ -9,6 +10,7 @@ use expressions::{any_value, before, block, comments, expr, name, settings, span
 use hierarq_dsl::Span;
 use hierarq_dsl::tree::*;
 use machines::{machine, signal, variable};
+use missions::mission;
 use proptest::prelude::*;
 use scenarios::scenario;
 use stacks::{definition, parameters, range, stack, values};
@@ -48,6 +50,7 @@ fn repeated() -> BoxedStrategy<ItemKind> {
             .prop_map(|(name, body)| ItemKind::SafetyField(SafetyField { name: spanned(name), body })),
         variable().prop_map(ItemKind::Variable),
         machine().prop_map(ItemKind::Machine),
+        mission().prop_map(ItemKind::Mission),
         scenario().prop_map(ItemKind::Scenario),
     ]
     .boxed()
@@ -92,6 +95,7 @@ fn unique(items: Vec<(ItemKind, Comments)>) -> Vec<Item> {
         ItemKind::Scenario(s) => (10, s.name.value.clone()),
         ItemKind::SafetyField(f) => (12, f.name.value.clone()),
         ItemKind::Human(h) => (13, h.name.value.clone()),
+        ItemKind::Mission(m) => (14, m.name.value.clone()),
         ItemKind::For(_) => (7, String::new()),
         ItemKind::Run(_) => (4, String::new()),
     };

@@ -1,0 +1,177 @@
+//! Expectations: formulas over predicates, their windows in ticks. What a predicate may speak of is the matter of a
+//! [`Source`]: a robot that runs its program, or a mission that is executed.
+
+use dsl::tree::{Expect, Formula as Written, FormulaKind, Value, Window as Times};
+use dsl::{Diagnostic, Span};
+use runtime::expect::{Formula, MAX_KEPT, MAX_NODES, Monitor, Node, Unit, Window, WindowError};
+use runtime::program::ExpectationProgram;
+use stdlib_tasks::dimension::TIME;
+
+use super::Lowerer;
+use crate::constants::Constants;
+
+/// The most parts that all expectations of a spec may have.
+const MAX_PARTS: usize = 3000;
+
+/// The ticks at which the expectations of a scenario are judged.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ticks {
+    /// The time from one to the next, in s.
+    pub period: f64,
+    /// How many there are at most.
+    pub count: u32,
+    /// Where the period was written.
+    pub at: Span,
+}
+
+/// Where the predicates of a scenario come from.
+pub(super) trait Source {
+    /// The place of a predicate among those of the scenario. `None` where it has no meaning; the diagnostics say why.
+    fn predicate(&mut self, lowerer: &mut Lowerer, value: &Value) -> Option<usize>;
+
+    /// What the numbers of the predicates so far are.
+    fn units(&self) -> Vec<Unit>;
+
+    /// Looks at a formula when all of its predicates are known; what is wrong with it as a whole.
+    fn whole(&mut self) -> Option<Diagnostic> {
+        None
+    }
+}
+
+impl Lowerer<'_> {
+    /// The expectations of a scenario, each with its text.
+    pub(super) fn formulas(
+        &mut self,
+        (expects, texts): (&[Expect], &[String]),
+        ticks: Ticks,
+        source: &mut dyn Source,
+    ) -> Vec<ExpectationProgram> {
+        let (mut all, mut kept) = (Vec::new(), 0_usize);
+        for (expect, text) in expects.iter().zip(texts) {
+            if self.expected > MAX_PARTS {
+                let text = format!("the expectations of this spec have more than {MAX_PARTS} parts");
+                let d = Diagnostic::error("HQ0803", expect.span, text).here("counted up to here");
+                self.push(d.help("write several specs"));
+                break;
+            }
+            let mut formula = Formula::new(ticks.period);
+            let found = Builder { lowerer: self, ticks, source }.formula(&expect.formula, &mut formula);
+            let wrong = source.whole();
+            if found.is_none() {
+                continue;
+            }
+            if let Some(d) = wrong {
+                self.push(d);
+                continue;
+            }
+            let monitor = if formula.nodes.len() > MAX_NODES {
+                None
+            } else {
+                Monitor::new(&formula, &source.units(), ticks.count).ok()
+            };
+            let Some(monitor) = monitor else {
+                let d = Diagnostic::error("HQ0803", expect.span, "this expectation is too large to be watched");
+                self.push(d.help("shorten its windows, or write it as several"));
+                continue;
+            };
+            kept = kept.saturating_add(monitor.kept());
+            if kept > MAX_KEPT {
+                let text = "the expectations of this scenario are too many to be watched together";
+                let d = Diagnostic::error("HQ0803", expect.span, text).here("up to here");
+                self.push(d.help("shorten their windows, or spread them over several scenarios"));
+                break;
+            }
+            let label = expect.label.as_ref().map(|l| l.value.clone());
+            all.push(ExpectationProgram { label, text: text.clone(), formula });
+        }
+        all
+    }
+}
+
+/// A formula under construction.
+struct Builder<'b, 'l> {
+    lowerer: &'b mut Lowerer<'l>,
+    ticks: Ticks,
+    source: &'b mut dyn Source,
+}
+
+impl Builder<'_, '_> {
+    /// Adds a formula; gives its index.
+    fn formula(&mut self, f: &Written, out: &mut Formula) -> Option<usize> {
+        use FormulaKind as F;
+        self.lowerer.expected += 1;
+        if out.nodes.len() > MAX_NODES {
+            return Some(0);
+        }
+        let node = match &f.kind {
+            F::Missing => return None,
+            F::Value(value) => Node::Predicate(self.source.predicate(self.lowerer, value)?),
+            F::Not(a) => Node::Not(self.formula(a, out)?),
+            F::And(a, b) => {
+                let (a, b) = (self.formula(a, out), self.formula(b, out));
+                Node::And(vec![a?, b?])
+            }
+            F::Or(a, b) => {
+                let (a, b) = (self.formula(a, out), self.formula(b, out));
+                Node::Or(vec![a?, b?])
+            }
+            F::Implies(a, b) => {
+                let (a, b) = (self.formula(a, out), self.formula(b, out));
+                Node::Implies([a?, b?])
+            }
+            F::After(a, b) => {
+                let (a, b) = (self.formula(a, out), self.formula(b, out));
+                return Some(out.after(a?, b?));
+            }
+            F::Always(w, a) => {
+                let (w, a) = (self.window(w), self.formula(a, out));
+                Node::Always(w?, a?)
+            }
+            F::Never(w, a) => {
+                let (w, a) = (self.window(w), self.formula(a, out));
+                let not = out.add(Node::Not(a?));
+                Node::Always(w?, not)
+            }
+            F::Eventually(w, a) => {
+                let (w, a) = (self.window(w), self.formula(a, out));
+                match (w?, a?) {
+                    (Window { first: 0, last: Some(last) }, a) => {
+                        return Some(out.within(last, a, &self.source.units()));
+                    }
+                    (w, a) => Node::Eventually(w, a),
+                }
+            }
+            F::Until(a, w, b) => {
+                let (a, w, b) = (self.formula(a, out), self.window(w), self.formula(b, out));
+                Node::Until(w?, [a?, b?])
+            }
+        };
+        Some(out.add(node))
+    }
+
+    fn window(&mut self, w: &Times) -> Option<Window> {
+        let mut time = |value: &Option<Value>| match value {
+            Some(value) => {
+                let mut constants = Constants { graph: &mut self.lowerer.graph, params: &mut self.lowerer.params };
+                constants.scalar(value, TIME, self.lowerer.diagnostics).map(Some)
+            }
+            None => Some(None),
+        };
+        let (from, to) = (time(&w.from), time(&w.to));
+        let wrong = match Window::seconds(from?.unwrap_or(0.0), to?, self.ticks.period) {
+            Ok(window) => return Some(window),
+            Err(wrong) => wrong,
+        };
+        let code = if wrong == WindowError::NotATime { "HQ0308" } else { "HQ0802" };
+        let help = match wrong {
+            WindowError::NotATime => "count from now: write `from 0 s`",
+            WindowError::UpsideDown => "write the earlier time first: `from 2 s to 5 s`",
+            WindowError::Empty => "make the window longer than a tick",
+            WindowError::TooLong => "leave its end out",
+        };
+        let d = Diagnostic::error(code, w.span, wrong.to_string());
+        let tick = format!("one tick is {} s", self.ticks.period);
+        self.lowerer.push(d.label(self.ticks.at, tick).help(help));
+        None
+    }
+}

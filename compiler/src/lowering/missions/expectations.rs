@@ -1,0 +1,81 @@
+//! What the expectations of a scenario of a mission speak of.
+
+use dsl::tree::{BinaryOp, Expect, Value, ValueKind};
+use dsl::{Diagnostic, Span};
+use mission::schedule::problem::Problem;
+use runtime::expect::Unit;
+use runtime::program::{MissionMeasure, MissionScenarioProgram, OfMission, Op, PredicateTable};
+
+use super::super::Lowerer;
+use super::super::formulas::{Source, Ticks};
+use super::super::predicates::{Graphs, measure, number, predicate};
+use super::watch::Watch;
+use crate::expr::Graph;
+
+/// What the expectations of a scenario speak of.
+struct OfMissions<'b> {
+    mission: &'b str,
+    problem: &'b Problem,
+    scenario: &'b mut MissionScenarioProgram,
+    /// Everything that was measured for any of them.
+    measures: Vec<MissionMeasure>,
+}
+
+impl Lowerer<'_> {
+    /// The expectations of a scenario whose run is known. `at` is where its step was written.
+    pub(super) fn mission_expectations(
+        &mut self,
+        written: (&[Expect], &[String]),
+        (mission, problem): (&str, &Problem),
+        scenario: &mut MissionScenarioProgram,
+        at: Span,
+    ) {
+        let ticks = Ticks { period: scenario.step, count: scenario.instants(), at };
+        let mut source = OfMissions { mission, problem, scenario, measures: Vec::new() };
+        let expectations = self.formulas(written, ticks, &mut source);
+        scenario.expectations = expectations;
+    }
+}
+
+/// True for `<` and `>`.
+fn is_strict(value: &Value) -> bool {
+    matches!(&value.kind, ValueKind::Binary(op, ..) if matches!(op.value, BinaryOp::Less | BinaryOp::Greater))
+}
+
+/// A number that is below zero where this one is zero, and the same elsewhere. A formula is true from zero on; what is
+/// measured of a mission are often counts, of which `served < 3` must not hold at 3.
+fn strictly(graph: &mut Graph, node: usize) -> usize {
+    let least = graph.number(f64::MIN_POSITIVE);
+    graph.push(Op::Sub(node, least))
+}
+
+impl Source for OfMissions<'_> {
+    fn units(&self) -> Vec<Unit> {
+        self.scenario.units()
+    }
+
+    fn predicate(&mut self, lowerer: &mut Lowerer, value: &Value) -> Option<usize> {
+        let width = lowerer.interface.width();
+        let Lowerer { graph, table, params, diagnostics, .. } = lowerer;
+        let done = measure(graph, width, &mut self.measures, MissionMeasure::Mission(OfMission::Done));
+        let (mission, problem, measures) = (self.mission, self.problem, &mut self.measures);
+        let mut scope = Watch { params, mission, problem, measures, width, done };
+        let (node, unit) = number(value, graph, &mut scope, diagnostics)?;
+        let node = if is_strict(value) && matches!(unit, Unit::Quantity(_)) { strictly(graph, node) } else { node };
+        let before = self.scenario.measures.len();
+        let used = &mut self.scenario.measures;
+        let layout = PredicateTable { signals: 0, measures: 0 };
+        let Some(p) = predicate((node, unit), Graphs { graph, table, width }, layout, (&self.measures, used)) else {
+            self.scenario.measures.truncate(before);
+            let text = "what one robot's controller knows has no meaning in a scenario of a mission";
+            let d = Diagnostic::error("HQ0312", value.span, text);
+            lowerer.push(d.help("compare what is measured of the mission, `h1.waited`, with constants"));
+            return None;
+        };
+        let known = self.scenario.predicates.iter().position(|k| *k == p);
+        Some(known.unwrap_or_else(|| {
+            self.scenario.predicates.push(p);
+            self.scenario.predicates.len() - 1
+        }))
+    }
+}

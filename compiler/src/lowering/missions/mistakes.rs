@@ -1,0 +1,139 @@
+//! What a planner says of a problem that it cannot plan, at the text that it is about.
+
+use dsl::tree::Mission;
+use dsl::{Diagnostic, Span};
+use mission::schedule::check::{
+    Declaration, Item, Key, MAX_NUMBER, MAX_OPERATIONS, MAX_ROBOTS, MIN_SPEED, Mistake, Reason,
+};
+use mission::schedule::problem::Problem;
+use runtime::text::number;
+
+use super::super::Lowerer;
+use super::places::OfSchedule as Places;
+
+impl Lowerer<'_> {
+    /// Reports what is wrong with a problem, but for what follows from mistakes that were reported already.
+    pub(super) fn mistakes(&mut self, m: &Mission, problem: &Problem, places: &Places) {
+        for mistake in problem.check() {
+            let known = |of: Declaration| places.is_wrong(of.item, of.key);
+            // These are about the whole, which is not known where a part is wrong.
+            let of_all =
+                matches!(mistake.reason, Reason::NoRobot | Reason::NoOperation | Reason::NoWay | Reason::NoTime { .. });
+            if known(mistake.at) || mistake.against.is_some_and(known) || (of_all && places.any_wrong()) {
+                continue;
+            }
+            let d = told(m, problem, &mistake, places);
+            self.push(d);
+        }
+    }
+}
+
+/// The name of a key of the problem in the language.
+pub(super) fn word(key: Key) -> &'static str {
+    match key {
+        Key::Depot => "depot",
+        Key::Speed => "speed",
+        Key::Proximity => "proximity_speed",
+        Key::Serve => "serve",
+        Key::Deposit => "deposit",
+        Key::Factor => "factor",
+        Key::Energy => "energy",
+        Key::Place => "place",
+        Key::Operations => "operations",
+        Key::Duration => "duration",
+        Key::Severity => "severity",
+        Key::WaitDistance => "wait_distance",
+        Key::Approaches => "approaches",
+        Key::WaitWeights => "wait_weights",
+        Key::ApproachWeights => "approach_weights",
+        Key::Distances => "distances",
+        Key::Confidence => "confidence",
+        Key::Weights => "weights",
+        Key::Start => "start",
+        Key::Scales => "scales",
+    }
+}
+
+/// Where the approach that a mistake is about was written.
+fn own_approach(mistake: &Mistake, places: &Places) -> Option<Span> {
+    match (mistake.at, mistake.against) {
+        (
+            Declaration { item: Item::Agent(agent), key: Some(Key::Approaches) },
+            Some(Declaration { item: Item::Robot(robot), .. }),
+        ) => places.approach(agent, robot),
+        _ => None,
+    }
+}
+
+/// A mistake as the reader of the spec is told of it.
+fn told(m: &Mission, problem: &Problem, mistake: &Mistake, places: &Places) -> Diagnostic {
+    let at = own_approach(mistake, places).unwrap_or_else(|| places.of(mistake.at.item, mistake.at.key));
+    let name = &m.name.value;
+    let key = mistake.at.key.map_or("mission", word);
+    let error = |code: &'static str, text: String| Diagnostic::error(code, at, text);
+    match &mistake.reason {
+        Reason::NoRobot => error("HQ0901", format!("nobody serves in mission `{name}`: it has no robot"))
+            .help("declare one: `robot NAME { depot [x, y] m  speed [0.05, 0.2] m/s  serve 20 s }`"),
+        Reason::NoOperation => {
+            error("HQ0901", format!("there is nobody to serve in mission `{name}`: no agent has an operation"))
+                .help("declare one: `human NAME { place [x, y] m  duration 200 s }`")
+        }
+        Reason::NoWay => error("HQ0902", "no robot has any way to go".to_string())
+            .note("every agent is served at every depot, and waits are measured against the longest way")
+            .help("move a depot or an agent: there is nothing to plan where all are at one place"),
+        Reason::TooSmall { value, least } if *least == MIN_SPEED => {
+            error("HQ0903", format!("a speed of {} m/s is too slow to plan with", number(*value)))
+                .note("a way would take longer than any mission")
+                .help(format!("write speeds from {MIN_SPEED} m/s, the least first"))
+        }
+        Reason::Reversed { low, high } => {
+            let (low, high) = (number(*low), number(*high));
+            error("HQ0903", format!("this range begins at {low} m/s and ends below, at {high} m/s"))
+                .help(format!("write the least speed first: `[{high}, {low}] m/s`"))
+        }
+        Reason::OutsideCruise { low, high } => {
+            let text = match low == high {
+                true => format!("{} m/s is no speed that the robot may have", number(*low)),
+                false => {
+                    format!("speeds from {} to {} m/s are none that the robot may have", number(*low), number(*high))
+                }
+            };
+            let d = error("HQ0903", text);
+            let d = d.help("a robot near an agent keeps to its own speeds too: write a range that meets them");
+            match mistake.against {
+                Some(other) => d.label(places.of(other.item, other.key), "how fast the robot may go"),
+                None => d,
+            }
+        }
+        Reason::TooLarge { value } => {
+            error("HQ0904", format!("`{key}` is beyond what is planned with: {}", number(*value)))
+                .note(format!("lengths in m, times in s, speeds in m/s and weights go up to {}", number(MAX_NUMBER)))
+                .help("look at the unit behind the number")
+        }
+        Reason::TooMany { count, most } => {
+            let (what, known) = match *most {
+                MAX_ROBOTS => ("robots", MAX_ROBOTS),
+                _ => ("operations and agents", MAX_OPERATIONS),
+            };
+            error("HQ0904", format!("mission `{name}` has {count} {what}, and {known} are the most"))
+                .help("split it into missions of parts of the team")
+        }
+        Reason::NoTime { seconds } => {
+            let text = format!("an operation would be planned to take {} s", number(*seconds));
+            let d = error("HQ0905", text)
+                .note("it is planned as long as it takes at most with the wanted confidence, and the spread is too large for its mean")
+                .help("write a smaller standard deviation, or a greater confidence");
+            match places.key(Item::Mission, Key::Confidence) {
+                Some(confidence) => d.label(confidence, format!("a confidence of {}", number(problem.confidence))),
+                None => d,
+            }
+        }
+        Reason::Count { found, expected } => {
+            let d = error("HQ0906", format!("`{key}` has {found} numbers, and {expected} are wanted"))
+                .help("write one for each operation, or a single one for all");
+            d.label(places.of(mistake.at.item, Some(Key::Operations)), format!("{expected} operations"))
+        }
+        // What the keys' own ranges refuse, and what no spec can say.
+        reason => error("HQ0308", format!("`{key}` {reason}")).help("write a number inside the range of the key"),
+    }
+}

@@ -1,0 +1,209 @@
+//! Scenarios of missions: how one is executed, for how long, and what is expected of it. What happens in it stands in
+//! `happenings.rs`.
+
+use dsl::tree::{Block, Entry, Scenario};
+use dsl::{Diagnostic, Span};
+use mission::execution::Replan;
+use mission::schedule::problem::{Distances, Problem};
+use runtime::program::{MAX_INSTANTS, MAX_MISSION, MissionScenarioProgram};
+
+use super::super::Lowerer;
+use super::super::scenario::whole_seed;
+use super::reading::Keys;
+use crate::expand::Expanded;
+use crate::forms::{text_of, unknown_key};
+use crate::names::{list, suggest};
+use crate::sections::{Holds, OF_ALL_SCENARIOS, OF_MISSIONS, SCENARIO};
+
+/// True for a scenario that runs a mission.
+pub(in crate::lowering) fn runs_mission(s: &Scenario) -> bool {
+    s.body.get("mission").is_some()
+}
+
+/// Reports keys of a scenario that it does not have, and says of those of the other kind of scenario why not.
+pub(in crate::lowering) fn check_scenario_keys(body: &Block, of_mission: bool, diagnostics: &mut Vec<Diagnostic>) {
+    let has = |key: &str| OF_ALL_SCENARIOS.contains(&key) || OF_MISSIONS.contains(&key) == of_mission;
+    let keys: Vec<&str> = SCENARIO.entries().filter(|key| has(key)).collect();
+    for (i, e) in body.entries.iter().enumerate() {
+        let key = e.key.value.as_str();
+        if keys.contains(&key) {
+            continue;
+        }
+        if !SCENARIO.entries().any(|k| k == key) {
+            diagnostics.push(unknown_key(body, i, &keys, SCENARIO.name));
+            continue;
+        }
+        let d = if of_mission {
+            let d = Diagnostic::error("HQ0921", e.key.span, format!("a scenario of a mission has no `{key}`"))
+                .note("it is of a robot's controller: a mission is executed as a whole, with agents and robots in place of links and signals")
+                .help("leave it out, or write it in a scenario of its own, without `mission`");
+            body.get("mission").map(|m| m.key.span).map_or(d.clone(), |at| d.label(at, "this runs a mission"))
+        } else {
+            Diagnostic::error("HQ0921", e.key.span, format!("a scenario of a robot's controller has no `{key}`"))
+                .note("it is of a mission: a controller knows no other robots, and serves nobody")
+                .help("say which mission runs, `mission NAME`, or leave it out")
+        };
+        diagnostics.push(d);
+    }
+}
+
+impl Lowerer<'_> {
+    /// The scenarios of missions, each brought to its mission.
+    pub(in crate::lowering) fn mission_scenarios(&mut self, expanded: &Expanded) {
+        for (s, texts) in expanded.scenarios.iter().filter(|(s, _)| runs_mission(s)) {
+            check_scenario_keys(&s.body, true, self.diagnostics);
+            let Some(index) = self.mission_of(s, expanded) else { continue };
+            let Some(of) = self.planned.get(index) else { continue };
+            let Some(schedule) = of.schedule() else {
+                let at = s.body.get("mission").map_or(s.name.span, |e| e.value.span);
+                let d = Diagnostic::error(
+                    "HQ0924",
+                    at,
+                    format!("`{}` is no schedule, and only these are executed", of.name),
+                );
+                self.push(d.help("name a mission of the kind `schedule`; others are planned: `hierarq plan`"));
+                continue;
+            };
+            let (name, problem) = (of.name.clone(), schedule.problem.clone());
+            let Some((mut scenario, at)) = self.mission_scenario(s, &problem) else { continue };
+            self.mission_expectations((&s.expects, texts), (&name, &problem), &mut scenario, at);
+            if let Some(of) = self.planned.get_mut(index) {
+                of.scenarios.push(scenario);
+            }
+        }
+    }
+
+    /// Reports scenarios of a spec of missions alone that do not say which of these they run.
+    pub(in crate::lowering) fn nothing_runs(&mut self, expanded: &Expanded) {
+        for (s, _) in expanded.scenarios.iter().filter(|(s, _)| !runs_mission(s)) {
+            let text = format!("nothing says what the scenario `{}` runs", s.name.value);
+            let d = Diagnostic::error("HQ0206", s.name.span, text)
+                .note("this spec declares missions and no robot, whose controller could run");
+            let first = expanded.missions.first().map_or("NAME", |m| &m.name.value);
+            self.push(d.help(format!("say which mission it executes: `mission {first}`")));
+        }
+    }
+
+    /// The number of the mission that a scenario runs, among those that could be made.
+    fn mission_of(&mut self, s: &Scenario, expanded: &Expanded) -> Option<usize> {
+        let e = s.body.get("mission")?;
+        let Some(name) = text_of(&e.value) else {
+            if !matches!(e.value.kind, dsl::tree::ValueKind::Missing) {
+                let d = Diagnostic::error("HQ0304", e.value.span, "`mission` is the name of a mission");
+                self.push(d.help("write the name that stands behind `mission` where it is declared"));
+            }
+            return None;
+        };
+        let names = || expanded.missions.iter().map(|m| m.name.value.as_str());
+        if !names().any(|n| n == name) {
+            let d = Diagnostic::error("HQ0201", e.value.span, format!("there is no mission `{name}`"));
+            self.push(match suggest(name, names()) {
+                Some(near) => d.help(format!("did you mean `{near}`?")),
+                None if names().next().is_none() => {
+                    d.help("this spec declares none: write `mission NAME : schedule { .. }`")
+                }
+                None => d.help(format!("declared are {}", list(names(), 8))),
+            });
+            return None;
+        }
+        // One in which something is wrong was reported, and is not among these.
+        self.planned.iter().position(|m| m.name == name)
+    }
+
+    /// A scenario without its expectations, and where its step was written.
+    fn mission_scenario(&mut self, s: &Scenario, problem: &Problem) -> Option<(MissionScenarioProgram, Span)> {
+        let before = self.errors();
+        let keys = Keys { block: &s.body, section: &SCENARIO, at: s.name.span };
+        let at = |name: &str| keys.entry(name).map_or(s.name.span, |e| e.value.span);
+        let duration = self.mission_duration(keys);
+        let step = self.key_number(keys, "step").ok().flatten().unwrap_or(1.0);
+        let seed = self.key_number(keys, "seed").ok().flatten();
+        let seed = seed.and_then(|x| whole_seed(x, at("seed"), self.diagnostics));
+        let sampled = self.key_word(keys, "operations") == Some("sampled");
+        let bases = self.key_word(keys, "travel") == Some("bases");
+        let replan = match self.key_word(keys, "replan") {
+            Some("none") => Replan::None,
+            Some("reschedule") => Replan::Reschedule,
+            _ => Replan::Both,
+        };
+        if bases && problem.distances != Distances::Straight {
+            let d = Diagnostic::error("HQ0924", at("travel"), "bases need to know where things are")
+                .note("the lengths of the ways come from `distances`, and a length says nothing of what lies where");
+            self.push(d.help("leave `distances` out of the mission, or write `travel planned`"));
+        }
+        let duration = duration?;
+        if duration / step > f64::from(MAX_INSTANTS) {
+            let text = format!("the run would be judged at more than {MAX_INSTANTS} instants");
+            let d = Diagnostic::error("HQ0924", at("duration"), text);
+            let d = keys.entry("step").iter().fold(d, |d, e| d.label(e.value.span, "from one instant to the next"));
+            self.push(d.help("shorten the run, or write a longer `step`"));
+        }
+        let happens = self.happenings(keys, problem, duration);
+        let replies = self.replies(keys, problem);
+        if self.errors() > before {
+            return None;
+        }
+        let scenario = MissionScenarioProgram {
+            name: s.name.value.clone(),
+            duration,
+            step,
+            seed: seed?,
+            sampled,
+            bases,
+            replan,
+            happens,
+            replies,
+            measures: Vec::new(),
+            predicates: Vec::new(),
+            expectations: Vec::new(),
+        };
+        Some((scenario, at("step")))
+    }
+
+    fn mission_duration(&mut self, keys: Keys) -> Option<f64> {
+        if keys.entry("duration").is_none() {
+            let d = Diagnostic::error("HQ0206", keys.at, "a scenario of a mission needs `duration`");
+            let d = d.note("a mission may wait for somebody who never comes back");
+            self.push(d.help("write how long it runs, for instance `duration 4000 s`: longer than the plan"));
+            return None;
+        }
+        let duration = self.key_number(keys, "duration").ok().flatten()?;
+        if duration > MAX_MISSION {
+            let at = keys.entry("duration").map_or(keys.at, |e| e.value.span);
+            let text = format!("a mission runs for at most {MAX_MISSION} s, which are eleven days");
+            self.push(Diagnostic::error("HQ0924", at, text).help("shorten the run"));
+            return None;
+        }
+        Some(duration)
+    }
+
+    /// One of the words that a key may have, or what stands for it; none where it is wrong, which was reported.
+    pub(super) fn key_word(&mut self, keys: Keys, name: &str) -> Option<&'static str> {
+        let key = keys.section.key(name, dsl::Spelling::Hq)?;
+        let Holds::Choice(words) = &key.holds else { return None };
+        let Some(Entry { value, .. }) = keys.entry(name) else {
+            return match key.presence {
+                stdlib_tasks::params::Presence::Default(word) => words.iter().find(|w| **w == word).copied(),
+                _ => None,
+            };
+        };
+        let found = text_of(value);
+        if let Some(word) = words.iter().find(|w| Some(**w) == found) {
+            return Some(word);
+        }
+        if matches!(value.kind, dsl::tree::ValueKind::Missing) {
+            return None;
+        }
+        let d = Diagnostic::error("HQ0304", value.span, format!("`{name}` is {}", one_of(words)));
+        self.push(match found.and_then(|word| suggest(word, words.iter().copied())) {
+            Some(near) => d.help(format!("did you mean `{near}`?")),
+            None => d.help(format!("write for instance `{name} {}`", words.first().copied().unwrap_or_default())),
+        });
+        None
+    }
+}
+
+/// Words in a sentence: one of `a`, `b` and `c`.
+fn one_of(words: &[&str]) -> String {
+    format!("one of {}", list(words.iter().copied(), 8))
+}

@@ -1,0 +1,242 @@
+//! The keys of missions: which kinds there are, and what a schedule says of its robots and of those whom they serve.
+
+use stdlib_tasks::dimension::{DAMPING, Dimension, FORCE, LENGTH, NONE, TIME, VELOCITY};
+use stdlib_tasks::params::Quantity;
+
+use super::layers::LAYERS;
+use super::{Holds, Key, Place, Section};
+
+const POWER: Dimension = Dimension { m: 2, kg: 1, s: -3, rad: 0 };
+
+const A_TIME: Holds = Holds::Number(Quantity::at_least(TIME, 0.0));
+const A_LENGTH: Holds = Holds::Number(Quantity::at_least(LENGTH, 0.0));
+const A_WEIGHT: Holds = Holds::Number(Quantity::at_least(NONE, 0.0));
+const WEIGHTS: Holds = Holds::Numbers(Quantity::at_least(NONE, 0.0));
+const SPEEDS: Holds = Holds::Range(Quantity::above(VELOCITY, 0.0));
+const A_SHARE: Holds = Holds::Number(Quantity::between(NONE, 0.0, 1.0));
+const A_CONFIDENCE: Quantity = Quantity::between(NONE, 1e-6, 1.0 - 1e-6);
+
+/// A mission, by its kind.
+pub static MISSION: Section = Section {
+    name: "a mission",
+    keys: &[
+        Key::optional(
+            "schedule",
+            Holds::Block(&SCHEDULE),
+            "Who serves whom, when and how fast: service robots come to people and working robots at the end of each of \
+             their operations.",
+        )
+        .at(Place::Word),
+        Key::optional(
+            "layers",
+            Holds::Block(&LAYERS),
+            "Who does which task with which object: layers of tasks, one after the other.",
+        )
+        .at(Place::Word),
+    ],
+};
+
+/// A mission of the kind `schedule`.
+pub static SCHEDULE: Section = Section {
+    name: "a schedule",
+    keys: &[
+        Key::or(
+            "confidence",
+            Holds::Number(A_CONFIDENCE),
+            "0.9",
+            "The probability with which an operation ends within the time that is planned for it.",
+        ),
+        Key::optional(
+            "weights",
+            Holds::Block(&SCHEDULE_WEIGHTS),
+            "What counts how much in the cost of a plan, beside the waits of people, which have weights of their own.",
+        ),
+        Key::or(
+            "reallocate_above",
+            A_WEIGHT,
+            "0.1",
+            "While a plan is executed: it is made anew when what is left of it has changed its cost by more than this share.",
+        ),
+        Key::or(
+            "batch",
+            Holds::Number(Quantity::at_least(NONE, 1.0)),
+            "4",
+            "How many operations are planned at a time where there are too many for all at once; a whole number.",
+        ),
+        Key::optional("adaptation", Holds::Block(&ADAPTATION), "How strongly a plan follows what people say of it."),
+        Key::optional(
+            "distances",
+            Holds::Each(&Holds::Each(&Holds::Number(Quantity::at_least(LENGTH, 0.0)))),
+            "Lengths of the ways from the depot of each robot to each agent, `distances { m1 { h1 12 m  h2 15 m } }`; the \
+             straight line where left out.",
+        ),
+        Key::required(
+            "robot",
+            Holds::Block(&SCHEDULE_ROBOT),
+            "A robot that serves: `robot NAME { depot [x, y] m  speed [0.05, 0.2] m/s  serve 20 s }`.",
+        )
+        .at(Place::Hq),
+        Key::required("robots", Holds::Each(&Holds::Block(&SCHEDULE_ROBOT)), "The robots that serve, by name.")
+            .at(Place::Yaml),
+        Key::optional(
+            "human",
+            Holds::Block(&SCHEDULE_HUMAN),
+            "A person who is served: `human NAME { place [x, y] m  operations 3  duration normal(204 s, 20 s) }`.",
+        )
+        .at(Place::Hq),
+        Key::optional("humans", Holds::Each(&Holds::Block(&SCHEDULE_HUMAN)), "People who are served, by name.")
+            .at(Place::Yaml),
+        Key::optional(
+            "worker",
+            Holds::Block(&SCHEDULE_WORKER),
+            "A working robot that is served: `worker NAME { place [x, y] m  operations 3  duration 250 s }`.",
+        )
+        .at(Place::Hq),
+        Key::optional(
+            "workers",
+            Holds::Each(&Holds::Block(&SCHEDULE_WORKER)),
+            "Working robots that are served, by name.",
+        )
+        .at(Place::Yaml),
+    ],
+};
+
+/// Weights of the cost of a schedule.
+pub static SCHEDULE_WEIGHTS: Section = Section {
+    name: "the weights of a schedule",
+    keys: &[
+        Key::or("worker_wait", A_WEIGHT, "1", "Of the waits of working robots, `beta`."),
+        Key::or("energy", A_WEIGHT, "1", "Of the energy of the robots that serve, `gamma`."),
+        Key::or("makespan", A_WEIGHT, "1", "Of the time until all is done, `kappa`."),
+    ],
+};
+
+/// Constants of the adaptation to people.
+pub static ADAPTATION: Section = Section {
+    name: "an adaptation",
+    keys: &[
+        Key::or("memory", A_SHARE, "0.5", "How much the latest feedback counts against earlier ones, `theta`."),
+        Key::or("wait_gain", A_WEIGHT, "1", "How fast feedback on waits changes their weights, `k_alpha`."),
+        Key::or("approach_gain", A_WEIGHT, "1", "How fast feedback on approaches changes their weights, `k_zeta`."),
+        Key::or(
+            "margin",
+            A_SHARE,
+            "0.01",
+            "The least relative distance that is left between the ends of a range of speeds, `c_epsilon`.",
+        ),
+    ],
+};
+
+/// A robot of a schedule.
+pub static SCHEDULE_ROBOT: Section = Section {
+    name: "a robot of a schedule",
+    keys: &[
+        Key::required("depot", Holds::Pair(LENGTH), "Where it starts, and where every service ends."),
+        Key::required("speed", SPEEDS, "How fast it may go, `[least, greatest]`; one number for a fixed speed."),
+        Key::optional(
+            "proximity_speed",
+            SPEEDS,
+            "How fast it may come near an agent. Where left out, from 0.8 of the least to 0.75 of the greatest speed of all \
+             robots of the mission.",
+        ),
+        Key::required("serve", A_TIME, "How long serving an agent takes."),
+        Key::or("deposit", A_TIME, "0 s", "How long it is busy at its depot after each service."),
+        Key::or(
+            "factor",
+            Holds::Number(Quantity::above(NONE, 0.0)),
+            "1",
+            "Physical factor: larger for a heavier robot, which needs more energy and has to be slower near people.",
+        ),
+        Key::optional(
+            "energy",
+            Holds::Block(&ENERGY),
+            "What it draws while it moves, `standby + friction v + drag v^2`. Only ratios matter: between these three, and \
+             between the robots.",
+        ),
+    ],
+};
+
+/// Coefficients of the power of a robot that moves.
+pub static ENERGY: Section = Section {
+    name: "the energy of a robot",
+    keys: &[
+        Key::or("standby", Holds::Number(Quantity::at_least(POWER, 0.0)), "1 W", "What it always draws."),
+        Key::optional(
+            "friction",
+            Holds::Number(Quantity::at_least(FORCE, 0.0)),
+            "What grows with the speed; 20 N times the factor where left out.",
+        ),
+        Key::optional(
+            "drag",
+            Holds::Number(Quantity::at_least(DAMPING, 0.0)),
+            "What grows with its square; 400 N s/m times the factor where left out.",
+        ),
+    ],
+};
+
+const PLACE: Key = Key::required("place", Holds::Pair(LENGTH), "Where the agent works and is served.");
+const OPERATIONS: Key = Key::or(
+    "operations",
+    Holds::Number(Quantity::at_least(NONE, 0.0)),
+    "1",
+    "How many operations it has, a whole number; a robot comes at the end of each.",
+);
+const DURATION: Key = Key::required(
+    "duration",
+    Holds::Spread(Quantity::above(TIME, 0.0)),
+    "How long an operation takes: `250 s`, or `normal(204 s, 20 s)` with its mean and standard deviation.",
+);
+const WAIT_DISTANCE: Key =
+    Key::or("wait_distance", A_LENGTH, "1 m", "How far from the agent a robot waits for the end of the operation.");
+const APPROACH_WEIGHTS: Key = Key::or(
+    "approach_weights",
+    WEIGHTS,
+    "1",
+    "Weights of the energy near the agent: one for all operations, or a list with one for each.",
+);
+const APPROACHES: Key = Key::optional(
+    "approaches",
+    Holds::Each(EACH_APPROACH),
+    "What is different for single robots, by the name of the robot.",
+);
+const EACH_APPROACH: &Holds = &Holds::Block(&APPROACH);
+
+/// A person of a schedule.
+pub static SCHEDULE_HUMAN: Section = Section {
+    name: "a human of a schedule",
+    keys: &[
+        PLACE,
+        OPERATIONS,
+        DURATION,
+        Key::or(
+            "severity",
+            A_SHARE,
+            "0",
+            "How severe the working conditions are, from 0 to 1: what such a person says counts more.",
+        ),
+        WAIT_DISTANCE,
+        Key::or(
+            "wait_weights",
+            WEIGHTS,
+            "1",
+            "Weights of the waits: one for all operations, or a list with one for each, `alpha`.",
+        ),
+        APPROACH_WEIGHTS,
+        APPROACHES,
+    ],
+};
+
+/// A working robot of a schedule.
+pub static SCHEDULE_WORKER: Section = Section {
+    name: "a worker of a schedule",
+    keys: &[PLACE, OPERATIONS, DURATION, WAIT_DISTANCE, APPROACH_WEIGHTS, APPROACHES],
+};
+
+/// How one robot comes to an agent.
+pub static APPROACH: Section = Section {
+    name: "the approach of a robot",
+    keys: &[
+        Key::optional("speed", SPEEDS, "How fast it may come; as the robot says where left out."),
+        Key::optional("wait_distance", A_LENGTH, "How far away it waits; as the agent says where left out."),
+    ],
+};

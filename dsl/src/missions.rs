@@ -1,0 +1,149 @@
+//! What both readers look for in missions and their members.
+
+use std::collections::BTreeMap;
+
+use crate::explain::clip;
+use crate::tree::{Block, Comments, Entry, MissionMember, MissionRepeat, ValueKind};
+use crate::vocabulary::ROLES;
+use crate::words::nearest;
+use crate::{Diagnostic, Span, Spanned, checks};
+
+/// What stands between the braces of a mission, a member or a repetition.
+#[derive(Debug, Default)]
+pub(crate) struct Body {
+    pub settings: Block,
+    pub members: Vec<MissionMember>,
+    pub repeats: Vec<MissionRepeat>,
+}
+
+impl Body {
+    /// A body without anything in it.
+    pub fn empty(span: Span) -> Body {
+        Body { settings: Block { span, ..Block::default() }, ..Body::default() }
+    }
+
+    /// The body as that of a member.
+    pub fn member(
+        self,
+        (role, name): (Spanned<String>, Spanned<String>),
+        action: Option<Spanned<String>>,
+        span: Span,
+        comments: Comments,
+    ) -> MissionMember {
+        let Body { settings, members, repeats } = self;
+        MissionMember { role, name, action, settings, members, repeats, span, comments }
+    }
+}
+
+/// The role whose members stand below a key of YAML.
+pub(crate) fn role_below(key: &str) -> Option<&'static str> {
+    ROLES.iter().find(|role| key.strip_suffix('s') == Some(role)).copied()
+}
+
+/// Settings that would mean something else in one of the spellings; they are reported and removed. `what` is what they
+/// are settings of.
+pub(crate) fn settings(settings: &mut Block, what: &str, diags: &mut Vec<Diagnostic>) {
+    checks::duplicates(&settings.entries, diags);
+    settings.entries.retain(|entry| {
+        let key = entry.key.value.as_str();
+        let Some(role) = role_below(key).or(Some(key).filter(|key| ["task", "layer"].contains(key))) else {
+            return true;
+        };
+        let text = format!("`{key}` cannot be a setting of a {what}");
+        let help = format!("a {role} is written `{role} NAME {{ .. }}`, in YAML below `{role}s:`");
+        let diagnostic = Diagnostic::error("HQ0121", entry.key.span, text);
+        diags.push(diagnostic.note("the word begins members of a mission in one of the two spellings").help(help));
+        false
+    });
+    checks::reserved(settings, &["for"], what, diags);
+}
+
+/// What a body belongs to, for [`settings`].
+pub(crate) fn owner(role: &str) -> String {
+    format!("{role} of a mission")
+}
+
+/// Reports members beside each other that share role and name; the second is left out.
+pub(crate) fn distinct(members: &mut Vec<MissionMember>, diags: &mut Vec<Diagnostic>) {
+    let mut seen: BTreeMap<(String, String), Span> = BTreeMap::new();
+    members.retain(|member| {
+        let key = (member.role.value.clone(), member.name.value.clone());
+        match seen.get(&key) {
+            Some(first) => {
+                diags.push(checks::duplicate(&member.name.value, *first, member.name.span));
+                false
+            }
+            None => {
+                seen.insert(key, member.name.span);
+                true
+            }
+        }
+    });
+}
+
+/// Reports members that stand behind a repetition with members of their role: in YAML repetitions come last, so the order
+/// would depend on the spelling.
+pub(crate) fn in_order(members: &[MissionMember], repeats: &[MissionRepeat], diags: &mut Vec<Diagnostic>) {
+    for repeat in repeats {
+        let behind = |m: &&MissionMember| m.span.start > repeat.span.start && repeats_role(repeat, &m.role);
+        if let Some(member) = members.iter().find(behind) {
+            let role = &member.role.value;
+            let text = format!("the {role} `{}` stands behind a `for` with {role}s in it", clip(&member.name.value));
+            let word = Span { end: repeat.span.start + "for".len() as u32, ..repeat.span };
+            diags.push(
+                Diagnostic::error("HQ0145", member.name.span, text)
+                    .label(word, "what is repeated comes last, and the order counts")
+                    .help(format!("write it before the `for`, or write the {role}s of the `for` out")),
+            );
+        }
+    }
+}
+
+fn repeats_role(repeat: &MissionRepeat, role: &str) -> bool {
+    repeat.members.iter().any(|member| *member.role == *role)
+        || repeat.repeats.iter().any(|inner| repeats_role(inner, role))
+}
+
+/// A mission that does not say of which kind it is.
+pub(crate) fn no_kind(name: &str, span: Span) -> Diagnostic {
+    let name = clip(name);
+    Diagnostic::error("HQ0144", span, format!("the mission `{name}` does not say what it plans")).help(format!(
+        "write its kind: `mission {name} : schedule {{ .. }}`, in YAML `{name}: {{ schedule: {{ .. }} }}`"
+    ))
+}
+
+/// A task without an action.
+pub(crate) fn no_action(name: &str, span: Span) -> Diagnostic {
+    let name = clip(name);
+    Diagnostic::error("HQ0107", span, format!("the task `{name}` does not say what is done"))
+        .help(format!("write `task {name} = ACTION {{ .. }}`, in YAML `{name}: {{ ACTION: {{ .. }} }}`"))
+}
+
+/// A member without a name.
+pub(crate) fn no_name(role: &str, span: Span) -> Diagnostic {
+    Diagnostic::error("HQ0116", span, format!("this `{role}` has no name"))
+        .help(format!("write the name behind `{role}`: letters, digits and `_`"))
+}
+
+/// A member without what stands in its braces.
+pub(crate) fn no_block(role: &str, span: Span) -> Diagnostic {
+    Diagnostic::error("HQ0117", span, format!("this `{role}` has no block"))
+        .help(format!("write `{role} NAME {{ .. }}`"))
+}
+
+/// Something that is repeated and is no member.
+pub(crate) fn not_repeated(key: &Spanned<String>) -> Diagnostic {
+    Diagnostic::error("HQ0125", key.span, format!("`{}` cannot be repeated", clip(&key.value)))
+        .note("inside the `for` of a mission stand members, such as `robot NAME { .. }`, and `for`")
+        .help("write it outside the `for`")
+}
+
+/// `robt m1 { .. }`: a key that is nearly a role, the name behind it, and the settings.
+pub(crate) fn misspelt(entry: &Entry) -> Option<(&'static str, &Entry)> {
+    let ValueKind::Block(outer) = &entry.value.kind else { return None };
+    let [inner] = outer.entries.as_slice() else { return None };
+    if !outer.tagged || !matches!(inner.value.kind, ValueKind::Block(_)) {
+        return None;
+    }
+    nearest(&entry.key.value, ROLES).map(|role| (role, inner))
+}

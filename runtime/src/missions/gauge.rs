@@ -1,0 +1,104 @@
+//! What is measured of a mission while it is executed.
+
+use mission::execution::{Doing, Event, Execution, Happening, Outcome, Stage};
+use mission::plan::Actor;
+
+use crate::program::{MissionMeasure, OfAgent, OfMission, OfRobot};
+
+/// What a mission has come to, with what its records say of waits that are not over.
+pub(super) struct Gauge {
+    /// For each agent when the operation ended whose wait is not over, in s.
+    ended: Vec<Option<f64>>,
+    /// Waits of each agent so far, in s.
+    waited: Vec<f64>,
+    /// Records that were looked at.
+    seen: usize,
+    now: Option<Outcome>,
+}
+
+impl Gauge {
+    pub(super) fn new(agents: usize) -> Gauge {
+        Gauge { ended: vec![None; agents], waited: vec![0.0; agents], seen: 0, now: None }
+    }
+
+    /// Looks at an execution as it stands.
+    pub(super) fn look(&mut self, execution: &Execution) {
+        for record in execution.records().iter().skip(self.seen) {
+            let (agent, ended) = match record.what {
+                Happening::OperationEnded { agent, .. } => (agent, Some(record.time)),
+                Happening::OperationBegan { agent, .. } => (agent, None),
+                Happening::Told { event: Event::Lost { who: Actor::Agent(agent) } } => (agent, None),
+                // Behind the last operation the wait ends with the service.
+                Happening::Serves { agent, operation, .. } => match execution.problem().agents.get(agent) {
+                    Some(who) if operation + 1 >= who.operations => (agent, None),
+                    _ => continue,
+                },
+                _ => continue,
+            };
+            if let Some(slot) = self.ended.get_mut(agent) {
+                *slot = ended;
+            }
+        }
+        self.seen = execution.records().len();
+        let now = execution.statistics();
+        for ((waited, agent), ended) in self.waited.iter_mut().zip(&now.agents).zip(&self.ended) {
+            let under_way = ended.map_or(0.0, |since| (execution.time() - since).max(0.0));
+            *waited = agent.waits.iter().sum::<f64>() + under_way;
+        }
+        self.now = Some(now);
+    }
+
+    /// Waits of the agents so far, in s, the ones under way with them.
+    pub(super) fn waited(&self) -> &[f64] {
+        &self.waited
+    }
+
+    /// The number of a measure at the instant that was looked at last; NaN for nobody's.
+    pub(super) fn value(&self, measure: MissionMeasure, execution: &Execution) -> f64 {
+        let truth = |holds: bool| if holds { 1.0 } else { -1.0 };
+        let Some(now) = &self.now else { return f64::NAN };
+        match measure {
+            MissionMeasure::Mission(of) => match of {
+                OfMission::Done => truth(execution.done()),
+                OfMission::Stranded => truth(execution.stranded().is_some()),
+                OfMission::Makespan => now.makespan,
+                OfMission::Cost => execution.plan().cost,
+                OfMission::Energy => now.energy(),
+                OfMission::Reschedules => now.reschedules as f64,
+                OfMission::Reallocations => now.reallocations as f64,
+            },
+            MissionMeasure::Agent(index, of) => {
+                let (Some(view), Some(so_far)) = (execution.agent(index), now.agents.get(index)) else {
+                    return f64::NAN;
+                };
+                match of {
+                    OfAgent::Waited => self.waited.get(index).copied().unwrap_or(f64::NAN),
+                    OfAgent::Served => so_far.served as f64,
+                    OfAgent::Working => truth(view.doing == Doing::Working),
+                    OfAgent::Lost => truth(view.doing == Doing::Lost),
+                    OfAgent::X => view.place[0],
+                    OfAgent::Y => view.place[1],
+                    OfAgent::Adaptation => so_far.wait_index,
+                    OfAgent::SpeedAdaptation => so_far.speed_index,
+                    OfAgent::WaitSatisfaction => execution.satisfaction(index).wait,
+                    OfAgent::ApproachSatisfaction => execution.satisfaction(index).approach,
+                }
+            }
+            MissionMeasure::Robot(index, of) => {
+                let (Some(view), Some(so_far)) = (execution.robot(index), now.robots.get(index)) else {
+                    return f64::NAN;
+                };
+                match of {
+                    OfRobot::X => view.position[0],
+                    OfRobot::Y => view.position[1],
+                    OfRobot::Speed => f64::hypot(view.velocity[0], view.velocity[1]),
+                    OfRobot::Travelled => so_far.travelled,
+                    OfRobot::Energy => so_far.energy,
+                    OfRobot::Busy => truth(!matches!(view.stage, Stage::Home | Stage::Lost)),
+                    OfRobot::Served => so_far.served as f64,
+                    OfRobot::Lost => truth(view.stage == Stage::Lost),
+                }
+            }
+        }
+    }
+}

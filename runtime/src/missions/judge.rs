@@ -1,0 +1,97 @@
+//! Judges the expectations of a scenario while its mission is executed.
+
+use mission::execution::Execution;
+use stdlib_tasks::expression::{Expression, Op};
+
+use super::gauge::Gauge;
+use crate::expect::{MAX_KEPT, Monitor, Outcome, PushError, Unit};
+use crate::program::{MissionMeasure, MissionScenarioProgram, PredicateTable, ProgramError, error};
+
+/// An expression of numbers alone, made ready.
+struct Ready {
+    expression: Expression,
+    registers: Vec<f64>,
+    unit: Unit,
+}
+
+impl Ready {
+    /// Its number; the expression has passed [`Expression::check_alone`] for a table of this length.
+    fn value(&mut self, table: &[f64]) -> f64 {
+        let Ready { expression, registers, unit } = self;
+        for (i, op) in expression.ops.iter().enumerate() {
+            let (before, rest) = registers.split_at_mut(i);
+            let leaf = |op: Op| match op {
+                Op::Input(k) => expression.inputs.get(k).and_then(|&at| table.get(at)).copied().unwrap_or(f64::NAN),
+                _ => f64::NAN,
+            };
+            rest[0] = op.value(|a| before[a], leaf);
+        }
+        let number = expression.outputs.first().and_then(|&o| registers.get(o)).copied().unwrap_or(f64::NAN);
+        match unit {
+            // Of a truth value only the sign counts.
+            Unit::Truth if number > 0.0 => f64::INFINITY,
+            Unit::Truth if number <= 0.0 => f64::NEG_INFINITY,
+            _ => number,
+        }
+    }
+}
+
+/// Knows at the end what became of each expectation.
+pub(super) struct MissionJudge {
+    layout: PredicateTable,
+    measures: Vec<MissionMeasure>,
+    predicates: Vec<Ready>,
+    monitors: Vec<Monitor>,
+    table: Vec<f64>,
+    row: Vec<f64>,
+}
+
+impl MissionJudge {
+    /// For a scenario of a checked program.
+    ///
+    /// # Errors
+    /// A formula would need too much memory, which the compiler excludes.
+    pub(super) fn new(scenario: &MissionScenarioProgram) -> Result<MissionJudge, ProgramError> {
+        let (units, layout) = (scenario.units(), scenario.table());
+        let (mut monitors, mut kept) = (Vec::with_capacity(scenario.expectations.len()), 0_usize);
+        for e in &scenario.expectations {
+            let monitor = Monitor::new(&e.formula, &units, scenario.instants())?;
+            kept = kept.saturating_add(monitor.kept());
+            if kept > MAX_KEPT {
+                return Err(error("expectations", "their windows have too many instants to be watched together"));
+            }
+            monitors.push(monitor);
+        }
+        let ready = |p: &crate::program::Predicate| Ready {
+            registers: vec![f64::NAN; p.value.ops.len()],
+            expression: p.value.clone(),
+            unit: p.unit,
+        };
+        Ok(MissionJudge {
+            measures: scenario.measures.clone(),
+            predicates: scenario.predicates.iter().map(ready).collect(),
+            monitors,
+            table: vec![f64::NAN; layout.width()],
+            row: vec![f64::NAN; units.len()],
+            layout,
+        })
+    }
+
+    /// Takes an instant; `gauge` has looked at the execution.
+    pub(super) fn instant(&mut self, time: f64, execution: &Execution, gauge: &Gauge) -> Result<(), PushError> {
+        self.table[PredicateTable::T] = time;
+        self.table[PredicateTable::TIME] = time;
+        for (k, measure) in self.measures.iter().enumerate() {
+            self.table[self.layout.measure(k)] = gauge.value(*measure, execution);
+        }
+        for (ready, out) in self.predicates.iter_mut().zip(&mut self.row) {
+            *out = ready.value(&self.table);
+        }
+        self.monitors.iter_mut().try_for_each(|monitor| monitor.push(&self.row))
+    }
+
+    /// What became of each expectation, in the order written.
+    pub(super) fn finish(self) -> Vec<Outcome> {
+        self.monitors.into_iter().map(Monitor::finish).collect()
+    }
+}

@@ -1,0 +1,101 @@
+//! What happens in a mission, in words. Operations count from 1 here, as people count.
+
+use mission::execution::{Event, Happening};
+use mission::plan::Actor;
+use mission::schedule::problem::Problem;
+
+use crate::text::number;
+
+fn agent_name(problem: &Problem, index: usize) -> &str {
+    problem.agents.get(index).map_or("somebody", |who| &who.name)
+}
+
+fn robot(problem: &Problem, index: usize) -> &str {
+    problem.robots.get(index).map_or("a robot", |machine| &machine.name)
+}
+
+fn who(problem: &Problem, actor: Actor) -> &str {
+    match actor {
+        Actor::Agent(index) => agent_name(problem, index),
+        Actor::Robot(index) => robot(problem, index),
+    }
+}
+
+/// A step of feedback as the word for it, the least of the five first; none for what is right.
+fn step(value: i8, words: [&'static str; 5]) -> Option<&'static str> {
+    usize::try_from(value + 2).ok().filter(|_| value != 0).and_then(|i| words.get(i)).copied()
+}
+
+/// An event in words.
+pub fn of_event(event: &Event, problem: &Problem) -> String {
+    let name = |index: usize| agent_name(problem, index);
+    match event {
+        Event::Begun { agent } => format!("{} begins", name(*agent)),
+        Event::Done { agent } => format!("{} is done", name(*agent)),
+        Event::Late { agent, by } => format!("{} is late by {} s", name(*agent), number(*by)),
+        Event::Served { agent } => format!("the service of {} ends", name(*agent)),
+        Event::Failed { agent } => format!("the service of {} fails", name(*agent)),
+        Event::Moved { agent, place } => {
+            format!("{} moves to ({}, {}) m", name(*agent), number(place[0]), number(place[1]))
+        }
+        Event::Said { agent, wait, approach, distance } => {
+            let wait = step(*wait, ["too short", "short", "", "long", "too long"]).map(|w| format!("the wait was {w}"));
+            let speed = step(*approach, ["very fast", "fast", "", "slow", "very slow"]);
+            let far = step(*distance, ["very far away", "far away", "", "close", "very close"]);
+            let parts = [wait, speed.map(|w| format!("the robot came {w}")), far.map(|w| format!("it waited {w}"))];
+            let said: Vec<String> = parts.into_iter().flatten().collect();
+            let said = if said.is_empty() { "all was right".to_string() } else { said.join(", ") };
+            format!("{} says: {said}", name(*agent))
+        }
+        Event::Feedback(feedback) => format!("{} says what the service was like", name(feedback.agent)),
+        Event::Lost { who: lost } => format!("{} is lost", who(problem, *lost)),
+        Event::Back { who: back } => format!("{} is back", who(problem, *back)),
+        Event::Replan => "a new plan is asked for".to_string(),
+    }
+}
+
+/// Something that happened, in words.
+pub fn of_happening(what: &Happening, problem: &Problem) -> String {
+    let of = |index: usize, operation: usize| format!("operation {} of {}", operation + 1, agent_name(problem, index));
+    let by = |index: usize| robot(problem, index);
+    match what {
+        Happening::OperationBegan { agent, operation } => format!("{} begins", of(*agent, *operation)),
+        Happening::OperationLate { agent, operation, expected } => {
+            format!("{} is late, expected at {} s", of(*agent, *operation), number(*expected))
+        }
+        Happening::OperationEnded { agent, operation } => format!("{} ends", of(*agent, *operation)),
+        Happening::Left { robot, agent, operation } => format!("{} leaves for {}", by(*robot), of(*agent, *operation)),
+        Happening::Waits { robot, agent, .. } => {
+            format!("{} is at the waiting place of {}", by(*robot), agent_name(problem, *agent))
+        }
+        Happening::Approaches { robot, agent, .. } => {
+            format!("{} approaches {}", by(*robot), agent_name(problem, *agent))
+        }
+        Happening::Serves { robot, agent, .. } => format!("{} serves {}", by(*robot), agent_name(problem, *agent)),
+        Happening::Served { robot, agent, operation } => {
+            format!("{} has served {}", by(*robot), of(*agent, *operation))
+        }
+        Happening::Home { robot } => format!("{} is at its depot, and ready", by(*robot)),
+        Happening::RobotLate { robot, agent, expected, .. } => {
+            format!("{} is late, expected with {} at {} s", by(*robot), agent_name(problem, *agent), number(*expected))
+        }
+        Happening::BrokenOff { robot, agent, operation } => {
+            format!("{} breaks off the service of {}", by(*robot), of(*agent, *operation))
+        }
+        Happening::Told { event } => of_event(event, problem),
+        Happening::Rescheduled { index } => {
+            format!("times of the plan move; its cost has changed by {} %", percent(*index))
+        }
+        Happening::Reallocated { index: Some(index), .. } => {
+            format!("planned anew, as the cost has changed by {} %", percent(*index))
+        }
+        Happening::Reallocated { index: None, .. } => "planned anew".to_string(),
+        Happening::Refused { why } => format!("no better plan: {why}"),
+        Happening::Stranded { why } => format!("there is no plan any more: {why}"),
+        Happening::Done => "everything is done".to_string(),
+    }
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.1}", 100.0 * share)
+}
