@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
+use compiler::quantities::{Form, QUANTITIES};
 use compiler::sections::{ALL, Holds, Named, Place};
+use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::params::Presence;
 
 use crate::catalogue::{presence, quantity, unit};
@@ -13,6 +15,9 @@ pub fn describe(holds: &Holds) -> String {
         Holds::Number(q) => quantity(q),
         Holds::Numbers(q) => format!("{}, or a list of them", quantity(q)),
         Holds::Vector(d) => format!("vector in {}", unit(*d)),
+        Holds::Pair(d) => format!("two numbers `[x, y]` in {}", unit(*d)),
+        Holds::Range(q) => format!("{}, or `[least, greatest]`", quantity(q)),
+        Holds::Spread(q) => format!("{}, or `normal(mean, deviation)`", quantity(q)),
         Holds::OfJoint { speed: false } => "position in rad or m".to_string(),
         Holds::OfJoint { speed: true } => "speed in rad/s or m/s".to_string(),
         Holds::Bound => "number in the unit of the value".to_string(),
@@ -32,7 +37,10 @@ pub fn describe(holds: &Holds) -> String {
         Holds::Name(Named::Stack) => "stack".to_string(),
         Holds::Name(Named::Level) => "level".to_string(),
         Holds::Name(Named::Machine) => "machine".to_string(),
+        Holds::Name(Named::Member) => "member of the mission".to_string(),
         Holds::Name(Named::State) => "state".to_string(),
+        Holds::Name(Named::Mission) => "mission".to_string(),
+        Holds::Name(Named::Person) => "human of the mission".to_string(),
         Holds::Link => "link".to_string(),
         Holds::Geometries => "points, segments, links, groups".to_string(),
         Holds::Links => "links, arms, points, segments, groups".to_string(),
@@ -52,6 +60,29 @@ pub fn describe(holds: &Holds) -> String {
 
 /// The page of the docs with the keys of all sections.
 pub fn markdown() -> String {
+    keys() + &measured()
+}
+
+/// What can be expected of missions.
+fn measured() -> String {
+    let mut out = String::from(
+        "\n## What is measured of a mission\n\n\
+         Behind a dot in the expectations of a scenario that runs it: `vineyard.makespan`, `h1.waited`, `m1.position`. \
+         `distance(m1, h1)` is how far two of them are apart.\n\n| of | | is | |\n|---|---|---|---|\n",
+    );
+    for q in QUANTITIES {
+        let is = match q.form {
+            Form::Number(NONE) => "number".to_string(),
+            Form::Number(d) => format!("number in {}", unit(d)),
+            Form::Truth => "true or false".to_string(),
+            Form::Point => "point in m".to_string(),
+        };
+        let _ = writeln!(out, "| {} | `{}` | {is} | {} |", q.whose.describe(), q.name, q.doc);
+    }
+    out
+}
+
+fn keys() -> String {
     let mut out = String::from(
         "# Keys\n\n\
          What stands in the blocks of the language, beside the parameters of [task types](../tasks.md). Numbers are written \

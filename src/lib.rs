@@ -11,21 +11,28 @@
 //! | [`robot`] | URDF, kinematics, distances |
 //! | [`solver`] | the hierarchical quadratic program |
 //! | [`runtime`] | programs, the controller, the simulated robot |
+//! | [`mission`] | planners of missions, and their execution |
 
 pub use compiler;
 pub use dsl;
+pub use mission;
 pub use robot;
 pub use runtime;
 pub use solver;
 pub use stdlib_tasks;
 
 pub mod catalogue;
+pub mod gantt;
 pub mod graph;
 pub mod init;
 pub mod keys;
 pub mod lsp;
+pub mod planned;
 pub mod project;
 pub mod report;
 pub mod schema;
+#[cfg(feature = "serve")]
+pub mod serve;
 pub mod sweep;
 pub mod trial;
+pub mod xml;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use compiler::{Compiled, Input, Report};
 use dsl::{Diagnostic, Span, Spelling};
-use runtime::Program;
+use runtime::program::CompiledFile;
 
 /// How a file is compiled.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -86,7 +86,7 @@ fn given<T>(path: &Path, settings: &Settings, reader: impl FnOnce(&Input) -> T) 
 
 /// Compiles a spec file.
 pub fn compile(path: &Path, settings: &Settings) -> Compiled {
-    given(path, settings, compiler::compile).unwrap_or_else(|report| Compiled { program: None, report: *report })
+    given(path, settings, compiler::compile).unwrap_or_else(|report| Compiled::refused(*report))
 }
 
 /// What the params of a spec file are worth; none of a file that cannot be read, of which [`compile`] tells.
@@ -105,9 +105,9 @@ pub fn load(path: &Path, settings: &Settings) -> Compiled {
         return compiled;
     }
     let name = path.display().to_string();
-    let refuse = |message: String| Compiled {
-        program: None,
-        report: about(&name, "", "HQ0607", message, "compile the spec again: `hierarq compile SPEC --format json`"),
+    let refuse = |message: String| {
+        let help = "compile the spec again: `hierarq compile SPEC --format json`";
+        Compiled::refused(about(&name, "", "HQ0607", message, help))
     };
     let text = match std::fs::read_to_string(path) {
         Ok(t) => t,
@@ -116,11 +116,16 @@ pub fn load(path: &Path, settings: &Settings) -> Compiled {
     if !settings.set.is_empty() {
         return refuse("`--set` changes a spec, and this is a program that was compiled already".to_string());
     }
-    match serde_json::from_str::<Program>(&text) {
-        Ok(program) => match program.check() {
-            Ok(()) => Compiled { program: Some(program), report: Report::default() },
-            Err(e) => refuse(format!("`{name}` is no program that can be run: {e}")),
-        },
-        Err(e) => refuse(format!("`{name}` is no compiled program: {e}")),
+    match CompiledFile::read(&text) {
+        Ok(CompiledFile { program, missions }) => Compiled { program, missions, ..Compiled::default() },
+        Err(why) => refuse(format!("`{name}` cannot be used: {why}")),
     }
+}
+
+/// What to say of a spec that compiles and gives nothing that a robot could run.
+pub fn missions_alone(path: &Path) -> String {
+    let name = path.display();
+    format!(
+        "`{name}` declares missions and no robot, so there is nothing to run but their scenarios, `hierarq run {name} --scenario NAME`; plan them: `hierarq plan {name}`"
+    )
 }

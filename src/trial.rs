@@ -7,7 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use compiler::Report;
 use dsl::tree::{Item, ItemKind};
 use dsl::{SourceId, Spelling};
-use runtime::program::ScenarioProgram;
+use runtime::missions::{End, MissionSummary, Untaken};
+use runtime::program::{MissionProgram, MissionScenarioProgram, ScenarioProgram};
 use runtime::record::All;
 use runtime::record::expectations::{ExpectationRecord, is_good, records};
 use runtime::record::summary::{FaultRecord, Summary, SummaryRecorder};
@@ -34,24 +35,85 @@ pub struct Trial {
     /// Limits whose margin fell below zero, by name, where nothing else is expected.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub passed: Vec<String>,
+    /// What became of the mission, where one was executed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mission: Option<MissionTrial>,
     /// Expectations, in the order written.
     pub expectations: Vec<ExpectationRecord>,
+}
+
+/// What became of a mission that a scenario executed.
+#[derive(Clone, Debug, Serialize)]
+pub struct MissionTrial {
+    /// Its name.
+    pub name: String,
+    /// How it ended.
+    pub end: End,
+    /// What could not happen when it should.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub untaken: Vec<Untaken>,
+    /// Makespan, waits, ways, energy, how often the plan changed; none where there was no plan.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub outcome: Option<mission::execution::Outcome>,
+    /// What went wrong beside the expectations: when, in s, and what.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub trouble: Vec<(Option<f64>, String)>,
+}
+
+/// A scenario of a spec.
+#[derive(Clone, Copy, Debug)]
+pub enum Found<'p> {
+    /// A run of the robot's controller.
+    Controller(&'p Program, &'p ScenarioProgram),
+    /// An execution of a mission.
+    Mission(&'p MissionProgram, &'p MissionScenarioProgram),
+}
+
+impl<'p> Found<'p> {
+    /// Its name.
+    pub fn name(self) -> &'p str {
+        match self {
+            Found::Controller(_, s) => &s.name,
+            Found::Mission(_, s) => &s.name,
+        }
+    }
+}
+
+/// All scenarios of a spec: those of its controller, then those of each mission.
+pub fn scenarios<'p>(
+    program: Option<&'p Program>,
+    missions: &'p [MissionProgram],
+) -> impl Iterator<Item = Found<'p>> + Clone {
+    let controllers = program.into_iter().flat_map(|p| p.scenarios.iter().map(move |s| Found::Controller(p, s)));
+    controllers.chain(missions.iter().flat_map(|m| m.scenarios.iter().map(move |s| Found::Mission(m, s))))
 }
 
 /// The scenario of this name.
 ///
 /// # Errors
 /// There is none; the message says which there are.
-pub fn find<'p>(program: &'p Program, name: &str) -> Result<&'p ScenarioProgram, String> {
-    program.scenarios.iter().find(|s| s.name == name).ok_or_else(|| {
-        let names = || program.scenarios.iter().map(|s| s.name.as_str());
+pub fn find<'p>(program: Option<&'p Program>, missions: &'p [MissionProgram], name: &str) -> Result<Found<'p>, String> {
+    let all = || scenarios(program, missions);
+    all().find(|s| s.name() == name).ok_or_else(|| {
+        let names = || all().map(Found::name);
         let help = match compiler::names::suggest(name, names()) {
             Some(near) => format!("did you mean `{near}`?"),
-            None if program.scenarios.is_empty() => "it declares none".to_string(),
+            None if names().next().is_none() => "it declares none".to_string(),
             None => format!("it has {}", compiler::names::list(names(), 12)),
         };
         format!("the spec has no scenario `{name}`: {help}")
     })
+}
+
+/// The scenario of this name of a controller.
+///
+/// # Errors
+/// There is none; the message says which there are.
+pub fn of_controller<'p>(program: &'p Program, name: &str) -> Result<&'p ScenarioProgram, String> {
+    match find(Some(program), &[], name)? {
+        Found::Controller(_, scenario) => Ok(scenario),
+        Found::Mission(..) => Err(format!("`{name}` executes a mission")),
+    }
 }
 
 /// The scenario with another seed.
@@ -108,6 +170,29 @@ pub fn run(spec: &str, program: &Program, scenario: &ScenarioProgram) -> Result<
         halted: summary.halted,
         passed: if scenario.expectations.is_empty() { passed(&summary) } else { Vec::new() },
         faults: summary.faults,
+        mission: None,
+        expectations,
+    })
+}
+
+/// Runs a scenario of a mission.
+///
+/// # Errors
+/// It cannot be judged, which a compiled one always can.
+pub fn run_mission(spec: &str, mission: &MissionProgram, scenario: &MissionScenarioProgram) -> Result<Trial, String> {
+    let run = runtime::missions::run(mission, scenario, &mut runtime::missions::Nothing, &mut |_| true);
+    let summary = run.map_err(|e| e.to_string())?.summary;
+    let trouble = summary.trouble();
+    let MissionSummary { mission, duration_s, ok, end, untaken, outcome, expectations, .. } = summary;
+    Ok(Trial {
+        spec: spec.to_string(),
+        scenario: scenario.name.clone(),
+        ok,
+        duration_s,
+        halted: false,
+        passed: Vec::new(),
+        faults: Vec::new(),
+        mission: Some(MissionTrial { name: mission, end, untaken, outcome, trouble }),
         expectations,
     })
 }
@@ -168,6 +253,8 @@ pub struct Tested {
     pub report: Report,
     /// The program, where there is one.
     pub program: Option<Program>,
+    /// Its missions.
+    pub missions: Vec<MissionProgram>,
 }
 
 /// All elements worked on by all processors, in their order.
@@ -199,7 +286,8 @@ pub(crate) fn in_parallel<T: Sync, R: Send>(all: &[T], work: impl Fn(&T) -> R + 
 pub fn compiled(specs: &[PathBuf], settings: &Settings) -> Vec<Tested> {
     in_parallel(specs, |path| {
         let compiled = project::load(path, settings);
-        Tested { spec: path.display().to_string(), report: compiled.report, program: compiled.program }
+        let compiler::Compiled { program, missions, report } = compiled;
+        Tested { spec: path.display().to_string(), report, program, missions }
     })
 }
 
@@ -209,15 +297,18 @@ pub fn compiled(specs: &[PathBuf], settings: &Settings) -> Vec<Tested> {
 /// # Errors
 /// A program cannot be executed, which a compiled one always can.
 pub fn all(specs: &[Tested], name: Option<&str>, seed: Option<u64>) -> Result<Vec<Trial>, String> {
-    let scenarios = |t: &'_ Tested| t.program.iter().flat_map(|p| &p.scenarios).count();
-    let chosen: Vec<(&Tested, usize)> = specs.iter().flat_map(|t| (0..scenarios(t)).map(move |i| (t, i))).collect();
-    let wanted = |(t, i): &(&Tested, usize)| {
-        let program = t.program.as_ref()?;
-        let scenario = program.scenarios.get(*i).filter(|s| name.is_none_or(|n| s.name == n))?;
-        match seed {
-            None => Some(run(&t.spec, program, scenario)),
-            Some(seed) => Some(run(&t.spec, program, &seeded(scenario, seed))),
+    let mut chosen: Vec<(&Tested, Found)> = Vec::new();
+    for t in specs {
+        chosen.extend(scenarios(t.program.as_ref(), &t.missions).map(|found| (t, found)));
+    }
+    chosen.retain(|(_, found)| name.is_none_or(|n| found.name() == n));
+    let trial = |(t, found): &(&Tested, Found)| match (*found, seed) {
+        (Found::Controller(program, scenario), None) => run(&t.spec, program, scenario),
+        (Found::Controller(program, scenario), Some(seed)) => run(&t.spec, program, &seeded(scenario, seed)),
+        (Found::Mission(mission, scenario), None) => run_mission(&t.spec, mission, scenario),
+        (Found::Mission(mission, scenario), Some(seed)) => {
+            run_mission(&t.spec, mission, &MissionScenarioProgram { seed, ..scenario.clone() })
         }
     };
-    in_parallel(&chosen, wanted).into_iter().flatten().collect()
+    in_parallel(&chosen, trial).into_iter().collect()
 }

@@ -4,16 +4,32 @@ mod common;
 
 use std::path::Path;
 
+use compiler::Compiled;
 use dsl::{SourceId, Spelling};
 use hierarq::project::{Settings, compile};
-use runtime::Program;
+use runtime::program::CompiledFile;
 
-/// The program of a text, as if it stood among the examples under the given name.
-fn compile_text(name: &str, text: &str, spelling: Spelling) -> Program {
+/// What came of compiling: a program, missions, or both; panics with the diagnostics where there is neither.
+fn good(compiled: Compiled) -> CompiledFile {
+    assert!(compiled.is_good(), "{}", compiled.report.render(compiler::Style::Plain, 100));
+    CompiledFile { program: compiled.program, missions: compiled.missions }
+}
+
+/// What a text gives, as if it stood among the examples under the given name.
+fn compile_text(name: &str, text: &str, spelling: Spelling) -> CompiledFile {
     let folder = common::example("");
     let input = compiler::Input { name, text, spelling, folder: &folder, set: &[], package_paths: &[] };
-    let compiled = compiler::compile(&input);
-    compiled.program.unwrap_or_else(|| panic!("{}", compiled.report.render(compiler::Style::Plain, 100)))
+    good(compiler::compile(&input))
+}
+
+/// What an example gives.
+fn compiled(file: &str) -> CompiledFile {
+    good(compile(&common::example(file), &Settings::default()))
+}
+
+/// All examples.
+fn all() -> impl Iterator<Item = &'static str> {
+    common::EXAMPLES.iter().chain(common::MISSIONS).copied()
 }
 
 #[test]
@@ -27,28 +43,28 @@ fn no_example_is_forgotten() {
         })
         .collect();
     stems.sort();
-    let mut expected: Vec<String> = common::EXAMPLES.iter().flat_map(|n| [n.to_string(), n.to_string()]).collect();
+    let mut expected: Vec<String> = all().flat_map(|n| [n.to_string(), n.to_string()]).collect();
     expected.sort();
-    assert_eq!(stems, expected, "each example in both spellings, and in common::EXAMPLES");
+    assert_eq!(stems, expected, "each example in both spellings, and in common::EXAMPLES or MISSIONS");
 }
 
 #[test]
 fn both_spellings_are_the_same_program() {
-    for name in common::EXAMPLES {
-        let hq = common::program(&format!("{name}.hq"));
-        let yaml = common::program(&format!("{name}.yaml"));
+    for name in all() {
+        let hq = compiled(&format!("{name}.hq"));
+        let yaml = compiled(&format!("{name}.yaml"));
         assert_eq!(hq, yaml, "{name}");
     }
 }
 
 #[test]
 fn conversion_and_formatting_keep_the_program() {
-    for name in common::EXAMPLES {
+    for name in all() {
         for (ending, spelling, other) in [("hq", Spelling::Hq, Spelling::Yaml), ("yaml", Spelling::Yaml, Spelling::Hq)]
         {
             let file = format!("{name}.{ending}");
             let text = std::fs::read_to_string(common::example(&file)).expect("readable");
-            let program = common::program(&file);
+            let program = compiled(&file);
             let (tree, diagnostics) = dsl::parse(SourceId(0), &text, spelling);
             assert!(diagnostics.is_empty(), "{file}: {diagnostics:?}");
             assert_eq!(dsl::print(&tree, spelling), text, "{file} is formatted");
@@ -63,29 +79,33 @@ fn conversion_and_formatting_keep_the_program() {
 
 #[test]
 fn no_example_has_a_warning() {
-    for name in common::EXAMPLES {
+    for name in all() {
         let compiled = compile(&common::example(&format!("{name}.hq")), &Settings::default());
         assert!(compiled.report.diagnostics.is_empty(), "{}", compiled.report.render(compiler::Style::Plain, 100));
     }
 }
 
+/// The whole as people read it.
+fn text(file: &CompiledFile) -> String {
+    let program = file.program.iter().map(|p| runtime::text::text(p).expect("it can be executed"));
+    program.chain(file.missions.iter().map(runtime::text::mission)).collect()
+}
+
 #[test]
 fn compiled_programs() {
-    for name in common::EXAMPLES {
-        let program = common::program(&format!("{name}.hq"));
-        let text = runtime::text::text(&program).expect("it can be executed");
-        insta::assert_snapshot!(*name, text);
+    for name in all() {
+        insta::assert_snapshot!(name, text(&compiled(&format!("{name}.hq"))));
     }
 }
 
 #[test]
 fn a_program_is_the_same_after_json() {
-    for name in common::EXAMPLES {
-        let program = common::program(&format!("{name}.hq"));
-        let json = serde_json::to_string(&program).expect("plain data");
-        let back: Program = serde_json::from_str(&json).expect("the same data");
-        assert_eq!(back, program);
-        assert_eq!(runtime::text::text(&back), runtime::text::text(&program));
+    for name in all() {
+        let file = compiled(&format!("{name}.hq"));
+        let json = CompiledFile::to_json(name, file.program.as_ref(), &file.missions).expect("plain data");
+        let back = CompiledFile::read(&json).expect("the same data");
+        assert_eq!(back, file);
+        assert_eq!(text(&back), text(&file));
     }
 }
 

@@ -17,6 +17,10 @@ mod humans;
 mod imports;
 #[path = "lsp/machines.rs"]
 mod machines;
+#[path = "lsp/mission_scenarios.rs"]
+mod mission_scenarios;
+#[path = "lsp/missions.rs"]
+mod missions;
 #[path = "lsp/planners.rs"]
 mod planners;
 #[path = "lsp/reuse.rs"]

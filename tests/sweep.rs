@@ -128,7 +128,7 @@ fn the_bytes_do_not_depend_on_who_runs_what() {
 fn alone(dir: &Path, head: &Head, row: &Row) -> Row {
     let settings = Settings { set: head.sets(&row.values), ..Settings::default() };
     let program = compile(&dir.join("spec.hq"), &settings).program.expect("a program");
-    let scenario = trial::find(&program, &head.scenario).expect("a scenario");
+    let scenario = trial::of_controller(&program, &head.scenario).expect("a scenario");
     let trial = trial::run("spec.hq", &program, &trial::seeded(scenario, row.seed)).expect("it runs");
     let mut own = row.clone();
     own.holds = trial.ok;

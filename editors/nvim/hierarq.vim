@@ -7,9 +7,11 @@ endif
 syntax case match
 syntax iskeyword @,48-57,_
 
-syntax match hierarqKeyword "^\s*\zs\%(hierarq\|import\|param\|let\|robot\|task\|stack\|signal\|human\|safety_field\|variable\|machine\|scenario\|expect\|run\|for\)\>"
+syntax match hierarqKeyword "^\s*\zs\%(hierarq\|import\|param\|let\|robot\|task\|stack\|signal\|human\|safety_field\|variable\|machine\|mission\|scenario\|expect\|run\|for\)\>"
 syntax match hierarqKeyword "\<\%(level\|replace\|add\|remove\|before\|after\|from\|as\)\ze\s\+\%(\h\|\$\)"
 syntax match hierarqKeyword "\<for\ze\s\+\h\w*\s\+in\>"
+syntax match hierarqKeyword "\<\%(robot\|human\|worker\|object\|place\|layer\)\ze\s\+\%(\h\|\$\)\S*\s*{"
+syntax match hierarqKeyword "\<task\ze\s\+\%(\h\|\$\)\S*\s*="
 syntax match hierarqOperator "\<in\ze\s\+\h"
 syntax match hierarqKeyword "\%(\<for\s\+\h\w*\s\+\)\@<=in\>"
 syntax match hierarqKeyword "\<\%(state\|final\|stack\|initial\|enter\|do\|exit\)\ze\s\+\%(\h\|\$\)"
@@ -24,6 +26,7 @@ syntax match hierarqType "\%(=\s*\)\@<=\h\w*\ze\s*\%({\|$\)"
 syntax match hierarqType "\%(^\s*task\s.*=\s*\)\@<=\h\w*\ze("
 syntax match hierarqType "\%(\h\w*:\s*\)\@<=\%(arm\|frame\|joints\|geometry\|task\|name\|number\|length\|angle\|duration\|rate\|speed\|angular_speed\|mass\|vector\|point\|orientation\|pose\)\>"
 syntax match hierarqType "\%(^\s*\%(signal\|variable\)\s\+\h\w*\s*:\s*\)\@<=\%(event\|flag\|wrench\|\h\w*\)?\="
+syntax match hierarqType "\%(^\s*mission\s\+\h\w*\s*:\s*\)\@<=\h\w*"
 syntax match hierarqNumber "\<\d\+\%(\.\d\+\)\=\%([eE][-+]\=\d\+\)\=\>"
 syntax match hierarqUnit "\%([0-9)\]/*]\s*\)\@<=\%(mrad\|turn\|rad\|deg\|kHz\|rpm\|cm\|mm\|km\|um\|ms\|us\|Hz\|kg\|kN\|mN\|Nm\|m\|s\|h\|g\|N\|J\|W\)\>"
 syntax match hierarqUnit "\%([0-9)\]/*]\s*\)\@<=min\>\%(\s\+[-0-9[(A-Za-z_]\)\@!"

@@ -37,7 +37,7 @@ pub struct Arguments {
 
 pub fn run(a: &Arguments) -> Outcome {
     let compiled = project::load(&a.spec, &a.options.settings());
-    let Some(program) = compiled.program else { return output::refuse(&compiled.report, a.json) };
+    let Some(program) = compiled.program else { return output::refuse(&compiled.report, &a.spec, a.json) };
     output::show(&compiled.report);
     let whole_run = (program.run.duration / program.robot.period).round() as u64;
     let ticks = a.ticks.unwrap_or(whole_run.clamp(1, MAX_TICKS));

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use hierarq::project;
+use runtime::program::CompiledFile;
 
 use super::{Outcome, SpecOptions, output};
 
@@ -29,16 +30,26 @@ enum Format {
 
 pub fn run(a: &Arguments) -> Outcome {
     let compiled = project::load(&a.spec, &a.options.settings());
-    let Some(program) = compiled.program else { return output::refuse(&compiled.report, a.json) };
+    if !compiled.is_good() {
+        return output::refuse(&compiled.report, &a.spec, a.json);
+    }
     if !a.json {
         output::show(&compiled.report);
     }
+    let (program, missions) = (compiled.program.as_ref(), compiled.missions.as_slice());
     let text = match a.format {
-        Format::Text => runtime::text::text(&program).unwrap_or_default(),
-        Format::Json => match serde_json::to_string_pretty(&program) {
-            Ok(text) => text + "\n",
-            Err(e) => return Outcome::Trouble(format!("the program cannot be written as JSON: {e}")),
-        },
+        Format::Text => {
+            let program = program.and_then(runtime::text::text);
+            let all: Vec<String> = program.into_iter().chain(missions.iter().map(runtime::text::mission)).collect();
+            all.join("\n")
+        }
+        Format::Json => {
+            let name = a.spec.file_stem().map_or_else(|| "spec".into(), |s| s.to_string_lossy());
+            match CompiledFile::to_json(&name, program, missions) {
+                Ok(text) => text,
+                Err(e) => return Outcome::Trouble(format!("the program cannot be written as JSON: {e}")),
+            }
+        }
     };
     output::print(&text);
     Outcome::Good

@@ -33,7 +33,7 @@ enum Format {
 
 pub fn run(a: &Arguments) -> Outcome {
     let compiled = project::load(&a.spec, &a.options.settings());
-    let Some(program) = compiled.program else { return output::refuse(&compiled.report, false) };
+    let Some(program) = compiled.program else { return output::refuse(&compiled.report, &a.spec, false) };
     output::show(&compiled.report);
     let format = match a.format {
         Format::Mermaid => graph::Format::Mermaid,

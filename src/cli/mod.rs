@@ -7,6 +7,7 @@ mod bench;
 mod check;
 mod compile;
 mod completions;
+mod context;
 mod explain;
 mod fmt;
 mod graph;
@@ -14,8 +15,12 @@ mod init;
 mod lsp;
 mod man;
 mod output;
+mod plan;
 mod run;
+mod run_mission;
 mod schema;
+#[cfg(feature = "serve")]
+mod serve;
 mod solve;
 mod sweep;
 mod table;
@@ -51,6 +56,10 @@ enum Command {
     Run(run::Arguments),
     /// Run the scenarios of specs, and judge what is expected of them.
     Test(test::Arguments),
+    /// Ask a language model for the layers of a mission, until they pass all checks.
+    Context(context::Arguments),
+    /// Plan a mission: who does what, when and how fast.
+    Plan(plan::Arguments),
     /// Run a scenario over ranges of params and over seeds, and write a row for each run.
     Sweep(sweep::Arguments),
     /// List the task types, or describe one in full.
@@ -59,6 +68,9 @@ enum Command {
     Explain(explain::Arguments),
     /// Format specs, or convert them to the other spelling.
     Fmt(fmt::Arguments),
+    /// Serve the people of a mission: a web page for each of them, and one for whoever supervises.
+    #[cfg(feature = "serve")]
+    Serve(serve::Arguments),
     /// Solve a file of hierarchical problems, and check and time the answers.
     Solve(solve::Arguments),
     /// Time the closed loop of a spec, and the solvers on its problems.
@@ -137,10 +149,14 @@ pub fn main() -> ExitCode {
         Command::Graph(a) => graph::run(&a),
         Command::Run(a) => run::run(&a),
         Command::Test(a) => test::run(&a),
+        Command::Context(a) => context::run(&a),
+        Command::Plan(a) => plan::run(&a),
         Command::Sweep(a) => sweep::run(&a),
         Command::Tasks(a) => tasks::run(&a),
         Command::Explain(a) => explain::run(&a),
         Command::Fmt(a) => fmt::run(&a),
+        #[cfg(feature = "serve")]
+        Command::Serve(a) => serve::run(&a),
         Command::Solve(a) => solve::run(&a),
         Command::Bench(a) => bench::run(&a),
         Command::Lsp(a) => lsp::run(&a),

@@ -1,6 +1,7 @@
 //! Writing to the terminal: a closed pipe is no error, colours only where somebody sees them.
 
 use std::io::{IsTerminal, Write};
+use std::path::Path;
 
 use compiler::{Report, Style};
 
@@ -47,8 +48,12 @@ pub fn count(report: &Report) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join(", "))
 }
 
-/// A spec that gave no program: its report, as text on standard error or as JSON on standard output.
-pub fn refuse(report: &compiler::Report, json: bool) -> super::Outcome {
+/// A file that gave no program: its report, as text on standard error or as JSON on standard output; of missions alone,
+/// what can be done with them.
+pub fn refuse(report: &compiler::Report, spec: &Path, json: bool) -> super::Outcome {
+    if report.errors() == 0 {
+        return super::Outcome::Trouble(hierarq::project::missions_alone(spec));
+    }
     if json {
         print(&format!("{:#}\n", report.to_json()));
     } else {

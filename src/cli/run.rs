@@ -22,35 +22,35 @@ use runtime::record::verify::{UNPROVEN, Verifier};
 use runtime::{Judge, Program, Simulation};
 use solver::Backend;
 
-use super::{Outcome, SpecOptions, output, table};
+use super::{Outcome, SpecOptions, output, run_mission, table};
 
 #[derive(Args)]
 pub struct Arguments {
     /// A spec (`*.hq`, `*.yaml`), or a compiled program (`*.json`).
-    spec: PathBuf,
+    pub(super) spec: PathBuf,
     #[command(flatten)]
     options: SpecOptions,
     /// Folder for report.html, log.csv and summary.json [default: out/NAME].
     #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    pub(super) out: Option<PathBuf>,
     /// Print the summary as JSON.
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
     /// Solve with this backend instead of what the spec says: `active_set` or `clarabel`.
     #[arg(long, visible_alias = "backend", value_name = "BACKEND", value_parser = backend)]
-    solver: Option<Backend>,
+    pub(super) solver: Option<Backend>,
     /// Solve every tick with the other backend too, and report the largest difference.
     #[arg(long)]
-    verify: bool,
+    pub(super) verify: bool,
     /// Run this scenario of the spec, and judge its expectations.
     #[arg(long, value_name = "NAME")]
     scenario: Option<String>,
     /// Run for this long instead of what the spec says: `2s`, `500ms`; a bare number counts seconds.
     #[arg(long, value_name = "TIME", value_parser = super::duration, allow_hyphen_values = true)]
-    duration: Option<f64>,
+    pub(super) duration: Option<f64>,
     /// The seed of everything random, instead of what the spec says.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(0..=MAX_SEED))]
-    seed: Option<u64>,
+    pub(super) seed: Option<u64>,
 }
 
 fn backend(text: &str) -> Result<Backend, String> {
@@ -62,15 +62,19 @@ fn backend(text: &str) -> Result<Backend, String> {
 
 pub fn run(a: &Arguments) -> Outcome {
     let compiled = project::load(&a.spec, &a.options.settings());
-    let Some(mut program) = compiled.program else { return output::refuse(&compiled.report, a.json) };
+    if !compiled.is_good() || (compiled.program.is_none() && a.scenario.is_none()) {
+        return output::refuse(&compiled.report, &a.spec, a.json);
+    }
     output::show(&compiled.report);
     let mut scenario = match &a.scenario {
-        Some(name) => match trial::find(&program, name) {
-            Ok(scenario) => Some(scenario.clone()),
+        Some(name) => match trial::find(compiled.program.as_ref(), &compiled.missions, name) {
+            Ok(trial::Found::Controller(_, scenario)) => Some(scenario.clone()),
+            Ok(trial::Found::Mission(mission, scenario)) => return run_mission::run(a, mission, scenario),
             Err(message) => return Outcome::Trouble(message),
         },
         None => None,
     };
+    let Some(mut program) = compiled.program else { return output::refuse(&compiled.report, &a.spec, a.json) };
     let run = scenario.as_mut().map_or(&mut program.run, |s| &mut s.run);
     run.duration = a.duration.unwrap_or(run.duration);
     run.solver = a.solver.unwrap_or(run.solver);
@@ -202,7 +206,7 @@ fn large_log(ticks: usize, columns: usize) -> Option<String> {
     })
 }
 
-fn write(path: &Path, text: &str) -> Result<(), String> {
+pub(super) fn write(path: &Path, text: &str) -> Result<(), String> {
     std::fs::write(path, text).map_err(|e| format!("cannot write {}: {e}", path.display()))
 }
 

@@ -94,7 +94,9 @@ fn sweep(a: &Arguments, spec: &Path) -> Result<Outcome, String> {
     };
     let plan = match Plan::new(&request) {
         Ok(plan) => plan,
-        Err(Refusal::Spec(report)) => return Ok(output::refuse(&report, a.json)),
+        Err(Refusal::Spec(report)) => {
+            return Ok(output::refuse(&report, a.spec.as_deref().unwrap_or(Path::new("")), a.json));
+        }
         Err(Refusal::Usage(message)) => return Err(message),
     };
     output::show(&plan.report);

@@ -41,7 +41,7 @@ pub fn run(a: &Arguments) -> Outcome {
     for t in &tested {
         output::show(&t.report);
     }
-    let broken: Vec<&str> = tested.iter().filter(|t| t.program.is_none()).map(|t| t.spec.as_str()).collect();
+    let broken: Vec<&str> = tested.iter().filter(|t| t.report.errors() > 0).map(|t| t.spec.as_str()).collect();
     let trials = match trial::all(&tested, a.scenario.as_deref(), a.seed) {
         Ok(trials) => trials,
         Err(message) => return Outcome::Trouble(message),
@@ -69,7 +69,11 @@ fn nothing(a: &Arguments, tested: &[trial::Tested]) -> String {
     let Some(name) = &a.scenario else {
         return "there is no scenario in what was named: declare one, `scenario NAME { expect .. }`".to_string();
     };
-    let names = || tested.iter().flat_map(|t| &t.program).flat_map(|p| &p.scenarios).map(|s| s.name.as_str());
+    let all = |t: &'_ trial::Tested| -> Vec<String> {
+        trial::scenarios(t.program.as_ref(), &t.missions).map(|s| s.name().to_string()).collect()
+    };
+    let names: Vec<String> = tested.iter().flat_map(all).collect();
+    let names = || names.iter().map(String::as_str);
     match hierarq::compiler::names::suggest(name, names()) {
         Some(near) => format!("no scenario is called `{name}`: did you mean `{near}`?"),
         None => format!("no scenario is called `{name}`"),
@@ -78,6 +82,10 @@ fn nothing(a: &Arguments, tested: &[trial::Tested]) -> String {
 
 /// What went wrong with a run beside its expectations; empty where nothing did.
 fn trouble(t: &Trial) -> String {
+    if let Some(mission) = &t.mission {
+        let all: Vec<&str> = mission.trouble.iter().map(|(_, text)| text.as_str()).collect();
+        return all.join("; ");
+    }
     match t.faults.last().filter(|_| t.halted) {
         Some(fault) => format!("stands still since {:.2} s: {}", fault.time, fault.text),
         None if !t.passed.is_empty() => format!("passed limits: {}", t.passed.join(", ")),
@@ -104,11 +112,16 @@ fn text(trials: &[Trial], broken: &[&str]) -> String {
         let trouble = trouble(t);
         let verdict = if t.ok { "holds" } else { "FAILS" };
         if t.expectations.is_empty() {
-            let what = "nothing is expected: faults and margins";
+            let what = match &t.mission {
+                Some(_) => "nothing is expected: that it is done",
+                None => "nothing is expected: faults and margins",
+            };
             let what = if trouble.is_empty() { what.to_string() } else { format!("{what}: {trouble}") };
             add([what, verdict.to_string(), String::new(), String::new()]);
         } else if !trouble.is_empty() {
-            let at = t.faults.last().map_or_else(String::new, |f| format!("{:.2} s", f.time));
+            let time = t.mission.as_ref().and_then(|m| m.trouble.iter().find_map(|(at, _)| *at));
+            let time = t.faults.last().map(|f| f.time).or(time);
+            let at = time.map_or_else(String::new, |t| format!("{t:.2} s"));
             let bad = !t.ok && t.expectations.iter().all(|e| e.verdict == Verdict::Holds);
             add([trouble, if bad { "FAILS" } else { "" }.to_string(), String::new(), at]);
         }
@@ -156,7 +169,8 @@ fn junit(trials: &[Trial], broken: &[&str]) -> String {
         }
         let trouble = trouble(t);
         let bad = !t.ok && t.expectations.iter().all(|e| e.verdict == Verdict::Holds);
-        cases.push(("faults are answered".to_string(), bad.then_some(trouble)));
+        let whole = if t.mission.is_some() { "the mission goes on" } else { "faults are answered" };
+        cases.push((whole.to_string(), bad.then_some(trouble)));
         let failures = cases.iter().filter(|c| c.1.is_some()).count();
         let name = escaped(&format!("{}: {}", t.spec, t.scenario));
         let _ = writeln!(out, "  <testsuite name=\"{name}\" tests=\"{}\" failures=\"{failures}\">", cases.len());

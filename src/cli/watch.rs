@@ -115,14 +115,17 @@ fn contents(files: &[PathBuf]) -> Vec<Option<Vec<u8>>> {
 /// Checks the spec, says how it is, and starts a run where one is wanted.
 fn report(a: &Arguments) -> Result<Option<Child>, String> {
     let compiled = project::compile(&a.spec, &a.options.settings());
-    let good = compiled.program.is_some();
+    let runs = compiled.program.is_some();
     // A run reports what it compiles itself.
-    if !(a.run && good) {
+    if !(a.run && runs) {
         output::show(&compiled.report);
     }
-    let state = output::count(&compiled.report).unwrap_or_else(|| "good".to_string());
+    let mut state = output::count(&compiled.report).unwrap_or_else(|| "good".to_string());
+    if a.run && !runs && compiled.is_good() {
+        state += ", missions alone: nothing to run";
+    }
     output::print(&format!("{}: {state}; waiting for changes, Ctrl-C ends\n", a.spec.display()));
-    if !(a.run && good) {
+    if !(a.run && runs) {
         return Ok(None);
     }
     let program = std::env::current_exe().map_err(|e| format!("cannot find this program: {e}"))?;

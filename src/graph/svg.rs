@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use crate::xml::escaped;
+
 use super::Chart;
 use super::layout::{self, Lane, Layout, PAD, Place, TITLE, leads_to};
 
@@ -135,20 +137,4 @@ fn begin(p: &Place, out: &mut String) -> std::fmt::Result {
     writeln!(out, "<circle class=\"initial\" cx=\"{:.1}\" cy=\"{y:.1}\" r=\"5\" fill=\"#333333\"/>", x - 24.0)?;
     writeln!(out, "<path d=\"M{:.1} {y:.1} H{:.1}\" stroke=\"#333333\"/>", x - 19.0, x - 7.0)?;
     writeln!(out, "<path d=\"M{x:.1} {y:.1} l-8 -4 v8 z\" fill=\"#333333\"/>")
-}
-
-/// A text of XML.
-fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => out.push(' '),
-            c => out.push(c),
-        }
-    }
-    out
 }

@@ -80,7 +80,7 @@ pub fn propose(request: &Request) -> Result<Project, Refusal> {
         let Some(plan) = Plan::new(&text, &variant) else { continue };
         let compiled = place.source.as_ref().map(|source| compile(&plan.text(source, None), &place, request));
         let report = match compiled {
-            Some(Compiled { program: None, report }) => {
+            Some(Compiled { program: None, report, .. }) => {
                 first.get_or_insert(report);
                 continue;
             }

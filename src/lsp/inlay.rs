@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use compiler::units;
 use dsl::tree::{
-    Block, Change, Formula, FormulaKind, Item, ItemKind, Level, Member, MemberTask, Parameter, Spec, StateBody,
-    TaskDefinition, Trigger, Unit, Value, ValueKind,
+    Block, Change, Formula, FormulaKind, Item, ItemKind, Level, Member, MemberTask, MissionMember, MissionRepeat,
+    Parameter, Spec, StateBody, TaskDefinition, Trigger, Unit, Value, ValueKind,
 };
 use lsp_types::{InlayHint, InlayHintLabel};
 
@@ -49,6 +49,10 @@ fn item(item: &Item, out: &mut Vec<(usize, String)>) {
         ItemKind::SafetyField(f) => block(&f.body, out),
         ItemKind::Variable(v) => v.value.iter().for_each(|held| value(held, out)),
         ItemKind::Machine(m) => states(&m.body, out),
+        ItemKind::Mission(m) => {
+            block(&m.settings, out);
+            members(&m.members, &m.repeats, out);
+        }
         ItemKind::Scenario(s) => {
             block(&s.body, out);
             s.expects.iter().for_each(|e| formula(&e.formula, out));
@@ -122,6 +126,14 @@ fn states(body: &StateBody, out: &mut Vec<(usize, String)>) {
         block(&t.settings, out);
     }
     body.states.iter().for_each(|s| states(&s.body, out));
+}
+
+fn members(members: &[MissionMember], repeats: &[MissionRepeat], out: &mut Vec<(usize, String)>) {
+    for m in members {
+        block(&m.settings, out);
+        self::members(&m.members, &m.repeats, out);
+    }
+    repeats.iter().for_each(|r| self::members(&r.members, &r.repeats, out));
 }
 
 fn level(level: &Level, out: &mut Vec<(usize, String)>) {

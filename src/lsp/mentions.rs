@@ -49,6 +49,9 @@ pub(super) enum Class {
     /// An event that no signal declares: a state raises it, or it is how an action came out.
     Raised,
     Machine,
+    Mission,
+    /// A member of a mission; its name is looked up together with the mission, its role, and those of what it stands in.
+    Member,
     /// A state; its name is looked up together with those of the machine and the states that it stands in.
     State,
 }
@@ -75,6 +78,8 @@ impl Class {
             Class::Field => "safety field",
             Class::Event | Class::Raised => "event",
             Class::Machine => "machine",
+            Class::Mission => "mission",
+            Class::Member => "member of a mission",
             Class::State => "state",
         }
     }
@@ -273,7 +278,8 @@ impl Mentions {
 /// Reads a tree.
 pub(super) fn of(spec: &Spec, text: &str, spelling: Spelling, urdf: Option<&Urdf>, imports: &[Imported]) -> Mentions {
     let found = Mentions::default();
-    let mut walker = Walker { text, spelling, urdf, state: false, expected: false, imports, scope: Vec::new(), found };
+    let (mission, scope) = (None, Vec::new());
+    let mut walker = Walker { text, spelling, urdf, state: false, expected: false, mission, imports, scope, found };
     walker.spec(spec);
     let mut found = walker.found;
     found.all.sort_by_key(|m| (m.place.start, m.place.end));
@@ -289,6 +295,8 @@ pub(super) struct Walker<'t> {
     pub state: bool,
     /// True inside an expectation.
     pub expected: bool,
+    /// The mission that the scenario around executes.
+    pub mission: Option<String>,
     /// The files that it imports.
     pub imports: &'t [Imported],
     /// Parameters and what repetitions run over, each with what it is looked up by; the innermost last.

@@ -27,6 +27,8 @@ mod walk;
 mod walk_expressions;
 mod walk_humans;
 mod walk_machines;
+mod walk_missions;
+mod walk_played;
 mod walk_reuse;
 mod walk_scenarios;
 mod workspace;

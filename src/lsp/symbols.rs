@@ -1,6 +1,6 @@
 //! The outline of a spec.
 
-use dsl::tree::{Entry, ItemKind, Robot, Stack, State, StateBody, ValueKind};
+use dsl::tree::{Entry, ItemKind, MissionMember, MissionRepeat, Robot, Stack, State, StateBody, ValueKind};
 use dsl::{Span, Spanned};
 use lsp_types::{DocumentSymbol, SymbolKind};
 
@@ -54,6 +54,10 @@ impl Outline<'_> {
                 o.symbol(&v.name, item.span, SymbolKind::VARIABLE, &detail, Vec::new())
             }
             ItemKind::Machine(m) => o.symbol(&m.name, item.span, SymbolKind::CLASS, "machine", o.states(&m.body)),
+            ItemKind::Mission(m) => {
+                let detail = format!("mission, {}", m.kind.value);
+                o.symbol(&m.name, item.span, SymbolKind::MODULE, &detail, o.members(&m.members, &m.repeats))
+            }
             ItemKind::Scenario(s) => o.symbol(&s.name, item.span, SymbolKind::EVENT, "scenario", Vec::new()),
             ItemKind::Run(_) => {
                 let start = item.span.range().start;
@@ -115,6 +119,27 @@ impl Outline<'_> {
             self.symbol(&s.name, s.span, SymbolKind::ENUM_MEMBER, detail, self.states(&s.body))
         };
         body.states.iter().map(state).collect()
+    }
+
+    /// Who and what takes part in a mission, repetitions with what they repeat.
+    fn members(&self, members: &[MissionMember], repeats: &[MissionRepeat]) -> Vec<DocumentSymbol> {
+        let member = |m: &MissionMember| {
+            let kind = match m.role.value.as_str() {
+                "task" => SymbolKind::FUNCTION,
+                "layer" => SymbolKind::NAMESPACE,
+                "object" | "place" => SymbolKind::OBJECT,
+                _ => SymbolKind::CLASS,
+            };
+            let detail = m.action.as_ref().map_or(&m.role.value, |action| &action.value);
+            self.symbol(&m.name, m.span, kind, detail, self.members(&m.members, &m.repeats))
+        };
+        let repeat = |r: &MissionRepeat| {
+            let body = self.members(&r.members, &r.repeats);
+            self.symbol(&r.variable, r.span, SymbolKind::NAMESPACE, "for", body)
+        };
+        let mut out: Vec<_> = members.iter().map(member).chain(repeats.iter().map(repeat)).collect();
+        out.sort_by_key(|s| (s.range.start.line, s.range.start.character));
+        out
     }
 
     fn stack(&self, stack: &Stack) -> Vec<DocumentSymbol> {

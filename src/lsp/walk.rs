@@ -8,6 +8,7 @@ use dsl::Span;
 use dsl::tree::{Block, Entry, Item, ItemKind, Level, Member, MemberTask, Spec, Stack, Value, ValueKind};
 
 use super::mentions::{Class, Slot, Walker, What};
+use super::walk_played::without;
 use super::walk_reuse::{added, replaced, taken};
 
 /// The keys of a block.
@@ -32,7 +33,7 @@ pub(super) fn word(value: &Value) -> Option<&str> {
 }
 
 /// The entries of a block.
-fn entries(value: &Value) -> &[Entry] {
+pub(super) fn entries(value: &Value) -> &[Entry] {
     match &value.kind {
         ValueKind::Block(b) => &b.entries,
         _ => &[],
@@ -100,6 +101,7 @@ impl Walker<'_> {
             }
             ItemKind::Variable(v) => self.declared_variable(v, item),
             ItemKind::Machine(m) => self.declared_machine(m, item),
+            ItemKind::Mission(m) => self.declared_mission(m, item),
             ItemKind::Run(_) | ItemKind::Scenario(_) => {}
         }
     }
@@ -172,10 +174,16 @@ impl Walker<'_> {
                 self.keyword("machine", start, item.span);
                 self.machine(m);
             }
+            ItemKind::Mission(m) => {
+                self.keyword("mission", start, item.span);
+                self.mission(m);
+            }
             ItemKind::Scenario(s) => {
                 self.keyword("scenario", start, item.span);
+                self.mission = s.body.get("mission").and_then(|e| word(&e.value)).map(str::to_string);
                 self.section(&s.body, &SCENARIO);
                 s.expects.iter().for_each(|e| self.formula(&e.formula));
+                self.mission = None;
             }
             ItemKind::Run(r) => {
                 self.keyword("run", start, item.span);
@@ -187,13 +195,14 @@ impl Walker<'_> {
     /// A block whose keys are known.
     pub(super) fn section(&mut self, block: &Block, section: &'static Section) {
         for e in &block.entries {
-            if self.marked(&e.key.value, || Slot::Keys(section, used(block))) {
+            if self.marked(&e.key.value, || Slot::Keys(section, without(block, section))) {
                 continue;
             }
             if let Some(key) = section.key(&e.key.value, self.spelling) {
                 self.note(&e.key.value, e.key.span, What::Key(key));
                 match key.name {
                     "humans" => self.human_scripts(&e.value),
+                    "feedback" if std::ptr::eq(section, &SCENARIO) => self.replies(&e.value),
                     _ => {
                         self.told(section, key, &e.value);
                         self.held(&key.holds, &e.value);
@@ -228,6 +237,8 @@ impl Walker<'_> {
         match holds {
             Holds::Number(_)
             | Holds::Vector(_)
+            | Holds::Pair(_)
+            | Holds::Spread(_)
             | Holds::OfJoint { .. }
             | Holds::Bound
             | Holds::Value
@@ -235,7 +246,7 @@ impl Walker<'_> {
                 self.expression(value);
             }
             Holds::Sent => self.anything(value),
-            Holds::Numbers(_) => items(value).iter().for_each(|v| self.expression(v)),
+            Holds::Numbers(_) | Holds::Range(_) => items(value).iter().for_each(|v| self.expression(v)),
             Holds::Text | Holds::NewName => {
                 self.marked(word(value).unwrap_or(""), || Slot::Nothing);
             }
@@ -260,6 +271,11 @@ impl Walker<'_> {
                 }
             }
             Holds::Name(Named::Machine) => self.machine_name(value),
+            Holds::Name(Named::Mission) => self.mission_name(value),
+            Holds::Name(Named::Member) if self.mission.is_some() => {
+                self.member_name(value, &["robot", "human", "worker"])
+            }
+            Holds::Name(Named::Person) => self.member_name(value, &["human"]),
             Holds::Link => self.link(value),
             Holds::Geometries => self.geometries(value),
             Holds::Links => self.links(value),
@@ -298,7 +314,7 @@ impl Walker<'_> {
             Holds::Each(inner) => entries(value).iter().for_each(|e| self.held(inner, &e.value)),
             Holds::PerJoint(inner) => self.joint_block(value, |w, v| w.held(inner, v)),
             // The readers take these; the tree has them in other places.
-            Holds::Name(Named::Robot | Named::Level | Named::State)
+            Holds::Name(Named::Robot | Named::Level | Named::State | Named::Member)
             | Holds::Values
             | Holds::List(_)
             | Holds::Tasks

@@ -28,6 +28,8 @@ impl Walker<'_> {
                     self.note(name, value.span, What::Declared(Class::Human, name.clone()));
                 } else if self.has(Class::Field, name) {
                     self.note(name, value.span, What::Declared(Class::Field, name.clone()));
+                } else if self.expected && self.has(Class::Mission, name) {
+                    self.note(name, value.span, What::Declared(Class::Mission, name.clone()));
                 } else if find(name).is_some() && !CALLED.contains(&name.as_str()) {
                     self.note(name, value.span, What::BuiltIn(name.clone()));
                 } else {
@@ -82,7 +84,7 @@ impl Walker<'_> {
                 }
             }
             ValueKind::Field(inner, field) => {
-                if self.human_field(inner, field) {
+                if self.member_field(inner, field) || self.human_field(inner, field) {
                     return;
                 }
                 if let Some(name) = word(inner)
@@ -127,6 +129,9 @@ impl Walker<'_> {
 
     /// A part of the robot, a person or a point of one.
     fn part_or_person(&mut self, value: &Value) {
+        if self.mission.is_some() {
+            return self.member_name(value, &["robot", "human", "worker"]);
+        }
         if word(value).is_some_and(|name| self.marked(name, || Slot::PartOrPerson)) || self.human_name(value) {
             return;
         }
@@ -159,7 +164,11 @@ impl Walker<'_> {
 
     /// What could stand where an expression does.
     fn expression_slot(&self) -> Slot {
-        if self.expected { Slot::Expected } else { Slot::Expression { auto: false, state: self.state } }
+        match &self.mission {
+            Some(mission) if self.expected => self.of_mission(mission),
+            _ if self.expected => Slot::Expected,
+            _ => Slot::Expression { auto: false, state: self.state },
+        }
     }
 
     /// What stands in `initial(..)`: a value of the task itself, or an expression of what the robot does.

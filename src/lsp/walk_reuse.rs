@@ -9,7 +9,7 @@ use super::origin::Elsewhere;
 use super::walk::word;
 
 /// What a spec can see of a file, class by class.
-pub(super) const VISIBLE: [Class; 10] = [
+pub(super) const VISIBLE: [Class; 11] = [
     Class::Param,
     Class::Let,
     Class::Robot,
@@ -20,6 +20,7 @@ pub(super) const VISIBLE: [Class; 10] = [
     Class::Field,
     Class::Event,
     Class::Machine,
+    Class::Mission,
 ];
 
 /// What comes with a robot.
@@ -122,9 +123,10 @@ impl Walker<'_> {
             let own = |before: &str| Some(key.1.strip_prefix(before)?.strip_prefix('.')?.to_string());
             let name = match (class, key.0) {
                 (Class::Robot, part) if PARTS.contains(&part) => Some(key.1.clone()),
-                (Class::Stack, Class::Level) | (Class::Machine, Class::State) | (Class::Human, Class::Tracked) => {
-                    own(there).map(|level| format!("{here}.{level}"))
-                }
+                (Class::Stack, Class::Level)
+                | (Class::Machine, Class::State)
+                | (Class::Human, Class::Tracked)
+                | (Class::Mission, Class::Member) => own(there).map(|level| format!("{here}.{level}")),
                 (Class::Task | Class::Stack, Class::Argument) => own(&owner).map(|p| format!("{word} {here}.{p}")),
                 _ => None,
             };
@@ -209,19 +211,24 @@ impl Walker<'_> {
     /// A repetition; `f` looks at each part of it.
     pub(super) fn repeat<T>(&mut self, repeat: &Repeat<T>, mut f: impl FnMut(&mut Self, &T)) {
         let outer = self.scope.len();
-        match &repeat.values {
+        self.repeated_over(&repeat.variable, &repeat.values);
+        for part in &repeat.body {
+            f(self, part);
+        }
+        self.scope.truncate(outer);
+    }
+
+    /// What a repetition runs over; its name is known until the scope is cut back.
+    pub(super) fn repeated_over(&mut self, variable: &Spanned<String>, values: &Values) {
+        match values {
             Values::List(list) => self.anything(list),
             Values::Range(first, last) => {
                 self.anything(first);
                 self.anything(last);
             }
         }
-        let at = repeat.variable.span;
-        self.argument(&format!("for {}", at.start), &repeat.variable, at);
-        for part in &repeat.body {
-            f(self, part);
-        }
-        self.scope.truncate(outer);
+        let at = variable.span;
+        self.argument(&format!("for {}", at.start), variable, at);
     }
 
     /// The levels that changes name: they are those of the base.

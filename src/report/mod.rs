@@ -2,6 +2,7 @@
 //!
 //! The page itself is built from `assets/` (see its README); here its data is put together from what was recorded.
 
+mod mission;
 mod plots;
 mod scene;
 
@@ -16,6 +17,7 @@ use serde_json::{Value as Json, json};
 static TEMPLATE: &str = include_str!("assets/report.html");
 static PLACEHOLDER: &str = "@@HIERARQ_DATA@@";
 
+pub use mission::mission;
 pub use scene::drawn_links;
 
 /// The report as HTML; `good` says whether all is as expected.

@@ -4,6 +4,7 @@
 //! of an expression only whether a plain number has a unit that fits. `hierarq check` knows the rest.
 
 mod machines;
+mod missions;
 mod reuse;
 mod sections;
 mod tasks;
@@ -28,6 +29,7 @@ pub fn schema() -> Value {
 fn definitions() -> Value {
     let mut all = tasks::definitions();
     all.extend(machines::definitions());
+    all.extend(missions::definitions());
     all.insert("repeats".to_string(), reuse::repeats_of_sections());
     all.into()
 }

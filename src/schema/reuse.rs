@@ -31,15 +31,26 @@ pub(super) fn repeats() -> Value {
     json!({ "$ref": "#/$defs/repeats", "description": "Declarations that are repeated." })
 }
 
+/// The sections that a repetition may hold.
+const REPEATED: &[&str] = &[
+    "params",
+    "lets",
+    "tasks",
+    "stacks",
+    "signals",
+    "humans",
+    "safety_fields",
+    "variables",
+    "machines",
+    "missions",
+    "scenarios",
+    "for",
+];
+
 /// A sequence of repetitions of declarations.
 pub(super) fn repeats_of_sections() -> Value {
     let mut parts = sections::keys(&REPEAT);
-    parts.insert("params".to_string(), sections::params());
-    parts.insert("lets".to_string(), lets());
-    parts.insert("tasks".to_string(), tasks());
-    parts.insert("stacks".to_string(), sections::stacks());
-    parts.insert("scenarios".to_string(), sections::scenarios());
-    parts.insert("for".to_string(), repeats());
+    parts.extend(sections::all().into_iter().filter(|(key, _)| REPEATED.contains(&key.as_str())));
     json!({ "type": ["array", "null"], "items": object(parts, &["name", "in"], "A repetition.") })
 }
 

@@ -5,7 +5,7 @@ use dsl::Spelling;
 use serde_json::{Map, Value, json};
 use stdlib_tasks::params::Presence;
 
-use super::{described, machines, object, reuse, section, values};
+use super::{described, machines, missions, object, reuse, section, values};
 
 /// What the keys of a spec hold, by key.
 pub(super) fn all() -> Map<String, Value> {
@@ -13,12 +13,14 @@ pub(super) fn all() -> Map<String, Value> {
         "hierarq" => json!({ "enum": [1, "1"] }),
         "import" => reuse::imports(),
         "params" => params(),
+        "lets" => reuse::lets(),
         "tasks" => reuse::tasks(),
         "stacks" => stacks(),
         "robots" => robots(),
         "signals" => machines::signals(),
         "variables" => machines::variables(),
         "machines" => machines::machines(),
+        "missions" => missions::missions(),
         "for" => reuse::repeats(),
         "scenarios" => scenarios(),
         _ => held(&key.holds),
@@ -48,8 +50,10 @@ fn block(section: &Section) -> Value {
 /// What may stand behind a key.
 fn held(holds: &Holds) -> Value {
     match holds {
-        Holds::Number(q) => values::scalar(q),
+        Holds::Number(q) | Holds::Spread(q) => values::scalar(q),
         Holds::Vector(d) => values::vector(*d),
+        Holds::Pair(d) => values::pair(*d),
+        Holds::Range(q) => values::range(q),
         Holds::OfJoint { .. } | Holds::Bound => json!({ "type": ["number", "string"] }),
         Holds::WordOr(_) => values::name(),
         Holds::Value => json!({ "type": ["number", "string", "array"] }),
@@ -96,6 +100,8 @@ fn held(holds: &Holds) -> Value {
         Holds::List(Holds::Block(section)) if std::ptr::eq(*section, &sections::CHANGE) => {
             json!({ "type": "array", "items": change() })
         }
+        // Also a list with a unit behind it.
+        Holds::List(Holds::Vector(d)) => json!({ "type": ["string", "array"], "items": values::vector(*d) }),
         Holds::List(inner) => json!({ "type": "array", "minItems": 1, "items": held(inner) }),
         Holds::Tasks | Holds::Declarations => json!({}),
     }

@@ -109,6 +109,23 @@ pub(super) fn vector(d: Dimension) -> Value {
     })
 }
 
+/// Two numbers: a list with or without a unit behind it, or a sequence.
+pub(super) fn pair(d: Dimension) -> Value {
+    let mut schema = vector(d);
+    schema["patternErrorMessage"] = json!(format!("the unit does not fit: each of the two is {}", units_of(d)));
+    schema["minItems"] = json!(2);
+    schema["maxItems"] = json!(2);
+    schema
+}
+
+/// One number, or the least and the greatest of a range.
+pub(super) fn range(q: &Quantity) -> Value {
+    let mut schema = per_axis(q);
+    schema["minItems"] = json!(2);
+    schema["maxItems"] = json!(2);
+    schema
+}
+
 /// One number for three axes, or three numbers.
 pub(super) fn per_axis(q: &Quantity) -> Value {
     let mut schema = scalar(q);

@@ -80,7 +80,7 @@ impl Worker<'_> {
             }
             None => return Ok(None),
         };
-        let scenario = trial::seeded(trial::find(program, &plan.head.scenario)?, point.seed);
+        let scenario = trial::seeded(trial::of_controller(program, &plan.head.scenario)?, point.seed);
         let mut cut = false;
         let judged = trial::judged(program, &scenario, &mut |tick| {
             cut |= tick.is_multiple_of(16) && !go_on();

@@ -98,6 +98,18 @@ impl Plan {
             }
         }
         let compiled = project::load(&request.spec, &with(request, None));
+        if let Some(name) = &request.scenario
+            && let Ok(trial::Found::Mission(..)) = trial::find(compiled.program.as_ref(), &compiled.missions, name)
+        {
+            return Err(usage(of_mission(&request.spec, name)));
+        }
+        if compiled.is_good() && compiled.program.is_none() {
+            let first = trial::scenarios(None, &compiled.missions).next();
+            return Err(usage(match first {
+                Some(scenario) => of_mission(&request.spec, scenario.name()),
+                None => project::missions_alone(&request.spec),
+            }));
+        }
         let Some(program) = compiled.program else { return Err(Refusal::Spec(Box::new(compiled.report))) };
         try_all(request)?;
         let axes = vary
@@ -251,10 +263,19 @@ fn points(request: &Request, index: usize, axis: &Axis) -> Result<(Points, Optio
     Ok((points, Some(unit.to_string())))
 }
 
+/// What to say of a scenario that executes a mission.
+fn of_mission(spec: &Path, name: &str) -> String {
+    let spec = spec.display();
+    format!(
+        "`{name}` executes a mission, and sweeps are of a robot's controller; run it with several seeds and params: \
+         `hierarq test {spec} --scenario {name:?} --seed N --set NAME=VALUE`"
+    )
+}
+
 /// The scenario of this name, or the only one.
 fn scenario<'p>(program: &'p Program, name: Option<&str>) -> Result<&'p ScenarioProgram, String> {
     match (name, &program.scenarios[..]) {
-        (Some(name), _) => trial::find(program, name),
+        (Some(name), _) => trial::of_controller(program, name),
         (None, [only]) => Ok(only),
         (None, []) => Err("the spec has no scenario: declare one, `scenario NAME { expect .. }`".to_string()),
         (None, several) => {

@@ -31,6 +31,9 @@ pub const EXAMPLES: &[&str] = &[
     "beside_harvest",
 ];
 
+/// Stems of the examples that declare missions and no robot; each exists in both spellings.
+pub const MISSIONS: &[&str] = &["vineyard", "vineyard_day", "letters"];
+
 /// A file of the `examples` folder.
 pub fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name)

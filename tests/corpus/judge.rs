@@ -48,7 +48,7 @@ pub fn diagnostics(file: &str, text: &str) -> Vec<Diagnostic> {
     let spelling = Spelling::of_path(Path::new(file)).expect("an example is a spec");
     let input = compiler::Input { name: file, text, spelling, folder: &folder, set: &[], package_paths: &[] };
     let compiled = compiler::compile(&input);
-    assert_eq!(compiled.program.is_some(), compiled.report.errors() == 0, "refused without a reason, or the reverse");
+    assert_eq!(compiled.is_good(), compiled.report.errors() == 0, "refused without a reason, or the reverse");
     compiled.report.diagnostics
 }
 

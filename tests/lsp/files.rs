@@ -19,15 +19,18 @@ fn words(text: &str) -> Vec<&str> {
 fn highlighting_knows_the_words_of_the_language() {
     let (grammar, syntax) = (file("vscode/syntaxes/hq.tmLanguage.json"), file("nvim/hierarq.vim"));
     let declarations = [
-        "hierarq", "import", "param", "let", "robot", "task", "stack", "signal", "variable", "machine", "scenario",
-        "for", "run",
+        "hierarq", "import", "param", "let", "robot", "task", "stack", "signal", "variable", "machine", "mission",
+        "scenario", "for", "run",
     ];
     let states = ["state", "final", "initial", "blend", "timeout", "enter", "do", "exit", "on", "when", "expect"];
     let formulas = ["always", "eventually", "never", "within", "to", "until", "implies"];
     let inside = ["level", "hard", "weight", "from", "replace", "add", "remove", "before", "after", "as", "in"];
+    let roles = dsl::vocabulary::ROLES.iter().copied();
     let operators = ["and", "or", "not", "pi", "t", "time"];
     let units = dsl::vocabulary::UNITS.iter().copied();
-    for word in declarations.into_iter().chain(inside).chain(states).chain(formulas).chain(operators).chain(units) {
+    for word in
+        declarations.into_iter().chain(inside).chain(states).chain(formulas).chain(operators).chain(units).chain(roles)
+    {
         assert!(words(&grammar).contains(&word), "the grammar of VS Code lacks `{word}`");
         assert!(words(&syntax).contains(&word), "the syntax of Neovim lacks `{word}`");
     }
@@ -49,7 +52,21 @@ fn the_file_of_all_words_is_a_good_spec() {
     let signals =
         ["signal", "event", "flag", "wrench", "timeout", "present", "stale", "frame", "bias", "low_pass", "variable"];
     let machines = ["machine", "initial", "blend", "state", "final", "stack", "enter", "do", "exit", "on", "when"];
-    let scenarios = ["scenario", "expect", "always", "eventually", "never", "within", "to", "until", "implies"];
+    let scenarios = [
+        "mission",
+        "robot",
+        "human",
+        "worker",
+        "scenario",
+        "expect",
+        "always",
+        "eventually",
+        "never",
+        "within",
+        "to",
+        "until",
+        "implies",
+    ];
     let triggers = ["fault", "reached", "any", "infeasible", "emit", "say", "capture", "gripper", "set", "tare"];
     for word in reuse.into_iter().chain(signals).chain(machines).chain(triggers).chain(scenarios) {
         assert!(words(&text).contains(&word), "`{word}` is not shown");

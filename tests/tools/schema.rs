@@ -9,8 +9,16 @@ use serde_json::{Value, json};
 
 use super::{hierarq, text};
 
-static EXAMPLES: &[&str] =
-    &["hello", "safety_tasks", "uncooperative_motion", "cooperative_motion", "swivel_angle", "both_arms", "tested"];
+static EXAMPLES: &[&str] = &[
+    "vineyard",
+    "hello",
+    "safety_tasks",
+    "uncooperative_motion",
+    "cooperative_motion",
+    "swivel_angle",
+    "both_arms",
+    "tested",
+];
 
 fn printed() -> Value {
     let out = hierarq(&["schema"]);
@@ -94,7 +102,7 @@ fn what_the_printer_writes_is_valid() {
             .to_string(),
     );
     // Signals, machines, scenarios: those of the docs, and the file of all words.
-    for page in ["docs/src/language/machines.md", "docs/src/language/scenarios.md"] {
+    for page in ["docs/src/language/machines.md", "docs/src/language/missions.md", "docs/src/language/scenarios.md"] {
         let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(page)).expect("readable");
         let blocks = page.split("```hq\n").skip(1).filter_map(|b| b.split("```").next());
         texts.extend(blocks.map(|b| format!("hierarq 1\n{b}")));
@@ -160,6 +168,40 @@ fn machines_that_are_not_valid() {
     for bad in [json!("pont"), json!({ "timeout": "1 s" }), json!({ "type": "point", "timeout": "1 m" }), json!(3)] {
         assert!(!validator.is_valid(&signal(bad.clone())), "{bad}");
     }
+}
+
+#[test]
+fn missions_that_are_not_valid() {
+    let validator = validator();
+    let mission = |kind: Value| json!({ "hierarq": 1, "missions": { "m": kind } });
+    let robots = json!({ "r": { "depot": "[0, 0] m", "speed": "[0.05, 0.2] m/s", "serve": "20 s" } });
+    let human = json!({ "place": "[1, 1] m", "duration": "normal(200 s, 20 s)" });
+    let repeat = json!({ "name": "i", "in": "1..2", "humans": { "h${i}": human } });
+    for good in [
+        json!({ "robots": robots, "humans": { "h": human } }),
+        json!({ "robots": robots, "for": [repeat] }),
+        json!({ "for": [{ "name": "i", "in": [1, 2], "robots": robots, "for": [repeat] }], "confidence": 0.9 }),
+    ] {
+        assert_eq!(mistakes(&validator, &mission(json!({ "schedule": good }))), Vec::<String>::new());
+    }
+    for bad in [
+        json!({ "robot": robots }),
+        json!({ "humans": { "h": human } }),
+        json!({ "robots": robots, "confidence": "0.9 m" }),
+        json!({ "robots": { "r": { "depot": "[0, 0] m", "speed": "0.2 m", "serve": "20 s" } } }),
+        json!({ "robots": { "r": { "depot": "[0, 0] m" } } }),
+        json!({ "robots": robots, "for": repeat }),
+        json!({ "robots": robots, "for": [{ "name": "i", "humans": { "h${i}": human } }] }),
+        json!({ "robots": robots, "for": [{ "name": "i", "in": "1..2", "confidence": 0.9 }] }),
+    ] {
+        assert!(!validator.is_valid(&mission(json!({ "schedule": bad.clone() }))), "{bad}");
+    }
+    for bad in [json!({}), json!({ "shedule": { "robots": robots } }), json!({ "robots": robots }), json!("schedule")] {
+        assert!(!validator.is_valid(&mission(bad.clone())), "{bad}");
+    }
+    // Every section may be repeated.
+    let repeated = json!({ "name": "i", "in": [1, 2], "signals": { "s": "point?" }, "missions": {} });
+    assert_eq!(mistakes(&validator, &json!({ "hierarq": 1, "for": [repeated] })), Vec::<String>::new());
 }
 
 /// Every key of every example is misspelt in turn. Where the compiler says that there is no such key or type, the

@@ -1,0 +1,96 @@
+//! Planning layers of tasks, and the plan for people and as data.
+
+use std::fmt::Write;
+
+use hierarq::gantt;
+use hierarq::planned::{self, PlannedLayers};
+use mission::layers::choose::{Formulation, Options};
+use mission::layers::problem::Problem;
+use runtime::program::{LayersProgram, MissionProgram};
+use serde_json::json;
+
+use super::super::output;
+use super::{Arguments, aligned, asked, batch, budget, coloured, draw, refused, status};
+
+/// Plans layers; what is printed of them.
+pub(super) fn plan(a: &Arguments, mission: &MissionProgram, of: &LayersProgram) -> Result<String, String> {
+    if of.problem.tasks.is_empty() {
+        let name = &mission.name;
+        return Err(format!(
+            "mission `{name}` has no layers yet: let a model write them, `hierarq context {} {name} --out {name}.json`, and name \
+             the file in the mission, `layers_from \"{name}.json\"`",
+            a.spec.display()
+        ));
+    }
+    let formulation = asked(a, "layers", Formulation::ALL, Formulation::name)?;
+    let mut options = Options { formulation, engine: a.engine, ..Options::default() };
+    options.batch = batch(a).or(of.batch);
+    options.budget.time = budget(a)?.time;
+    let planned = planned::layers(&of.problem, &options).map_err(|why| refused(&why))?;
+    draw(a, &planned.plan, None)?;
+    Ok(match a.json {
+        true => format!("{:#}\n", data(a, mission, &planned)),
+        false => text(mission, &of.problem, &planned),
+    })
+}
+
+/// The plan of layers as data.
+fn data(a: &Arguments, mission: &MissionProgram, p: &PlannedLayers) -> serde_json::Value {
+    let cost = json!({
+        "workload": p.cost.workload, "energy": p.cost.energy, "makespan": p.cost.makespan, "total": p.cost.total(),
+    });
+    json!({
+        "version": 1,
+        "ok": true,
+        "spec": a.spec.display().to_string(),
+        "mission": mission.name,
+        "kind": "layers",
+        "formulation": p.choice.formulation.name(),
+        "why": p.choice.why,
+        "valid": true,
+        "cost": cost,
+        "plan": p.plan,
+    })
+}
+
+/// The plan of layers for people.
+fn text(mission: &MissionProgram, problem: &Problem, p: &PlannedLayers) -> String {
+    let end = p.plan.end().unwrap_or(0.0);
+    let mut out = format!("mission {}: {} tasks, all done after {end:.1} s\n", mission.name, p.steps.len());
+    let _ = writeln!(out, "planned by {} ({}): {}", p.choice.formulation.name(), p.plan.engine, p.choice.why);
+    let _ = writeln!(out, "{}", status(&p.plan.status));
+    let _ = writeln!(out, "checked: it keeps to everything that the mission says\n");
+    out.push_str(&gantt::text(&p.plan, output::width(), coloured()));
+    let header = ["layer", "task", "who", "does", "with", "begins", "ends", "speed"];
+    let mut rows = Vec::new();
+    let mut last = "";
+    for step in &p.steps {
+        let Some(task) = problem.tasks.get(step.task) else { continue };
+        let layer = problem.layers.get(task.layer).map_or("", String::as_str);
+        let who = problem.agents.get(step.agent).map_or("", |a| a.name.as_str());
+        let object = step.object.and_then(|o| problem.objects.get(o)).map_or("-", |o| o.name.as_str());
+        let shown = if layer == last { "" } else { layer };
+        last = layer;
+        rows.push(vec![
+            shown.to_string(),
+            task.name.clone(),
+            who.to_string(),
+            task.action.clone(),
+            object.to_string(),
+            format!("{:.1}", step.start),
+            format!("{:.1}", step.end),
+            format!("{:.3}", step.speed),
+        ]);
+    }
+    let c = &p.cost;
+    let _ = writeln!(out, "\n{}(times in s, speeds in m/s)", aligned(&header, &rows, 5));
+    let _ = writeln!(
+        out,
+        "cost {:.4}, from workload {:.4}, energy {:.4} and makespan {:.4}, each before its weight",
+        c.total(),
+        c.workload,
+        c.energy,
+        c.makespan
+    );
+    out
+}

@@ -1,0 +1,212 @@
+//! `hierarq plan SPEC [MISSION]`: what is asked for, and what all kinds of mission have in common.
+
+mod layered;
+mod schedule;
+
+use std::fmt::Write;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use hierarq::planned::{self, Unplanned};
+use hierarq::{gantt, project};
+use mission::engine::{Budget, EngineError};
+use mission::layers;
+use mission::plan::{Limit, Plan, Status};
+use mission::schedule::choose::{Engine, Formulation, Refusal};
+use runtime::program::{MAX_BATCH, MissionKind};
+use runtime::text::number;
+
+use super::{Outcome, SpecOptions, output};
+
+/// The longest time that a planner is given (s).
+const LONGEST: f64 = 1e6;
+
+#[derive(Args)]
+pub struct Arguments {
+    /// A spec (`*.hq`, `*.yaml`), or a compiled program (`*.json`).
+    spec: PathBuf,
+    /// The mission; may be left out where the spec declares one alone.
+    mission: Option<String>,
+    #[command(flatten)]
+    options: SpecOptions,
+    /// What solves mixed-integer programs.
+    #[arg(long, value_parser = engines(), default_value = "built-in")]
+    engine: Engine,
+    /// How the plan is found, instead of what suits the mission.
+    #[arg(long, value_parser = formulations())]
+    formulation: Option<String>,
+    /// Operations that are planned at a time where there are too many for all at once, instead of what the spec says.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_BATCH as u64))]
+    batch: Option<u64>,
+    /// The longest time that planning may take [default: 10s]: `2s`, `500ms`; a bare number counts seconds.
+    #[arg(long, value_name = "TIME", value_parser = super::duration)]
+    budget: Option<f64>,
+    /// Print the plan as JSON.
+    #[arg(long)]
+    json: bool,
+    /// Draw the plan as a Gantt chart into this file (SVG).
+    #[arg(long, value_name = "FILE")]
+    gantt: Option<PathBuf>,
+    /// Draw places and ways into this file (SVG).
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+}
+
+fn engines() -> impl TypedValueParser<Value = Engine> {
+    PossibleValuesParser::new(Engine::ALL.map(Engine::name))
+        .map(|s| Engine::ALL.into_iter().find(|e| e.name() == s).unwrap_or_default())
+}
+
+/// The formulations of all kinds of mission.
+fn formulations() -> PossibleValuesParser {
+    let of_layers = layers::choose::Formulation::ALL.map(layers::choose::Formulation::name);
+    let mut all: Vec<&str> = Formulation::ALL.map(Formulation::name).to_vec();
+    all.extend(of_layers.into_iter().filter(|name| Formulation::ALL.iter().all(|f| f.name() != *name)));
+    PossibleValuesParser::new(all)
+}
+
+pub fn run(a: &Arguments) -> Outcome {
+    let compiled = project::load(&a.spec, &a.options.settings());
+    if !compiled.is_good() {
+        return output::refuse(&compiled.report, &a.spec, a.json);
+    }
+    if !a.json {
+        output::show(&compiled.report);
+    }
+    let mission = match planned::find(&compiled.missions, a.mission.as_deref()) {
+        Ok(mission) => mission,
+        Err(message) => return Outcome::Trouble(format!("{}: {message}", a.spec.display())),
+    };
+    let done = match &mission.kind {
+        MissionKind::Schedule(of) => schedule::plan(a, mission, of),
+        MissionKind::Layers(of) => layered::plan(a, mission, of),
+    };
+    match done {
+        Ok(printed) => {
+            output::print(&printed);
+            Outcome::Good
+        }
+        Err(trouble) => Outcome::Trouble(trouble),
+    }
+}
+
+/// The formulation that was asked for, if this kind of mission has it.
+fn asked<F: Copy, const N: usize>(
+    a: &Arguments,
+    what: &str,
+    all: [F; N],
+    name: fn(F) -> &'static str,
+) -> Result<Option<F>, String> {
+    let Some(wanted) = &a.formulation else { return Ok(None) };
+    let found = all.into_iter().find(|f| name(*f) == wanted);
+    let names = compiler::names::list(all.map(name), N);
+    found.map(Some).ok_or_else(|| format!("`{wanted}` is no formulation of {what}: it has {names}"))
+}
+
+fn batch(a: &Arguments) -> Option<usize> {
+    a.batch.and_then(|b| usize::try_from(b).ok())
+}
+
+fn budget(a: &Arguments) -> Result<Budget, String> {
+    let mut budget = Budget::default();
+    if let Some(seconds) = a.budget {
+        let time = Duration::try_from_secs_f64(seconds).ok().filter(|t| !t.is_zero() && seconds <= LONGEST);
+        budget.time =
+            time.ok_or_else(|| format!("--budget {seconds} s: a time above zero, and at most {LONGEST} s"))?;
+    }
+    Ok(budget)
+}
+
+/// Why there is no plan.
+fn refused(why: &Unplanned) -> String {
+    match why {
+        Unplanned::Refused(Refusal::Engine(e @ EngineError::Missing { .. }))
+        | Unplanned::Layers(layers::choose::Refusal::Engine(e @ EngineError::Missing { .. })) => {
+            format!("{e}; or leave `--engine` out: the built-in one is always there")
+        }
+        Unplanned::Refused(refusal @ (Refusal::Speeds { .. } | Refusal::NotSubsets)) => {
+            format!("{refusal}; leave `--formulation` out, or write `--formulation position`")
+        }
+        Unplanned::Refused(Refusal::Problem(mistakes)) => {
+            let all: Vec<String> = mistakes.iter().map(|m| m.reason.to_string()).collect();
+            format!("the mission cannot be planned: {}", all.join("; "))
+        }
+        Unplanned::Refused(refusal) => refusal.to_string(),
+        Unplanned::Layers(refusal) => refusal.to_string(),
+        Unplanned::Invalid(violations) => {
+            let mut text =
+                "the planner gave what is no plan of this mission, and it is not shown: a mistake in Hierarq, \
+                            and none in the spec; please report it with the spec"
+                    .to_string();
+            for violation in violations.iter().take(8) {
+                let _ = write!(text, "\n  {violation}");
+            }
+            text
+        }
+    }
+}
+
+/// Draws what is to be drawn; `map` draws places and ways, where the kind of mission has such a picture.
+fn draw(a: &Arguments, plan: &Plan, map: Option<&dyn Fn() -> String>) -> Result<(), String> {
+    let write = |path: &Path, text: String| {
+        std::fs::write(path, text).map_err(|e| format!("cannot write `{}`: {e}", path.display()))
+    };
+    if let Some(path) = &a.gantt {
+        write(path, gantt::svg(plan))?;
+    }
+    match (&a.map, map) {
+        (Some(path), Some(map)) => write(path, map()),
+        (Some(_), None) => Err("--map draws schedules, and this mission is none: leave it out".to_string()),
+        (None, _) => Ok(()),
+    }
+}
+
+fn coloured() -> bool {
+    output::style(std::io::stdout().is_terminal()) == compiler::Style::Terminal
+}
+
+fn limit(stopped: Limit) -> &'static str {
+    match stopped {
+        Limit::Time => "the time ended the search, and `--budget 60s` gives more of it",
+        Limit::Work => "the search had as many steps as it may",
+        Limit::Accuracy => "numbers came too close for the engine to tell apart",
+    }
+}
+
+/// How sure the planner is.
+fn status(status: &Status) -> String {
+    match status {
+        Status::Proven { bound } => format!("proven: no plan costs less than {}", number(*bound)),
+        Status::Gap { bound, gap, stopped } => format!(
+            "not proven: the cheapest plan costs at least {}, {:.2} % below this one; {}",
+            number(*bound),
+            100.0 * gap,
+            limit(*stopped)
+        ),
+        Status::Unbounded { stopped: None } => {
+            "a plan without a bound: parts of it were planned one after another".to_string()
+        }
+        Status::Unbounded { stopped: Some(stopped) } => {
+            format!("a plan without a bound: parts of it were planned one after another; {}", limit(*stopped))
+        }
+    }
+}
+
+/// Rows below a header, each column as wide as its longest cell, the first `left` to the left and numbers to the right.
+fn aligned(header: &[&str], rows: &[Vec<String>], left: usize) -> String {
+    let width = |i: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(i)).map(|cell| cell.chars().count());
+        cells.chain(header.get(i).map(|h| h.chars().count())).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..header.len()).map(width).collect();
+    let line = |cells: Vec<&str>| {
+        let all = cells.iter().zip(&widths).enumerate();
+        let all = all.map(|(i, (cell, w))| if i < left { format!("{cell:<w$}") } else { format!("{cell:>w$}") });
+        all.collect::<Vec<_>>().join("  ").trim_end().to_string() + "\n"
+    };
+    let body = rows.iter().map(|row| line(row.iter().map(String::as_str).collect()));
+    std::iter::once(line(header.to_vec())).chain(body).collect()
+}

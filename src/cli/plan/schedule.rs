@@ -1,0 +1,104 @@
+//! Planning a schedule, and the plan for people and as data.
+
+use std::fmt::Write;
+
+use hierarq::gantt;
+use hierarq::planned::{self, Planned};
+use mission::schedule::choose::{Formulation, Options};
+use mission::schedule::cost::Cost;
+use runtime::program::{MissionProgram, ScheduleProgram};
+use serde_json::json;
+
+use super::super::output;
+use super::{Arguments, aligned, asked, batch, budget, coloured, draw, refused, status};
+
+/// Plans a schedule; what is printed of it.
+pub(super) fn plan(a: &Arguments, mission: &MissionProgram, of: &ScheduleProgram) -> Result<String, String> {
+    let formulation = asked(a, "a schedule", Formulation::ALL, Formulation::name)?;
+    let options = Options { formulation, engine: a.engine, batch: batch(a).unwrap_or(of.batch), budget: budget(a)? };
+    let planned = planned::schedule(&of.problem, &options).map_err(|why| refused(&why))?;
+    let standing = gantt::Standing { styled: true, ..gantt::Standing::default() };
+    draw(a, &planned.plan, Some(&|| gantt::map(&of.problem, &planned.plan, &standing)))?;
+    Ok(if a.json { format!("{:#}\n", data(a, mission, &planned)) } else { text(mission, &planned) })
+}
+
+/// The plan as data.
+fn data(a: &Arguments, mission: &MissionProgram, p: &Planned) -> serde_json::Value {
+    let mut cost = json!(p.cost);
+    cost["total"] = json!(p.cost.total());
+    json!({
+        "version": 1,
+        "ok": true,
+        "spec": a.spec.display().to_string(),
+        "mission": mission.name,
+        "kind": "schedule",
+        "formulation": p.choice.formulation.name(),
+        "why": p.choice.why,
+        "valid": true,
+        "cost": cost,
+        "services": p.services,
+        "plan": p.plan,
+    })
+}
+
+/// The plan for people.
+fn text(mission: &MissionProgram, p: &Planned) -> String {
+    let mut out = format!("mission {}: {}\n", mission.name, mission_end(p));
+    let _ = writeln!(out, "planned by {} ({}): {}", p.choice.formulation.name(), p.plan.engine, p.choice.why);
+    let _ = writeln!(out, "{}", status(&p.plan.status));
+    let _ = writeln!(out, "checked: it keeps to everything that the mission says\n");
+    out.push_str(&gantt::text(&p.plan, output::width(), coloured()));
+    let _ = writeln!(out, "\n{}\n{}", services(p), cost(&p.cost));
+    out
+}
+
+fn mission_end(p: &Planned) -> String {
+    let end = p.plan.end().unwrap_or(0.0);
+    format!("{} services, all done after {end:.1} s", p.services.len())
+}
+
+/// The table of services.
+fn services(p: &Planned) -> String {
+    let header =
+        ["robot", "serves", "leaves", "waits", "comes", "serves", "goes", "done", "speed", "near", "back", "waited"];
+    let time = |s: f64| format!("{s:.1}");
+    let speed = |v: Option<f64>| v.map_or_else(|| "-".to_string(), |v| format!("{v:.3}"));
+    let mut last = "";
+    let mut rows = Vec::new();
+    for s in &p.services {
+        let robot = if s.robot == last { String::new() } else { s.robot.clone() };
+        last = &s.robot;
+        rows.push(vec![
+            robot,
+            format!("{}.{}", s.agent, s.operation),
+            time(s.leaves),
+            time(s.waits),
+            time(s.approaches),
+            time(s.serves),
+            time(s.returns),
+            time(s.ends),
+            speed(s.going_speed),
+            speed(s.approach_speed),
+            speed(s.return_speed),
+            time(s.agent_waits),
+        ]);
+    }
+    aligned(&header, &rows, 2)
+        + "(when the robot leaves its depot, waits, comes near, serves, goes back and is done, in s; how fast it is on its way,\n \
+           near the agent and back, in m/s; how long the agent waited, in s)\n"
+}
+
+/// The cost, term by term.
+fn cost(c: &Cost) -> String {
+    format!(
+        "cost {:.4}: waits of people {:.4}, of workers {:.4}, makespan {:.4},\n  energy of going {:.4}, of approaching \
+         {:.4}, of coming back {:.4}",
+        c.total(),
+        c.human_wait,
+        c.worker_wait,
+        c.makespan,
+        c.going,
+        c.proximity,
+        c.depositing
+    )
+}

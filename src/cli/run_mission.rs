@@ -1,0 +1,130 @@
+//! `hierarq run SPEC --scenario NAME`, where the scenario executes a mission.
+
+use std::fmt::Write;
+use std::fs::File;
+use std::io::{BufWriter, IsTerminal};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+use comfy_table::CellAlignment;
+use hierarq::{gantt, report};
+use runtime::missions::csv::MissionCsv;
+use runtime::missions::{End, MissionRun};
+use runtime::program::{MAX_INSTANTS, MAX_MISSION, MissionProgram, MissionScenarioProgram};
+use runtime::quantity::quantity;
+use runtime::text::number;
+
+use super::run::{Arguments, interruption, write};
+use super::{Outcome, output, table};
+
+/// The most lines of what happened that are shown.
+const SHOWN: usize = 40;
+
+pub fn run(a: &Arguments, mission: &MissionProgram, scenario: &MissionScenarioProgram) -> Outcome {
+    if a.solver.is_some() || a.verify {
+        let text = "`--solver` and `--verify` are about a robot's controller, and this scenario executes a mission";
+        return Outcome::Trouble(text.to_string());
+    }
+    let mut scenario = scenario.clone();
+    scenario.seed = a.seed.unwrap_or(scenario.seed);
+    scenario.duration = a.duration.unwrap_or(scenario.duration);
+    let most = MAX_MISSION.min(scenario.step * f64::from(MAX_INSTANTS));
+    if scenario.duration.is_nan() || scenario.duration <= 0.0 || scenario.duration > most {
+        let d = scenario.duration;
+        return Outcome::Trouble(format!("--duration {d} s: a mission runs for more than 0 s, and at most {most} s"));
+    }
+    let name = a.spec.file_stem().map_or_else(|| PathBuf::from("spec"), PathBuf::from);
+    let folder = a.out.clone().unwrap_or_else(|| Path::new("out").join(name));
+    match execute(a, mission, &scenario, &folder) {
+        Ok(true) => Outcome::Good,
+        Ok(false) => Outcome::Failed,
+        Err(trouble) => Outcome::Trouble(trouble),
+    }
+}
+
+/// Runs, writes the files and shows what came of it; tells whether all is well.
+fn execute(
+    a: &Arguments,
+    mission: &MissionProgram,
+    scenario: &MissionScenarioProgram,
+    folder: &Path,
+) -> Result<bool, String> {
+    let schedule = mission.schedule().ok_or("scenarios execute schedules")?;
+    std::fs::create_dir_all(folder).map_err(|e| format!("cannot create {}: {e}", folder.display()))?;
+    let log = folder.join("log.csv");
+    let failed = |e: std::io::Error| format!("cannot write {}: {e}", log.display());
+    let file = File::create(&log).map_err(failed)?;
+    let mut csv = MissionCsv::new(BufWriter::new(file), &schedule.problem).map_err(failed)?;
+    let interrupted = interruption();
+    let mut go_on = |_| !interrupted.load(Ordering::Relaxed);
+    let run = runtime::missions::run(mission, scenario, &mut csv, &mut go_on).map_err(|e| e.to_string())?;
+    csv.finish().map_err(failed)?;
+    let text = serde_json::to_string_pretty(&run.summary).map_err(|e| e.to_string())? + "\n";
+    write(&folder.join("summary.json"), &text)?;
+    write(&folder.join("report.html"), &report::mission(&a.spec.display().to_string(), &run))?;
+    if a.json {
+        output::print(&text);
+    } else {
+        output::print(&shown(&run, folder));
+    }
+    Ok(run.summary.ok)
+}
+
+/// What came of a run, for the terminal.
+fn shown(run: &MissionRun, folder: &Path) -> String {
+    let summary = &run.summary;
+    let mut out = format!("\n{}, {}, seed {}\n", summary.mission, summary.scenario, summary.seed);
+    if let Some(plan) = &run.executed {
+        let colour = std::io::stdout().is_terminal();
+        let _ = write!(out, "\n{}", gantt::text(plan, output::width(), colour));
+    }
+    out.push('\n');
+    let notable: Vec<_> = summary.happened.iter().filter(|h| h.notable).collect();
+    for happened in notable.iter().take(SHOWN) {
+        let _ = writeln!(out, "{:>9.1} s  {}", happened.at_s, happened.what);
+    }
+    if notable.len() > SHOWN {
+        let _ = writeln!(out, "and {} more, in summary.json", notable.len() - SHOWN);
+    }
+    out += &team(run);
+    out += &table::expectations(&summary.expectations, summary.ok);
+    for (at, text) in summary.trouble() {
+        let at = at.map(|t| format!(" at {t:.1} s")).unwrap_or_default();
+        let _ = writeln!(out, "NOT as it should{at}: {text}");
+    }
+    let end = match &summary.end {
+        End::Done { at_s } => format!("done after {at_s:.1} s"),
+        End::Unfinished => format!("not done after {} s", number(summary.duration_s)),
+        End::Stranded { .. } => "stranded".to_string(),
+        End::Refused { .. } => "not planned".to_string(),
+        End::Interrupted => "INTERRUPTED before its end".to_string(),
+    };
+    let changes = summary.outcome.as_ref().map_or_else(String::new, |o| {
+        format!("; times moved {} times, planned anew {} times", o.reschedules, o.reallocations)
+    });
+    let files = ["report.html", "log.csv", "summary.json"].map(|n| folder.join(n).display().to_string());
+    let _ = writeln!(out, "{end}{changes}\nwrote {}", files.join(", "));
+    out
+}
+
+/// What agents and robots came to.
+fn team(run: &MissionRun) -> String {
+    let Some(outcome) = &run.summary.outcome else { return String::new() };
+    let mut agents = table::wide_table(&["agent", "served", "waited", "longest wait"]);
+    for a in &outcome.agents {
+        let (all, most) = (a.waits.iter().sum::<f64>(), a.waits.iter().copied().fold(0.0, f64::max));
+        agents.add_row([a.name.clone(), a.served.to_string(), quantity(all, "s"), quantity(most, "s")]);
+    }
+    let mut robots = table::wide_table(&["robot", "served", "travelled", "energy"]);
+    for r in &outcome.robots {
+        robots.add_row([r.name.clone(), r.served.to_string(), quantity(r.travelled, "m"), quantity(r.energy, "J")]);
+    }
+    for t in [&mut agents, &mut robots] {
+        for i in 1..4 {
+            if let Some(c) = t.column_mut(i) {
+                c.set_cell_alignment(CellAlignment::Right);
+            }
+        }
+    }
+    format!("{agents}\n{robots}\n")
+}

@@ -1,0 +1,133 @@
+//! `hierarq serve SPEC [MISSION]`
+
+use std::fmt::Write;
+use std::net::IpAddr;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+use hierarq::serve::{Mission, Options, Server};
+use hierarq::{planned, project};
+use mission::engine::Budget;
+use mission::execution::{Durations, Settings};
+use mission::schedule::choose;
+
+use super::{Outcome, SpecOptions, output};
+
+/// The longest time of one search (s), for machines on which its nodes take too long.
+const LONGEST: u64 = 30;
+
+#[derive(Args)]
+pub struct Arguments {
+    /// A spec (`*.hq`, `*.yaml`), or a compiled program (`*.json`).
+    spec: PathBuf,
+    /// The mission; may be left out where the spec declares one alone.
+    mission: Option<String>,
+    #[command(flatten)]
+    options: SpecOptions,
+    /// The address to listen at: this machine alone unless another is given.
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
+    bind: IpAddr,
+    /// The port; 0 takes a free one.
+    #[arg(long, value_name = "PORT", default_value_t = 0)]
+    port: u16,
+    /// A further host name under which people reach the server, such as `field.example`. May be repeated; the first
+    /// stands in the links.
+    #[arg(long, value_name = "NAME")]
+    host: Vec<String>,
+    /// Seconds of the mission in a second.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    speed: f64,
+    /// A person without a page, whose work is simulated. May be repeated.
+    #[arg(long, value_name = "PERSON")]
+    simulate: Vec<String>,
+    /// Seed of what is simulated.
+    #[arg(long, value_name = "SEED", default_value_t = 0)]
+    seed: u64,
+    /// Write what is told into this file, and go on from what it says already.
+    #[arg(long, value_name = "FILE")]
+    journal: Option<PathBuf>,
+    /// Nodes of a search that improves on a plan that was constructed: more make better plans, and people wait longer for
+    /// them. It is ended by nodes and not by time, so that a journal leads to the same plans.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    nodes: u64,
+    /// Let the clock run at once, instead of when the supervisor says so.
+    #[arg(long)]
+    begin: bool,
+}
+
+pub fn run(a: &Arguments) -> Outcome {
+    let compiled = project::load(&a.spec, &a.options.settings());
+    if !compiled.is_good() {
+        return output::refuse(&compiled.report, &a.spec, false);
+    }
+    output::show(&compiled.report);
+    let mission = match planned::find(&compiled.missions, a.mission.as_deref()) {
+        Ok(mission) => mission,
+        Err(message) => return Outcome::Trouble(format!("{}: {message}", a.spec.display())),
+    };
+    let Some(schedule) = mission.schedule() else {
+        return Outcome::Trouble(format!(
+            "`{}` is a mission of layers, and people are served in schedules",
+            mission.name
+        ));
+    };
+    let budget = Budget { time: Duration::from_secs(LONGEST), nodes: a.nodes, ..Budget::default() };
+    let settings = Settings {
+        durations: Durations::Sampled { seed: a.seed },
+        adaptation: schedule.adaptation,
+        reallocate_above: schedule.reallocate_above,
+        planning: choose::Options { batch: schedule.batch, budget, ..choose::Options::default() },
+        ..Settings::default()
+    };
+    let served = Mission { name: mission.name.clone(), problem: schedule.problem.clone(), settings };
+    let options = Options {
+        bind: a.bind,
+        port: a.port,
+        hosts: a.host.clone(),
+        speed: a.speed,
+        simulate: a.simulate.clone(),
+        journal: a.journal.clone(),
+        begin: a.begin,
+    };
+    let server = match Server::start(served, &options) {
+        Ok(server) => server,
+        Err(e) => return Outcome::Trouble(e.to_string()),
+    };
+    let end = server.end();
+    let interrupted = move || {
+        // Nobody listens any more: it has ended already.
+        let _ = end.send(true);
+    };
+    if let Err(e) = ctrlc::set_handler(interrupted) {
+        return Outcome::Trouble(format!("cannot wait for an interruption: {e}"));
+    }
+    output::print(&greeting(a, &mission.name, &server));
+    match server.wait() {
+        Ok(()) => Outcome::Good,
+        Err(e) => Outcome::Trouble(e.to_string()),
+    }
+}
+
+/// The links, and how to go on.
+fn greeting(a: &Arguments, mission: &str, server: &Server) -> String {
+    let mut out = format!("mission {mission} at http://{}\n", server.address());
+    if let Some((time, same)) = server.resumed() {
+        let _ = writeln!(out, "goes on at {time:.1} s, where its journal ends");
+        if !same {
+            out.push_str("a plan differs from the one before: a search had been ended by its time\n");
+        }
+    }
+    let longest = server.links().iter().filter_map(|link| link.person.as_ref()).map(|name| name.chars().count()).max();
+    let width = longest.unwrap_or(0).max("supervisor".len());
+    out.push_str("each link opens once:\n");
+    for link in server.links() {
+        let _ = writeln!(out, "  {:width$}  {}", link.person.as_deref().unwrap_or("supervisor"), link.url);
+    }
+    if !a.bind.is_loopback() {
+        out.push_str("pages and links are sent unencrypted: use a network that you trust, or a proxy with HTTPS\n");
+    }
+    out.push_str(if a.begin { "the clock runs; " } else { "the clock runs once the supervisor lets it; " });
+    out.push_str("Ctrl-C ends the server\n");
+    out
+}

@@ -1,0 +1,99 @@
+//! Scenarios of missions, word by word: who is named in them, and what is measured of whom.
+
+use compiler::quantities::{QUANTITIES, Whose};
+use compiler::sections::{OF_ALL_SCENARIOS, OF_MISSIONS, REPLY, SCENARIO, Section};
+use dsl::Spanned;
+use dsl::tree::{Block, Value, ValueKind};
+
+use super::mentions::{Class, MARKER, Slot, Walker, What};
+use super::walk::{entries, items, used, word};
+
+/// Keys that are not offered in a block: those that are there, and in a scenario of a mission those of controllers.
+pub(super) fn without(block: &Block, section: &'static Section) -> Vec<String> {
+    let mut keys = used(block);
+    if std::ptr::eq(section, &SCENARIO) && block.get("mission").is_some() {
+        let own = |key: &&str| !OF_ALL_SCENARIOS.contains(key) && !OF_MISSIONS.contains(key);
+        keys.extend(SCENARIO.entries().filter(own).map(str::to_string));
+    }
+    keys
+}
+
+impl Walker<'_> {
+    /// The mission that a scenario executes.
+    pub(super) fn mission_name(&mut self, value: &Value) {
+        let Some(name) = word(value) else { return };
+        let names = || self.found.names(Class::Mission).map(|n| (n.to_string(), Class::Mission.word())).collect();
+        if name == MARKER {
+            self.found.slot = Some(Slot::Offered(names()));
+            return;
+        }
+        self.note(name, value.span, What::Declared(Class::Mission, name.to_string()));
+    }
+
+    /// The members of these roles of the mission that the scenario around executes: what each is looked up by, its role,
+    /// and its name.
+    fn members(&self, roles: &[&'static str]) -> Vec<(String, &'static str, String)> {
+        let Some(mission) = &self.mission else { return Vec::new() };
+        let of = |key: &str| {
+            let (role, name) = key.strip_prefix(mission.as_str())?.strip_prefix('.')?.split_once('.')?;
+            let role = roles.iter().find(|r| **r == role)?;
+            Some((key.to_string(), *role, name.to_string()))
+        };
+        self.found.names(Class::Member).filter_map(of).collect()
+    }
+
+    /// A member of one of these roles, by its name.
+    pub(super) fn member_name(&mut self, value: &Value, roles: &[&'static str]) {
+        if let Some(name) = word(value) {
+            self.member_of_mission(&Spanned::new(name.to_string(), value.span), roles);
+        }
+    }
+
+    fn member_of_mission(&mut self, name: &Spanned<String>, roles: &[&'static str]) {
+        let members = self.members(roles);
+        if let Some((key, ..)) = members.iter().find(|m| m.2 == name.value) {
+            self.note(&name.value, name.span, What::Declared(Class::Member, key.clone()));
+        }
+        self.marked(&name.value, || Slot::Offered(members.into_iter().map(|(_, role, name)| (name, role)).collect()));
+    }
+
+    /// What people say in a scenario of a mission, by name.
+    pub(super) fn replies(&mut self, value: &Value) {
+        for e in entries(value) {
+            self.member_of_mission(&e.key, &["human"]);
+            for item in items(&e.value) {
+                if let ValueKind::Block(block) = &item.kind {
+                    self.section(block, &REPLY);
+                }
+            }
+        }
+    }
+
+    /// `h1.waited`, `vineyard.makespan`; false for what is neither.
+    pub(super) fn member_field(&mut self, inner: &Value, field: &Spanned<String>) -> bool {
+        let (Some(mission), ValueKind::Name(name)) = (self.mission.clone(), &inner.kind) else { return false };
+        if !self.expected {
+            return false;
+        }
+        let found = self.members(&["robot", "human", "worker"]).into_iter().find(|m| m.2 == *name);
+        let (whose, what) = match found {
+            Some((key, "robot", _)) => (Whose::Robot, What::Declared(Class::Member, key)),
+            Some((key, ..)) => (Whose::Agent, What::Declared(Class::Member, key)),
+            None if *name == mission => (Whose::Mission, What::Declared(Class::Mission, mission)),
+            None => return false,
+        };
+        self.note(name, inner.span, what);
+        let names =
+            || QUANTITIES.iter().filter(|q| q.whose == whose).map(|q| (q.name.to_string(), "measured")).collect();
+        self.marked(&field.value, || Slot::Offered(names()));
+        true
+    }
+
+    /// What an expectation of a mission can begin with.
+    pub(super) fn of_mission(&self, mission: &str) -> Slot {
+        let members = self.members(&["robot", "human", "worker"]).into_iter().map(|(_, role, name)| (name, role));
+        let own = [(mission.to_string(), Class::Mission.word()), ("done".to_string(), "measured")];
+        let words = ["distance", "norm", "time"].map(|w| (w.to_string(), "built in"));
+        Slot::Offered(members.chain(own).chain(words).collect())
+    }
+}

@@ -1,0 +1,81 @@
+//! The report of a mission that was executed: what was planned above what was done, a map, expectations, and everything
+//! that happened. A page of its own that loads nothing.
+
+use std::fmt::Write;
+
+use runtime::expect::Verdict;
+use runtime::missions::{End, MissionRun};
+
+use crate::gantt::{self, Look, Standing};
+use crate::xml::escaped;
+
+/// The page.
+pub fn mission(spec: &str, run: &MissionRun) -> String {
+    let summary = &run.summary;
+    let title = escaped(&format!("{}: {}", summary.mission, summary.scenario));
+    let mut out = format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n\
+         <title>{title}</title>\n<style>\n{STYLE}{}</style>\n</head>\n\
+         <body>\n<h1>{title}</h1>\n<p class=\"quiet\">{}, seed {}, {}</p>\n",
+        gantt::STYLE,
+        escaped(spec),
+        summary.seed,
+        escaped(&end(&summary.end)),
+    );
+    // Writing to a String does not fail.
+    let _ = body(run, &mut out);
+    out.push_str("</body></html>\n");
+    out
+}
+
+static STYLE: &str = include_str!("assets/mission.css");
+
+fn end(end: &End) -> String {
+    match end {
+        End::Done { at_s } => format!("done after {at_s:.1} s"),
+        End::Unfinished => "not done".to_string(),
+        End::Stranded { why } => format!("there is no plan any more: {why}"),
+        End::Refused { why } => format!("there is no plan: {why}"),
+        End::Interrupted => "interrupted".to_string(),
+    }
+}
+
+fn body(run: &MissionRun, out: &mut String) -> std::fmt::Result {
+    let summary = &run.summary;
+    for (at, text) in summary.trouble() {
+        let at = at.map(|t| format!(" at {t:.1} s")).unwrap_or_default();
+        writeln!(out, "<p class=\"bad\">Not as it should{at}: {}</p>", escaped(&text))?;
+    }
+    if !summary.expectations.is_empty() {
+        writeln!(out, "<h2>Expected</h2>\n<table><tr><th>expectation<th>verdict<th>at")?;
+        for e in &summary.expectations {
+            let (class, verdict) = match e.verdict {
+                Verdict::Holds => ("", "holds"),
+                Verdict::Fails => (" class=\"bad\"", "fails"),
+                Verdict::Undecided => (" class=\"bad\"", "undecided"),
+            };
+            let at = e.worst_s.map_or_else(|| "-".to_string(), |t| format!("{t:.1} s"));
+            writeln!(out, "<tr><td>{}<td{class}>{verdict}<td>{at}", escaped(e.title()))?;
+        }
+        writeln!(out, "</table>")?;
+    }
+    let last = |plan: &mission::plan::Plan| plan.end();
+    let until = run.planned.iter().chain(&run.executed).filter_map(last).reduce(f64::max);
+    for (name, plan) in [("Planned", &run.planned), ("Executed", &run.executed)] {
+        if let Some(plan) = plan {
+            let look = Look { until, styled: false, ..Look::default() };
+            writeln!(out, "<h2>{name}</h2>\n<div class=\"rolls\">\n{}</div>", gantt::picture(plan, &look))?;
+        }
+    }
+    if let Some(plan) = &run.executed {
+        let map = gantt::map(&run.problem, plan, &Standing::default());
+        writeln!(out, "<h2>Places and ways</h2>\n<div class=\"rolls\">\n{map}</div>")?;
+    }
+    writeln!(out, "<h2>What happened</h2>\n<table>")?;
+    for h in &summary.happened {
+        writeln!(out, "<tr><td class=\"at\">{:.1} s<td>{}", h.at_s, escaped(&h.what))?;
+    }
+    writeln!(out, "</table>")
+}

@@ -1,0 +1,103 @@
+//! Missions, from the sections of their kinds: members by name below the plurals of their roles, repetitions behind them.
+
+use compiler::sections::{ALL, Holds, Key, MISSION, REPEAT, Section};
+use dsl::Spelling;
+use dsl::vocabulary::ROLES;
+use serde_json::{Map, Value, json};
+use stdlib_tasks::params::Presence;
+
+use super::{described, object, section, sections as of};
+
+/// Missions by name, each with its kind.
+pub(super) fn missions() -> Value {
+    let mut mission = object(bodies(&MISSION), &[], "A mission: its kind, and everything else below that.");
+    mission["minProperties"] = json!(1);
+    mission["maxProperties"] = json!(1);
+    section("", &mission)
+}
+
+/// The definitions that the rest refers to: repetitions inside each section that has members.
+pub(super) fn definitions() -> Map<String, Value> {
+    let with_members = ALL.iter().filter(|section| members(section).next().is_some());
+    with_members.map(|section| (repeats_name(section), repeats(section))).collect()
+}
+
+/// The role whose members stand below a key.
+fn role_below(key: &Key) -> Option<&'static str> {
+    ROLES.iter().find(|role| key.name.strip_suffix('s') == Some(role)).copied()
+}
+
+/// The keys of a section below which members stand, each with the role and what a member holds.
+fn members(section: &Section) -> impl Iterator<Item = (&'static Key, &'static str, &'static Section)> {
+    section.written(Spelling::Yaml).filter_map(|key| match key.holds {
+        Holds::Each(Holds::Block(inner)) => Some((key, role_below(key)?, *inner)),
+        _ => None,
+    })
+}
+
+/// What stands below each kind of mission.
+fn bodies(kinds: &Section) -> Map<String, Value> {
+    let one = |key: &'static Key| match key.holds {
+        Holds::Block(section) => Some((key.name.to_string(), described(body(section), key.doc))),
+        _ => None,
+    };
+    kinds.written(Spelling::Yaml).filter_map(one).collect()
+}
+
+/// The mapping of a mission of a kind, or of a member.
+fn body(section: &Section) -> Value {
+    let mut parts = of::keys(section);
+    let below = by_role(section);
+    let needed = section.written(Spelling::Yaml).filter(|k| k.presence == Presence::Required);
+    let (needed_members, needed): (Vec<&Key>, Vec<&Key>) = needed.partition(|k| below.contains_key(k.name));
+    let needed: Vec<&str> = needed.iter().map(|k| k.name).collect();
+    if below.is_empty() {
+        return object(parts, &needed, "");
+    }
+    parts.extend(below);
+    parts.insert("for".to_string(), reference(section));
+    let mut schema = object(parts, &needed, "");
+    // A repetition may bring them.
+    let one = |key: &&Key| json!({ "anyOf": [{ "required": [key.name] }, { "required": ["for"] }] });
+    let all: Vec<Value> = needed_members.iter().map(one).collect();
+    if !all.is_empty() {
+        schema["allOf"] = json!(all);
+    }
+    schema
+}
+
+/// Members by name, for each role that a section has.
+fn by_role(of: &Section) -> Map<String, Value> {
+    let one = |(key, role, inner): (&'static Key, &str, &'static Section)| {
+        let member = if role == "task" { task(inner) } else { body(inner) };
+        (key.name.to_string(), described(section("", &member), key.doc))
+    };
+    members(of).map(one).collect()
+}
+
+/// `wait`, or `{ pick_and_place: { .. } }`.
+fn task(inner: &'static Section) -> Value {
+    json!({
+        "type": ["string", "object"],
+        "minProperties": 1,
+        "maxProperties": 1,
+        "additionalProperties": body(inner),
+    })
+}
+
+fn repeats_name(section: &Section) -> String {
+    format!("repeats in {}", section.name).replace(' ', "_")
+}
+
+fn reference(section: &Section) -> Value {
+    json!({ "$ref": format!("#/$defs/{}", repeats_name(section)), "description": "Members that are repeated." })
+}
+
+/// A sequence of repetitions of members.
+fn repeats(section: &Section) -> Value {
+    let mut parts = of::keys(&REPEAT);
+    parts.retain(|key, _| key == "name" || key == "in");
+    parts.extend(by_role(section));
+    parts.insert("for".to_string(), reference(section));
+    json!({ "type": ["array", "null"], "items": object(parts, &["name", "in"], "A repetition.") })
+}

@@ -1,0 +1,218 @@
+//! The journal: a file with everything that people told, so that a mission goes on where it was after a crash.
+//!
+//! One JSON object a line. The first names the mission and a digest of it; each further one has a time of the mission and an
+//! entry. What is told is written, and brought to the disk, before it has any effect. Because an execution is a function
+//! of its problem and of what is told when, reading the lines again leads to the same state.
+
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use mission::execution::Event;
+use serde::{Deserialize, Serialize};
+
+/// Largest journal that is read (bytes).
+const LARGEST: u64 = 256 << 20;
+
+/// What a line says beside its time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Entry {
+    /// Something was told.
+    Event(Event),
+    /// A person began to measure a service.
+    Serve {
+        /// Index of the agent.
+        agent: usize,
+        /// Which operation is served.
+        operation: usize,
+    },
+    /// A person ended a measurement.
+    Served {
+        /// Index of the agent.
+        agent: usize,
+    },
+    /// All is well; the execution has had this many records.
+    Records(usize),
+}
+
+/// A line after the first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Line {
+    /// Time of the mission (s).
+    pub time: f64,
+    /// What.
+    pub entry: Entry,
+}
+
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct Head {
+    journal: u32,
+    mission: String,
+    digest: String,
+}
+
+/// A journal that is open for writing.
+#[derive(Debug)]
+pub struct Journal {
+    file: File,
+    path: PathBuf,
+}
+
+/// Why a journal cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the message says what each field is")]
+pub enum NoJournal {
+    #[error("cannot use the journal `{}`: {why}", .path.display())]
+    File { path: PathBuf, why: std::io::Error },
+    #[error("another server writes the journal `{}`", .path.display())]
+    Locked { path: PathBuf },
+    #[error("the journal `{}` has more than 256 MiB; name a file that does not exist yet", .path.display())]
+    Large { path: PathBuf },
+    #[error("`{}` is no journal of a mission; name a file that does not exist yet", .path.display())]
+    Foreign { path: PathBuf },
+    #[error(
+        "the journal `{}` is of another mission, or of `{mission}` as it was before the spec or an option changed; name a file \
+         that does not exist yet, or serve what the journal was begun with",
+        .path.display()
+    )]
+    Other { path: PathBuf, mission: String },
+    #[error("line {line} of the journal `{}` cannot be read: {why}", .path.display())]
+    Broken { path: PathBuf, line: usize, why: String },
+}
+
+impl Journal {
+    /// Opens a journal, or begins it; with what it says so far. A last line that was not written to its end is removed.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be used, or is of something else.
+    pub fn open(path: &Path, mission: &str, digest: &str) -> Result<(Journal, Vec<Line>), NoJournal> {
+        let no = |why| NoJournal::File { path: path.into(), why };
+        let mut file = OpenOptions::new().read(true).append(true).create(true).open(path).map_err(no)?;
+        if file.try_lock().is_err() {
+            return Err(NoJournal::Locked { path: path.into() });
+        }
+        if file.metadata().map_err(no)?.len() > LARGEST {
+            return Err(NoJournal::Large { path: path.into() });
+        }
+        let mut bytes = Vec::new();
+        (&mut file).take(LARGEST).read_to_end(&mut bytes).map_err(no)?;
+        let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
+        let text = std::str::from_utf8(&bytes[..whole]).map_err(|_| NoJournal::Foreign { path: path.into() })?;
+        let head = Head { journal: 1, mission: mission.into(), digest: digest.into() };
+        let mut lines = text.lines();
+        let begun = match lines.next() {
+            // A file with no whole line that is not the torn head of a journal belongs to somebody else.
+            None if bytes.is_empty() || bytes.starts_with(b"{\"journal\":1") => false,
+            None => return Err(NoJournal::Foreign { path: path.into() }),
+            Some(first) => match serde_json::from_str::<Head>(first) {
+                Ok(is) if is == head => true,
+                Ok(is) => return Err(NoJournal::Other { path: path.into(), mission: is.mission }),
+                Err(_) => return Err(NoJournal::Foreign { path: path.into() }),
+            },
+        };
+        let read = |(index, line): (usize, &str)| {
+            let line: Result<Line, _> = serde_json::from_str(line);
+            line.map_err(|e| NoJournal::Broken { path: path.into(), line: index + 2, why: e.to_string() })
+        };
+        let said = lines.enumerate().map(read).collect::<Result<Vec<Line>, NoJournal>>()?;
+        if let Some(at) = said.windows(2).position(|two| two[1].time < two[0].time || !two[1].time.is_finite()) {
+            return Err(NoJournal::Broken { path: path.into(), line: at + 3, why: "time goes backwards".into() });
+        }
+        if whole < bytes.len() {
+            file.set_len(whole as u64).map_err(no)?;
+        }
+        file.seek(SeekFrom::End(0)).map_err(no)?;
+        let mut journal = Journal { file, path: path.into() };
+        if !begun {
+            journal.write(&head)?;
+        }
+        Ok((journal, said))
+    }
+
+    /// Writes a line and brings it to the disk.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be written.
+    pub fn add(&mut self, line: &Line) -> Result<(), NoJournal> {
+        self.write(line)
+    }
+
+    fn write(&mut self, line: &impl Serialize) -> Result<(), NoJournal> {
+        let no = |why| NoJournal::File { path: self.path.clone(), why };
+        let mut text = serde_json::to_string(line).map_err(|e| no(e.into()))?;
+        text.push('\n');
+        self.file.write_all(text.as_bytes()).and_then(|()| self.file.sync_data()).map_err(no)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn path(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("hierarq-journal-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("writable");
+        let path = folder.join(name);
+        let _ = std::fs::remove_file(&path);
+        path
+    }
+
+    fn line(time: f64) -> Line {
+        Line { time, entry: Entry::Event(Event::Done { agent: 1 }) }
+    }
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let path = path("again");
+        let (mut journal, said) = Journal::open(&path, "vineyard", "d").expect("new");
+        assert!(said.is_empty());
+        let lines = [line(1.5), Line { time: 2.0, entry: Entry::Records(9) }, line(0.1 + 0.2 + 3.0)];
+        lines.iter().for_each(|line| journal.add(line).expect("writable"));
+        assert!(matches!(Journal::open(&path, "vineyard", "d"), Err(NoJournal::Locked { .. })));
+        drop(journal);
+        assert_eq!(Journal::open(&path, "vineyard", "d").expect("mine").1, lines);
+    }
+
+    #[test]
+    fn a_torn_last_line_is_forgotten() {
+        let path = path("torn");
+        let (mut journal, _) = Journal::open(&path, "vineyard", "d").expect("new");
+        journal.add(&line(1.0)).expect("writable");
+        drop(journal);
+        let whole = std::fs::read(&path).expect("readable");
+        let second = serde_json::to_string(&line(2.0)).expect("json");
+        for torn in 0..second.len() {
+            std::fs::write(&path, [&whole, &second.as_bytes()[..torn]].concat()).expect("writable");
+            let (mut journal, said) = Journal::open(&path, "vineyard", "d").expect("mine");
+            assert_eq!(said, [line(1.0)], "{torn}");
+            journal.add(&line(3.0)).expect("writable");
+            drop(journal);
+            assert_eq!(Journal::open(&path, "vineyard", "d").expect("mine").1, [line(1.0), line(3.0)]);
+        }
+    }
+
+    #[test]
+    fn a_file_of_something_else_is_left_alone() {
+        let path = path("foreign");
+        for text in [
+            "dear diary",
+            "dear diary\n",
+            "{}\n",
+            "\u{0}\u{1}\n",
+            "{\"journal\":2,\"mission\":\"v\",\"digest\":\"d\"}\n",
+        ] {
+            std::fs::write(&path, text).expect("writable");
+            assert!(Journal::open(&path, "v", "d").is_err(), "{text}");
+            assert_eq!(std::fs::read_to_string(&path).expect("readable"), text);
+        }
+        let _ = std::fs::remove_file(&path);
+        drop(Journal::open(&path, "v", "d").expect("new"));
+        assert!(matches!(Journal::open(&path, "v", "e"), Err(NoJournal::Other { .. })));
+        let text = std::fs::read_to_string(&path).expect("readable");
+        std::fs::write(&path, text + "{\"time\":1}\n{\"time\":2,\"entry\":{\"records\":1}}\n").expect("writable");
+        assert!(matches!(Journal::open(&path, "v", "d"), Err(NoJournal::Broken { line: 2, .. })));
+    }
+}

@@ -1,0 +1,283 @@
+//! `hierarq serve`: a small web server for the people of a mission.
+//!
+//! One thread owns the mission and lets time pass ([`engine`]); another answers requests. Each person has a page with the
+//! plan in words, what comes next, and buttons; whoever supervises has one with the chart, the map and everything that
+//! happens. Pages listen to a stream of states and show the latest whole one, so that a reload or a lost connection costs
+//! nothing. What is told is written into a journal before it has an effect ([`journal`]).
+//!
+//! | keeps out | where |
+//! |---|---|
+//! | whoever has no link | [`access`]: links open once and become sessions |
+//! | pages of other sites, foreign host names | [`guard`] |
+//! | too much: connections, headers, bodies, requests, patience | [`listen`], [`routes`], [`rate`] |
+//! | text that is read as markup | pages are constant; names are text nodes, or escaped |
+
+mod access;
+mod clock;
+mod diary;
+mod engine;
+mod guard;
+mod journal;
+mod listen;
+mod overview;
+mod pages;
+mod rate;
+mod routes;
+mod stream;
+mod told;
+mod view;
+mod words;
+
+use std::net::{IpAddr, SocketAddr};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use mission::execution::{Execution, Refusal, Settings};
+use mission::schedule::problem::{AgentKind, Problem};
+use tokio::sync::watch;
+use twox_hash::XxHash3_128;
+
+use self::access::{Access, Role};
+use self::engine::Engine;
+use self::guard::Hosts;
+use self::journal::Journal;
+use self::rate::Bucket;
+use self::routes::App;
+
+pub use self::journal::NoJournal;
+pub use self::listen::CONNECTIONS;
+
+/// A mission to be served.
+#[derive(Clone, Debug)]
+pub struct Mission {
+    /// Its name.
+    pub name: String,
+    /// What is planned.
+    pub problem: Problem,
+    /// How it is executed; who ends operations by telling is decided here, by who has a page.
+    pub settings: Settings,
+}
+
+/// How a mission is served.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The address to listen at.
+    pub bind: IpAddr,
+    /// The port; 0: a free one.
+    pub port: u16,
+    /// Further host names under which people reach the server, with their port where it is another one.
+    pub hosts: Vec<String>,
+    /// Seconds of the mission in a second. More than 0.
+    pub speed: f64,
+    /// People without a page, by name: how long they work is drawn at random.
+    pub simulate: Vec<String>,
+    /// Where to write what is told; an existing file is gone on with.
+    pub journal: Option<PathBuf>,
+    /// The clock runs from the start; otherwise from when the supervisor lets it.
+    pub begin: bool,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            bind: IpAddr::from([127, 0, 0, 1]),
+            port: 0,
+            hosts: Vec::new(),
+            speed: 1.0,
+            simulate: Vec::new(),
+            journal: None,
+            begin: false,
+        }
+    }
+}
+
+/// Why a mission cannot be served.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the message says what each field is")]
+pub enum NoServer {
+    #[error("the mission cannot be executed: {0}")]
+    Mission(#[from] Refusal),
+    #[error("`--simulate {name}`: the mission has no person of that name; it has {people}")]
+    Nobody { name: String, people: String },
+    #[error("a speed must be more than 0 and at most 1000, and is {0}")]
+    Speed(f64),
+    #[error("`--host {0}`: write a name such as `field.example` or `field.example:8080`")]
+    Host(String),
+    #[error(transparent)]
+    Journal(#[from] NoJournal),
+    #[error("cannot listen at {address}: {why}")]
+    Bind { address: SocketAddr, why: std::io::Error },
+    #[error("the system gives no random numbers: {0}")]
+    Random(#[from] getrandom::Error),
+    #[error("the mission ended unexpectedly; what was told is in the journal if there is one")]
+    Ended,
+}
+
+/// A link of somebody.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LinkOf {
+    /// The name of the person; none: the supervisor.
+    pub person: Option<String>,
+    /// The link, as a whole address.
+    pub url: String,
+}
+
+/// A server that runs.
+pub struct Server {
+    address: SocketAddr,
+    links: Vec<LinkOf>,
+    /// Time that a journal led to (s), and whether it led to what had been.
+    resumed: Option<(f64, bool)>,
+    end: watch::Sender<bool>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+impl Server {
+    /// Plans the mission, goes through the journal if there is one, and begins to answer.
+    ///
+    /// # Errors
+    ///
+    /// The mission has no plan, an option is wrong, or the system does not let us.
+    pub fn start(mission: Mission, options: &Options) -> Result<Server, NoServer> {
+        check(options)?;
+        let paged = paged(&mission.problem, &options.simulate)?;
+        let told = paged.iter().enumerate().filter(|(_, has)| **has).map(|(agent, _)| agent).collect();
+        let settings = Settings { told, ..mission.settings };
+        let digest = digest(&mission.problem, &settings);
+        let journal = match &options.journal {
+            Some(path) => Some(Journal::open(path, &mission.name, &digest)?),
+            None => None,
+        };
+        let wanted = SocketAddr::new(options.bind, options.port);
+        let bound = |why| NoServer::Bind { address: wanted, why };
+        let listener = std::net::TcpListener::bind(wanted).map_err(bound)?;
+        listener.set_nonblocking(true).map_err(bound)?;
+        let address = listener.local_addr().map_err(bound)?;
+        let execution = Execution::new(mission.problem, settings)?;
+        let names: Vec<String> = execution.problem().agents.iter().map(|agent| agent.name.clone()).collect();
+        let mut engine = Engine::new(&mission.name, execution, options.speed);
+        let resumed = match journal {
+            Some((journal, said)) => Some(engine.resume(journal, &said)).filter(|_| !said.is_empty()),
+            None => None,
+        };
+        let (access, links) = invite(address, options, &paged, &names)?;
+        let (handle, carries) = engine.start(options.begin);
+        let (end, ended) = watch::channel(false);
+        let app =
+            App { access: Mutex::new(access), links: Bucket::of_links(), engine: handle, port: address.port(), paged };
+        let hosts = Hosts(options.hosts.iter().map(|host| host.to_ascii_lowercase()).collect());
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(bound)?;
+        let answers = std::thread::spawn(move || {
+            runtime.block_on(async move {
+                let router = routes::router(Arc::new(app), hosts);
+                if let Ok(listener) = tokio::net::TcpListener::from_std(listener) {
+                    listen::serve(listener, router, ended).await;
+                }
+            });
+            runtime.shutdown_background();
+        });
+        Ok(Server { address, links, resumed, end, threads: vec![answers, carries] })
+    }
+
+    /// Where it listens.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// A link for the supervisor and one for each person with a page. Each opens once.
+    pub fn links(&self) -> &[LinkOf] {
+        &self.links
+    }
+
+    /// The time of the mission that a journal led to (s), and whether what it led to is what had been; none: it is a new
+    /// mission.
+    pub fn resumed(&self) -> Option<(f64, bool)> {
+        self.resumed
+    }
+
+    /// What ends the server: send `true`.
+    pub fn end(&self) -> watch::Sender<bool> {
+        self.end.clone()
+    }
+
+    /// Waits until it has ended.
+    ///
+    /// # Errors
+    ///
+    /// It ended although nobody ended it.
+    pub fn wait(self) -> Result<(), NoServer> {
+        let pause = Duration::from_millis(50);
+        while !*self.end.borrow() {
+            if self.threads.iter().any(JoinHandle::is_finished) {
+                return Err(NoServer::Ended);
+            }
+            std::thread::sleep(pause);
+        }
+        // Somebody may plan just now; what was told is on the disk already.
+        let patience = Instant::now() + Duration::from_secs(10);
+        while Instant::now() < patience && !self.threads.iter().all(JoinHandle::is_finished) {
+            std::thread::sleep(pause);
+        }
+        Ok(())
+    }
+}
+
+fn check(options: &Options) -> Result<(), NoServer> {
+    if !(options.speed > 0.0 && options.speed <= 1000.0) {
+        return Err(NoServer::Speed(options.speed));
+    }
+    let plain = |host: &&String| {
+        let known = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | ':' | '[' | ']');
+        !host.is_empty() && host.chars().all(known)
+    };
+    match options.hosts.iter().find(|host| !plain(host)) {
+        Some(host) => Err(NoServer::Host(host.clone())),
+        None => Ok(()),
+    }
+}
+
+/// For each agent whether it has a page: people that are not simulated.
+fn paged(problem: &Problem, simulate: &[String]) -> Result<Vec<bool>, NoServer> {
+    let people: Vec<&str> =
+        problem.agents.iter().filter(|agent| agent.kind == AgentKind::Human).map(|agent| agent.name.as_str()).collect();
+    if let Some(name) = simulate.iter().find(|name| !people.contains(&name.as_str())) {
+        let people = if people.is_empty() { "none".into() } else { people.join(", ") };
+        return Err(NoServer::Nobody { name: name.clone(), people });
+    }
+    let has =
+        |agent: &mission::schedule::problem::Agent| agent.kind == AgentKind::Human && !simulate.contains(&agent.name);
+    Ok(problem.agents.iter().map(has).collect())
+}
+
+/// A number that differs as soon as the mission does.
+fn digest(problem: &Problem, settings: &Settings) -> String {
+    // Both are numbers, texts and lists of them, which JSON has.
+    let text = serde_json::to_string(&(problem, settings)).unwrap_or_default();
+    format!("{:032x}", XxHash3_128::oneshot(text.as_bytes()))
+}
+
+fn invite(
+    address: SocketAddr,
+    options: &Options,
+    paged: &[bool],
+    names: &[String],
+) -> Result<(Access, Vec<LinkOf>), NoServer> {
+    let host = match options.hosts.first() {
+        Some(named) if named.contains(':') => named.clone(),
+        Some(named) => format!("{named}:{}", address.port()),
+        None if address.ip().is_unspecified() => format!("localhost:{}", address.port()),
+        None => address.to_string(),
+    };
+    let mut access = Access::new();
+    let mut link = |role: Role, person: Option<String>| -> Result<LinkOf, NoServer> {
+        let token = access.invite(role)?;
+        Ok(LinkOf { person, url: format!("http://{host}{}", role.link(&token)) })
+    };
+    let mut links = vec![link(Role::Supervisor, None)?];
+    for (agent, name) in names.iter().enumerate().filter(|(agent, _)| paged.get(*agent) == Some(&true)) {
+        links.push(link(Role::Person(agent), Some(name.clone()))?);
+    }
+    Ok((access, links))
+}

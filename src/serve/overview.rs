@@ -1,0 +1,90 @@
+//! The page of the supervisor, made from the execution.
+
+use mission::execution::{AgentView, Doing, Execution, RobotView, Stage};
+use mission::plan::{Plan, Status};
+use mission::schedule::problem::{Distances, Problem};
+
+use super::diary::Diary;
+use super::view::{AgentRow, RobotRow, SupervisorView};
+use super::words::{self, written};
+
+/// The page of the supervisor; what it says of pages is added where they are served.
+pub fn supervisor(execution: &Execution, diary: &Diary) -> SupervisorView {
+    let (plan, problem) = (execution.plan(), execution.problem());
+    let outcome = execution.statistics();
+    let straight = problem.distances == Distances::Straight;
+    let robots = (0..problem.robots.len()).filter_map(|m| execution.robot(m)).enumerate().map(|(m, robot)| RobotRow {
+        name: words::robot(problem, m).into(),
+        doing: stage(problem, &robot),
+        at: straight.then_some(robot.position),
+        lost: robot.stage == Stage::Lost,
+    });
+    let agents = (0..problem.agents.len()).filter_map(|a| execution.agent(a)).enumerate().map(|(a, agent)| AgentRow {
+        name: words::agent(problem, a).into(),
+        doing: work(&agent),
+        page: String::new(),
+        paged: false,
+        lost: agent.doing == Doing::Lost,
+    });
+    let times = |n: usize| match n {
+        0 => "never".to_string(),
+        1 => "once".to_string(),
+        n => format!("{n} times"),
+    };
+    let ends = plan.end().map(|end| format!("ends at {}, ", written(end))).unwrap_or_default();
+    SupervisorView {
+        status: status(plan),
+        numbers: format!("{ends}moved {}, planned anew {}", times(outcome.reschedules), times(outcome.reallocations)),
+        over: match execution.stranded() {
+            _ if execution.done() => Some("The mission is done: everything is served that can be.".into()),
+            Some(why) => Some(format!("There is no plan any more: {why}.")),
+            None => None,
+        },
+        agents: agents.collect(),
+        robots: robots.collect(),
+        events: diary.events(),
+        drawing: execution.records().len(),
+    }
+}
+
+fn status(plan: &Plan) -> String {
+    match &plan.status {
+        Status::Proven { .. } => format!("cost {:.3}, no plan costs less ({})", plan.cost, plan.engine),
+        Status::Gap { gap, .. } => {
+            format!("cost {:.3}, at most {:.1} % above the least ({})", plan.cost, 100.0 * gap, plan.engine)
+        }
+        Status::Unbounded { .. } => format!("cost {:.3} ({})", plan.cost, plan.engine),
+    }
+}
+
+fn stage(problem: &Problem, robot: &RobotView) -> String {
+    let whom = robot.target.map_or("?", |target| words::agent(problem, target.agent));
+    match robot.stage {
+        Stage::Home => {
+            robot.until.map_or("at its depot".into(), |until| format!("at its depot until {}", written(until)))
+        }
+        Stage::Going => format!("goes to {whom}"),
+        Stage::Waiting => format!("waits near {whom}"),
+        Stage::Approaching => format!("comes up to {whom}"),
+        Stage::Serving => format!("serves {whom}"),
+        Stage::Returning => "goes back".into(),
+        Stage::Unloading => "at its depot, unloading".into(),
+        Stage::Recalled => "goes back, the service was broken off".into(),
+        Stage::Lost => "broken down".into(),
+    }
+}
+
+fn work(agent: &AgentView) -> String {
+    let number = agent.operation.map_or(0, |operation| operation + 1);
+    match agent.doing {
+        Doing::Ready => format!("before operation {number}"),
+        Doing::Working => agent.until.map_or_else(
+            || format!("operation {number}"),
+            |until| format!("operation {number}, until {}", written(until)),
+        ),
+        Doing::Waiting => format!("waits after operation {number}"),
+        Doing::Served => "is served".into(),
+        Doing::Finished => "finished".into(),
+        Doing::Lost => "left".into(),
+    }
+}

@@ -1,0 +1,83 @@
+//! What the server says about scenarios of missions: the mission, who is named in them, and what is measured of whom.
+
+use serde_json::Value as Json;
+
+use super::document::Document;
+
+const SPEC: &str = r#"hierarq 1
+
+// All rows.
+mission vineyard : schedule {
+  // The first.
+  robot m1 { depot [-10.4, 7] m  speed 0.2 m/s  serve 20 s }
+  robot m2 { depot [-8.4, 7] m  speed 0.1 m/s  serve 20 s }
+  // She picks.
+  human anna { place [1, -1.375] m  duration normal(204 s, 20.4 s) }
+  worker w1 { place [2.3, -15.125] m  duration 250 s }
+}
+
+scenario slow {
+  mission vineyard
+  duration 2000 s
+  travel bases
+  happens [{ at 120 s  late anna  by 60 s }, { at 300 s  lost m2 }]
+  feedback { anna { wait too_long } }
+  expect eventually done
+  expect always vineyard.makespan < 1800 s
+  expect always (anna.waited < 300 s and distance(m1, w1) >= 0 m)
+}
+"#;
+
+fn opened() -> Document {
+    Document::open("lsp_mission_scenario.hq", SPEC)
+}
+
+#[test]
+fn hover_and_definition() {
+    let mut doc = opened();
+    assert_eq!(doc.diagnostics(), Vec::<Json>::new());
+    doc.hovers(&[
+        ("  trav|el bases", "travel", "wheeled bases"),
+        ("  happ|ens", "happens", "each at its time"),
+        ("late an|na", "anna", "She picks."),
+        ("mission vine|yard\n", "vineyard", "All rows."),
+    ]);
+    doc.definitions(&[
+        ("  mission vine|yard\n", "mission |vineyard :"),
+        ("late an|na", "human |anna"),
+        ("lost m|2", "robot |m2"),
+        ("feedback { an|na", "human |anna"),
+        ("(an|na.waited", "human |anna"),
+        ("distance(m|1", "robot |m1"),
+        ("vine|yard.makespan", "mission |vineyard :"),
+    ]);
+}
+
+#[test]
+fn references_and_rename() {
+    let mut doc = opened();
+    for (place, old, new) in
+        [("human |anna", "anna", "bert"), ("lost |m2", "m2", "second"), ("|vineyard.makespan", "vineyard", "rows")]
+    {
+        let (renamed, edits) = doc.renamed(place, old, new);
+        assert!(!renamed.contains(old) && edits > 1, "{place}:\n{renamed}");
+    }
+}
+
+#[test]
+fn completion() {
+    let mut doc = opened();
+    doc.completions(&[
+        ("  travel bases\n", "  |\n", &["travel", "replan", "step"], &["push", "machine", "mission"]),
+        ("travel bases", "travel |", &["bases", "planned"], &["sampled"]),
+        ("  mission vineyard\n", "  mission |\n", &["vineyard"], &["anna"]),
+        ("late anna", "late |", &["anna", "w1", "m1"], &["vineyard"]),
+        ("lost m2 }", "lost m2  | }", &["to", "wait"], &["at", "lost"]),
+        ("feedback { anna {", "feedback { | {", &["anna"], &["w1", "m1"]),
+        ("wait too_long", "wait |", &["too_short", "ok"], &["close"]),
+        ("(anna.waited", "(anna.|", &["waited", "served"], &["travelled", "makespan"]),
+        ("vineyard.makespan", "vineyard.|", &["makespan", "done"], &["waited"]),
+        ("eventually done", "eventually |", &["done", "anna", "vineyard"], &["margin"]),
+        ("distance(m1, w1)", "distance(m1, |)", &["m2", "anna"], &["vineyard"]),
+    ]);
+}

@@ -1,0 +1,146 @@
+//! `hierarq serve`: real requests over loopback, friendly and hostile.
+
+#![cfg(feature = "serve")]
+
+#[path = "serve/access.rs"]
+mod access;
+#[path = "serve/client.rs"]
+mod client;
+#[path = "serve/command.rs"]
+mod command;
+#[path = "serve/hostile.rs"]
+mod hostile;
+#[path = "serve/journal.rs"]
+mod journal;
+#[path = "serve/people.rs"]
+mod people;
+
+use hierarq::serve::{Mission, Options, Server};
+use mission::execution::Settings;
+use mission::schedule::problem::{Agent, AgentKind, Distances, Duration, Energy, Problem, Range, Robot, Weights};
+
+use client::Client;
+
+fn robot(name: &str, depot: [f64; 2]) -> Robot {
+    Robot {
+        name: name.into(),
+        depot,
+        speed: Range::point(0.5),
+        proximity: Some(Range::point(0.5)),
+        serve: 20.0,
+        deposit: 1.0,
+        factor: 1.0,
+        energy: Energy::of_factor(1.0),
+    }
+}
+
+fn agent(name: &str, kind: AgentKind, place: [f64; 2]) -> Agent {
+    Agent {
+        name: name.into(),
+        kind,
+        place,
+        operations: if kind == AgentKind::Human { 2 } else { 1 },
+        duration: Duration { mean: 40.0, sigma: 0.0 },
+        severity: 0.5,
+        wait_distance: 1.0,
+        approaches: Vec::new(),
+        wait_weights: Vec::new(),
+        approach_weights: Vec::new(),
+    }
+}
+
+/// Two people and a working robot, served by two robots with fixed speeds: planned in no time.
+fn mission() -> Mission {
+    let problem = Problem {
+        robots: vec![robot("m1", [0.0, 0.0]), robot("m2", [6.0, 0.0])],
+        agents: vec![
+            agent("anna", AgentKind::Human, [0.0, 5.0]),
+            agent("<b>ben</b>", AgentKind::Human, [6.0, 5.0]),
+            agent("carrier", AgentKind::Worker, [3.0, 8.0]),
+        ],
+        distances: Distances::Straight,
+        confidence: 0.9,
+        weights: Weights { worker_wait: 1.0, energy: 1.0, makespan: 1.0 },
+        start: 0.0,
+        begun: Vec::new(),
+        absent: Vec::new(),
+        scales: None,
+    };
+    Mission { name: "field".into(), problem, settings: Settings::default() }
+}
+
+/// A server whose clock runs `speed` times as fast as ours.
+struct Running {
+    server: Option<Server>,
+}
+
+impl Running {
+    fn with(options: &Options) -> Running {
+        Running { server: Some(Server::start(mission(), options).expect("a server")) }
+    }
+
+    fn at_speed(speed: f64) -> Running {
+        Running::with(&Options { speed, begin: true, ..Options::default() })
+    }
+
+    /// One whose clock stands.
+    fn standing() -> Running {
+        Running::with(&Options::default())
+    }
+
+    fn server(&self) -> &Server {
+        self.server.as_ref().expect("it runs")
+    }
+
+    /// Somebody who has not opened a link.
+    fn stranger(&self) -> Client {
+        Client::new(self.server().address())
+    }
+
+    /// The path of the link of a person, or of the supervisor.
+    fn link(&self, person: Option<&str>) -> String {
+        let links = self.server().links();
+        let link = links.iter().find(|link| link.person.as_deref() == person).expect("a link");
+        let start = format!("http://{}", self.server().address());
+        link.url.strip_prefix(&start).expect("of this server").to_string()
+    }
+
+    /// Somebody whose page is open.
+    fn open(&self, person: Option<&str>) -> Client {
+        let mut client = self.stranger();
+        client.open(&self.link(person));
+        client
+    }
+
+    fn anna(&self) -> Client {
+        self.open(Some("anna"))
+    }
+
+    fn ben(&self) -> Client {
+        self.open(Some("<b>ben</b>"))
+    }
+
+    fn supervisor(&self) -> Client {
+        self.open(None)
+    }
+
+    /// Ends the server and waits for it.
+    fn end(mut self) {
+        self.stop();
+    }
+
+    fn stop(&mut self) {
+        if let Some(server) = self.server.take() {
+            server.end().send(true).expect("it listens");
+            server.wait().expect("it ended because we said so");
+        }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            self.stop();
+        }
+    }
+}

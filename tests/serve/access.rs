@@ -1,0 +1,119 @@
+//! Links that open once, sessions that open one page.
+
+use serde_json::json;
+
+use crate::Running;
+
+#[test]
+fn a_link_is_used_by_a_press_and_not_by_a_look() {
+    let on = Running::standing();
+    let link = on.link(Some("anna"));
+    let stranger = on.stranger();
+    for _ in 0..3 {
+        let shown = stranger.get(&link);
+        assert_eq!(shown.status, 200);
+        assert!(shown.body.contains("This is the page of anna") && shown.header("set-cookie").is_none());
+    }
+    let anna = on.anna();
+    assert_eq!(anna.home, "/person/0/");
+    assert_eq!(anna.state()["person"]["name"], "anna");
+}
+
+#[test]
+fn a_session_is_kept_from_scripts_and_other_sites() {
+    let on = Running::standing();
+    let stranger = on.stranger();
+    let opened = stranger.ask("POST", &on.link(None), &[("Origin", &stranger.origin())], "");
+    let cookie = opened.header("set-cookie").expect("a session");
+    for part in ["; HttpOnly", "; SameSite=Strict", "; Path=/"] {
+        assert!(cookie.contains(part), "{cookie}");
+    }
+    assert!(cookie.starts_with(&format!("hierarq_{}_supervisor=", on.server().address().port())), "{cookie}");
+    assert!(!cookie.contains("Secure"), "over plain HTTP a browser would drop it: {cookie}");
+}
+
+#[test]
+fn a_link_that_was_used_says_so() {
+    let on = Running::standing();
+    let (link, anna, stranger) = (on.link(Some("anna")), on.anna(), on.stranger());
+    for answer in [stranger.get(&link), stranger.ask("POST", &link, &[("Origin", &stranger.origin())], "")] {
+        assert_eq!(answer.status, 410);
+        assert!(answer.body.contains("ask the supervisor for a new link"), "{}", answer.body);
+        assert!(answer.header("set-cookie").is_none());
+    }
+    // Who has the page, and loads the link once more, gets there.
+    let again = anna.get(&link);
+    assert_eq!((again.status, again.header("location")), (303, Some("/person/0/")));
+}
+
+#[test]
+fn each_page_opens_to_its_own_session_alone() {
+    let on = Running::standing();
+    let (anna, ben, supervisor, stranger) = (on.anna(), on.ben(), on.supervisor(), on.stranger());
+    let pages = [(&anna, "/person/0/"), (&ben, "/person/1/"), (&supervisor, "/supervisor/")];
+    for client in [&anna, &ben, &supervisor, &stranger] {
+        for (owner, page) in pages {
+            for part in ["", "state", "events", "gantt.svg", "map.svg"] {
+                if part.ends_with("svg") && page != "/supervisor/" {
+                    continue;
+                }
+                let path = format!("{page}{part}");
+                if owner.cookie != client.cookie {
+                    assert_eq!(client.get(&path).status, 401, "{path}");
+                } else if part != "events" {
+                    assert_eq!(client.get(&path).status, 200, "{path}");
+                }
+            }
+            if owner.cookie != client.cookie {
+                let told = client.post(&format!("{page}tell"), &json!({ "what": "run" }).to_string());
+                assert_eq!(told.status, 401);
+            }
+        }
+    }
+    // A worker has no page, nor has a number that nobody has.
+    for path in ["/person/2/", "/person/99/", "/person/-1/", "/person/x/", "/person/18446744073709551616/"] {
+        assert_eq!(anna.get(path).status, 401, "{path}");
+    }
+}
+
+#[test]
+fn guessing_links_is_slow() {
+    let on = Running::standing();
+    let stranger = on.stranger();
+    let answers: Vec<u16> = (0..40).map(|n| stranger.get(&format!("/p/{n:032x}")).status).collect();
+    assert_eq!(answers[0], 404);
+    assert!(answers.iter().filter(|status| **status == 429).count() >= 10, "{answers:?}");
+    assert_eq!(stranger.get(&on.link(Some("anna"))).status, 200, "who has a link is not kept waiting by others");
+}
+
+#[test]
+fn a_new_link_ends_what_the_old_one_opened() {
+    let on = Running::standing();
+    let (anna, supervisor) = (on.anna(), on.supervisor());
+    let mut stream = anna.listen();
+    assert!(stream.next().is_some());
+    let answer = supervisor.tell(json!({ "what": "invite", "agent": 0 }));
+    assert_eq!(answer.status, 200, "{answer:?}");
+    let link = answer.json()["link"].as_str().expect("a link").to_string();
+    assert_eq!(anna.get("/person/0/state").status, 401);
+    while stream.next().is_some() {}
+    assert_eq!(on.stranger().get(&on.link(Some("anna"))).status, 404, "the first link is worth nothing");
+    let mut other = on.stranger();
+    other.open(&link);
+    assert_eq!(other.state()["person"]["name"], "anna");
+    assert_eq!(supervisor.tell(json!({ "what": "invite", "agent": 2 })).status, 409, "a worker has no page");
+}
+
+#[test]
+fn the_supervisor_sees_who_has_a_page_open() {
+    let on = Running::standing();
+    let supervisor = on.supervisor();
+    let page = |n: usize| supervisor.state()["agents"][n]["page"].as_str().map(str::to_string);
+    assert_eq!([page(0), page(1), page(2)].map(Option::unwrap), ["link not opened", "link not opened", "simulated"]);
+    let anna = on.anna();
+    let mut stream = anna.listen();
+    stream.next().expect("a state");
+    assert_eq!(page(0).as_deref(), Some("open"));
+    drop(stream);
+    supervisor.until(|state| state["agents"][0]["page"] == "closed");
+}

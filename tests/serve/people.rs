@@ -1,0 +1,172 @@
+//! Two people and a supervisor, each with a page, through a mission.
+
+use hierarq::serve::Options;
+use serde_json::{Value as Json, json};
+
+use crate::Running;
+
+fn may(what: &'static str) -> impl Fn(&Json) -> bool {
+    move |state| state["person"]["may"][what] == true
+}
+
+#[test]
+fn nothing_happens_before_the_clock_runs() {
+    let on = Running::standing();
+    let (anna, supervisor) = (on.anna(), on.supervisor());
+    let state = anna.state();
+    assert_eq!((&state["running"], &state["time"]), (&json!(false), &json!(0.0)));
+    assert!(state["person"]["note"].as_str().expect("a note").contains("stands"));
+    assert!(["begin", "done", "serve", "served"].iter().all(|what| state["person"]["may"][what] == false));
+    let early = anna.press("done", 0);
+    assert_eq!(early.status, 409);
+    assert!(early.said().contains("stands"), "{early:?}");
+    assert_eq!(supervisor.tell(json!({ "what": "run" })).said(), "The clock runs from 0:00.");
+    let state = anna.until(may("done"));
+    assert_eq!(state["person"]["doing"], "You work on operation 1 of 2.");
+    assert!(supervisor.tell(json!({ "what": "stop" })).said().starts_with("The clock stands at 0:0"));
+    let stood = anna.state()["time"].clone();
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    assert_eq!(anna.state()["time"], stood);
+}
+
+#[test]
+fn two_people_work_at_once_and_the_plan_follows_both() {
+    let on = Running::at_speed(10.0);
+    let (anna, ben, supervisor) = (on.anna(), on.ben(), on.supervisor());
+    anna.until(may("done"));
+    let planned = anna.state()["person"]["comes"].as_f64().expect("a robot is planned");
+    // Both press at once, much earlier than planned, and each twice.
+    let press = |client: &crate::client::Client| {
+        let client = client.clone();
+        std::thread::spawn(move || [client.press("done", 0), client.press("done", 0)])
+    };
+    for pressed in [press(&anna), press(&ben)] {
+        let [first, second] = pressed.join().expect("pressed");
+        assert_eq!((first.status, second.status), (200, 200), "{first:?} {second:?}");
+        assert!(first.said().starts_with("Noted: operation 1 ended at"), "{first:?}");
+        assert_eq!(second.said(), "Operation 1 is finished already.");
+    }
+    let comes = anna.state()["person"]["comes"].as_f64().expect("a robot comes");
+    assert!(comes < planned, "{comes} {planned}");
+    let served =
+        anna.until(|state| state["person"]["doing"].as_str().is_some_and(|text| text.ends_with("serves you.")));
+    assert_eq!(served["person"]["may"]["serve"], true);
+    assert_eq!(anna.press("serve", 0).status, 200);
+    let ended = anna.press("served", 0);
+    assert!(ended.said().contains("You measured"), "{ended:?}");
+    let state = anna.until(|state| !state["person"]["ask"].is_null());
+    assert_eq!(state["person"]["ask"]["operation"], 0);
+    let feedback = json!({ "what": "feedback", "operation": 0, "wait": 2, "approach": -1, "distance": -2 });
+    let told = anna.tell(feedback.clone());
+    assert!(told.said().starts_with("Thank you."), "{told:?}");
+    assert_eq!(anna.tell(feedback).said(), "Thank you; that was noted before, or is about an earlier service.");
+    assert!(anna.state()["person"]["ask"].is_null());
+    let events = supervisor.state()["events"].to_string();
+    assert!(
+        events.contains("anna says: the wait was too long, the robot came fast, it waited very far away"),
+        "{events}"
+    );
+    assert_eq!(events.matches("anna is done").count(), 1);
+}
+
+#[test]
+fn a_page_that_comes_back_has_everything() {
+    let on = Running::at_speed(20.0);
+    let anna = on.anna();
+    let mut stream = anna.listen();
+    assert_eq!(stream.status, 200);
+    stream.until(may("done"));
+    drop(stream);
+    // While nobody listens, something happens.
+    assert_eq!(anna.press("done", 0).status, 200);
+    let mut again = anna.listen();
+    let first = again.next().expect("a state");
+    let text = first["person"]["messages"].to_string();
+    assert!(text.contains("Your operation 1 is finished."), "the first state is whole: {first:#}");
+    let latest = anna.state();
+    assert_eq!(first["person"]["name"], latest["person"]["name"]);
+    // Streams go on by themselves.
+    again.until(|state| state["person"]["doing"].as_str().is_some_and(|text| text.ends_with("serves you.")));
+}
+
+#[test]
+fn a_session_has_three_streams_and_the_newest_stay() {
+    let on = Running::standing();
+    let anna = on.anna();
+    let mut streams: Vec<_> = (0..4).map(|_| anna.listen()).collect();
+    for stream in streams.iter_mut().skip(1) {
+        assert!(stream.next().is_some());
+    }
+    let mut oldest = streams.remove(0);
+    while oldest.next().is_some() {}
+    assert!(streams[2].next().is_some(), "the newest goes on");
+}
+
+#[test]
+fn a_robot_breaks_down_and_the_other_takes_over() {
+    let on = Running::at_speed(20.0);
+    let (anna, supervisor) = (on.anna(), on.supervisor());
+    anna.until(may("done"));
+    let told = supervisor.tell(json!({ "what": "lost", "robot": 0 }));
+    assert!(told.said().starts_with("Noted"), "{told:?}");
+    let state = supervisor.until(|state| state["robots"][0]["lost"] == true);
+    assert_eq!(state["robots"][0]["doing"], "broken down");
+    assert!(anna.state()["person"]["next"].as_str().expect("text").starts_with("m2 comes to you"));
+    assert!(anna.state()["person"]["messages"].to_string().contains("m1 has broken down."));
+    // The second one too: no plan is left, and the pages say so.
+    supervisor.tell(json!({ "what": "lost", "robot": 1 }));
+    let state = supervisor.until(|state| !state["over"].is_null());
+    assert_eq!(state["over"], "There is no plan any more: every robot is lost.");
+    assert!(anna.state()["person"]["note"].as_str().expect("a note").contains("every robot is lost"));
+    supervisor.tell(json!({ "what": "back", "robot": 1 }));
+    supervisor.until(|state| state["over"].is_null());
+}
+
+#[test]
+fn somebody_moves_and_the_supervisor_plans_anew() {
+    let on = Running::at_speed(5.0);
+    let (anna, supervisor) = (on.anna(), on.supervisor());
+    anna.until(may("done"));
+    let map = supervisor.get("/supervisor/map.svg").body;
+    let told = supervisor.tell(json!({ "what": "moved", "agent": 0, "place": [-4.0, 9.5] }));
+    assert_eq!(told.status, 200, "{told:?}");
+    assert!(anna.state()["person"]["messages"].to_string().contains("Robots now come to you at (-4.00, 9.50) m."));
+    assert_ne!(map, supervisor.get("/supervisor/map.svg").body);
+    let told = supervisor.tell(json!({ "what": "replan" }));
+    assert_eq!(told.said(), "Noted; planned anew.");
+}
+
+#[test]
+fn people_without_a_page_are_simulated() {
+    let options = Options { speed: 40.0, begin: true, simulate: vec!["<b>ben</b>".into()], ..Options::default() };
+    let on = Running::with(&options);
+    assert_eq!(on.server().links().len(), 2);
+    let (anna, supervisor) = (on.anna(), on.supervisor());
+    for operation in 0..2 {
+        anna.until(may("done"));
+        assert_eq!(anna.press("done", operation).status, 200);
+    }
+    let over = supervisor.until(|state| !state["over"].is_null());
+    assert_eq!(over["over"], "The mission is done: everything is served that can be.");
+    assert_eq!(over["agents"][1]["doing"], "finished");
+    assert_eq!(anna.state()["person"]["note"], "The mission is done. Thank you.");
+}
+
+#[test]
+fn mistakes_in_options_are_explained() {
+    let start = |options: &Options| match hierarq::serve::Server::start(crate::mission(), options) {
+        Ok(_) => panic!("it runs"),
+        Err(e) => e.to_string(),
+    };
+    let simulate = |name: &str| Options { simulate: vec![name.into()], ..Options::default() };
+    assert_eq!(
+        start(&simulate("carrier")),
+        "`--simulate carrier`: the mission has no person of that name; it has anna, <b>ben</b>"
+    );
+    assert!(start(&Options { speed: 0.0, ..Options::default() }).contains("more than 0"));
+    assert!(start(&Options { speed: f64::NAN, ..Options::default() }).contains("more than 0"));
+    assert!(start(&Options { hosts: vec!["http://x".into()], ..Options::default() }).contains("write a name"));
+    let on = Running::standing();
+    let taken = Options { port: on.server().address().port(), ..Options::default() };
+    assert!(start(&taken).starts_with("cannot listen at 127.0.0.1:"));
+}
