@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use compiler::{Compiled, Input, Report};
 use dsl::{Diagnostic, Span, Spelling};
-use runtime::program::CompiledFile;
+use runtime::program::{CompiledFile, MissionKind};
 
 /// How a file is compiled.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -101,6 +101,10 @@ pub fn load(path: &Path, settings: &Settings) -> Compiled {
         let mut compiled = compile(path, settings);
         if let Some(program) = &mut compiled.program {
             compiler::leave_out(program);
+        }
+        for mission in &mut compiled.missions {
+            let MissionKind::Schedule(schedule) = &mut mission.kind else { continue };
+            schedule.running.controllers.iter_mut().for_each(|c| compiler::leave_out(&mut c.program));
         }
         return compiled;
     }

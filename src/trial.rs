@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use compiler::Report;
 use dsl::tree::{Item, ItemKind};
 use dsl::{SourceId, Spelling};
-use runtime::missions::{End, MissionSummary, Untaken};
+use runtime::missions::{End, MissionSummary, Untaken, WorkerRecord};
 use runtime::program::{MissionProgram, MissionScenarioProgram, ScenarioProgram};
 use runtime::record::All;
 use runtime::record::expectations::{ExpectationRecord, is_good, records};
@@ -55,6 +55,12 @@ pub struct MissionTrial {
     /// Makespan, waits, ways, energy, how often the plan changed; none where there was no plan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub outcome: Option<mission::execution::Outcome>,
+    /// Working robots that ran controllers.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub workers: Vec<WorkerRecord>,
+    /// The same of a mission of layers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layers: Option<mission::layers::execution::Outcome>,
     /// What went wrong beside the expectations: when, in s, and what.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub trouble: Vec<(Option<f64>, String)>,
@@ -183,7 +189,7 @@ pub fn run_mission(spec: &str, mission: &MissionProgram, scenario: &MissionScena
     let run = runtime::missions::run(mission, scenario, &mut runtime::missions::Nothing, &mut |_| true);
     let summary = run.map_err(|e| e.to_string())?.summary;
     let trouble = summary.trouble();
-    let MissionSummary { mission, duration_s, ok, end, untaken, outcome, expectations, .. } = summary;
+    let MissionSummary { mission, duration_s, ok, end, untaken, workers, outcome, layers, expectations, .. } = summary;
     Ok(Trial {
         spec: spec.to_string(),
         scenario: scenario.name.clone(),
@@ -192,7 +198,7 @@ pub fn run_mission(spec: &str, mission: &MissionProgram, scenario: &MissionScena
         halted: false,
         passed: Vec::new(),
         faults: Vec::new(),
-        mission: Some(MissionTrial { name: mission, end, untaken, outcome, trouble }),
+        mission: Some(MissionTrial { name: mission, end, untaken, outcome, workers, layers, trouble }),
         expectations,
     })
 }

@@ -1,31 +1,10 @@
 //! The command line as a user or a script meets it: exit codes, files, JSON.
 
+#[path = "common/cli.rs"]
+mod cli;
 mod common;
 
-use std::path::PathBuf;
-use std::process::{Command, Output};
-
-fn hierarq(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hierarq"))
-        .args(args)
-        .env("NO_COLOR", "1")
-        .env("COLUMNS", "100")
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .expect("the binary runs")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// A folder of this test's own, empty at the start.
-fn folder(name: &str) -> PathBuf {
-    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = std::fs::remove_dir_all(&path);
-    std::fs::create_dir_all(&path).expect("writable");
-    path
-}
+use cli::{folder, hierarq, text};
 
 #[test]
 fn check_says_good_or_what_is_wrong() {

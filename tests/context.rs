@@ -1,25 +1,18 @@
 //! Layers from a language model on the command line, from recorded conversations: no test asks a model.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+#[path = "common/cli.rs"]
+mod cli;
 
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use cli::{command, hierarq, text};
 use serde_json::Value;
 
 const SPEC: &str = "examples/letters.hq";
 
 fn context(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hierarq"))
-        .args(["context", SPEC, "letter_h"])
-        .args(args)
-        .env("NO_COLOR", "1")
-        .env_remove("HIERARQ_API_KEY")
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .expect("the binary runs")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
+    command(&["context", SPEC, "letter_h"]).args(args).output().expect("the binary runs")
 }
 
 /// A file of this test's own.
@@ -102,11 +95,7 @@ fn usage_that_makes_no_sense() {
         assert_eq!(run.status.code(), Some(2), "{args:?}");
         assert!(text(&run.stderr).contains(words), "{args:?}: {}", text(&run.stderr));
     }
-    let vineyard = Command::new(env!("CARGO_BIN_EXE_hierarq"))
-        .args(["context", "examples/vineyard.hq", "--prompt"])
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .expect("the binary runs");
+    let vineyard = hierarq(&["context", "examples/vineyard.hq", "--prompt"]);
     assert_eq!(vineyard.status.code(), Some(2));
     assert!(text(&vineyard.stderr).contains("is a schedule"));
 }

@@ -92,7 +92,7 @@ fn every_whole_spec_in_the_docs_compiles() {
                 };
                 let compiled = compiler::compile(&input);
                 assert!(
-                    compiled.program.is_some(),
+                    compiled.is_good(),
                     "{}:\n{block}\n{}",
                     file.display(),
                     compiled.report.render(compiler::Style::Plain, 100)
@@ -144,7 +144,7 @@ fn program_compiles(what: &str, text: &str) {
         package_paths: &[],
     };
     let compiled = compiler::compile(&input);
-    assert!(compiled.program.is_some(), "{what}:\n{}", compiled.report.render(compiler::Style::Plain, 100));
+    assert!(compiled.is_good(), "{what}:\n{}", compiled.report.render(compiler::Style::Plain, 100));
 }
 
 #[test]

@@ -29,6 +29,8 @@ mod reuse;
 mod told;
 #[path = "lsp/words.rs"]
 mod words;
+#[path = "lsp/workers.rs"]
+mod workers;
 #[path = "lsp/workspace.rs"]
 mod workspace;
 

@@ -1,32 +1,13 @@
 //! Missions on the command line: planned, printed, drawn; and what is said of them where nothing can be planned or run.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+#[path = "common/cli.rs"]
+mod cli;
 
+use std::path::Path;
+use std::process::Output;
+
+use cli::{folder, hierarq, text};
 use serde_json::Value;
-
-fn hierarq(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hierarq"))
-        .args(args)
-        .env("NO_COLOR", "1")
-        .env("COLUMNS", "100")
-        .env("HIERARQ_HIGHS", "/nowhere")
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .expect("the binary runs")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// A folder of this test's own, empty at the start.
-fn folder(name: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = std::fs::remove_dir_all(&path);
-    std::fs::create_dir_all(&path).expect("writable");
-    path
-}
 
 /// Two robots and three services: few enough to be proven at once.
 const SMALL: &str = "hierarq 1
@@ -63,8 +44,7 @@ fn a_plan_says_who_does_what_and_how_sure_it_is() {
     let out = hierarq(&["plan", &file]);
     assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
     let printed = text(&out.stdout);
-    for part in
-        ["mission harvest: 3 services", "planned by position", "proven", "checked", "anna.2", "picker.1", "cost"]
+    for part in ["mission harvest: 3 services", "planned by orders", "proven", "checked", "anna.2", "picker.1", "cost"]
     {
         assert!(printed.contains(part), "`{part}` is missing:\n{printed}");
     }
@@ -185,7 +165,7 @@ fn formulations_agree_where_they_fit() {
         assert_eq!(data["formulation"], formulation);
         data["cost"]["total"].as_f64().expect("a number")
     };
-    let costs = ["subsets", "constraint", "position", "batches"].map(cost);
+    let costs = ["subsets", "constraint", "orders", "position", "batches"].map(cost);
     for c in costs {
         assert!((c - costs[0]).abs() < 1e-3 * costs[0], "{costs:?}");
     }

@@ -12,6 +12,8 @@ mod command;
 mod hostile;
 #[path = "serve/journal.rs"]
 mod journal;
+#[path = "serve/layers.rs"]
+mod layers;
 #[path = "serve/people.rs"]
 mod people;
 

@@ -1,8 +1,12 @@
 //! The commands around a spec: `init`, `watch`, `schema`, `completions`, `man`, as a user meets them.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
+use std::process::Command;
 
+use cli::{command, folder, hierarq, text};
+
+#[path = "common/cli.rs"]
+mod cli;
 #[path = "tools/init.rs"]
 mod init;
 #[path = "tools/schema.rs"]
@@ -11,30 +15,8 @@ mod schema;
 #[path = "tools/watch.rs"]
 mod watch;
 
-fn command(args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_hierarq"));
-    command.args(args).env("NO_COLOR", "1").env("COLUMNS", "100").current_dir(env!("CARGO_MANIFEST_DIR"));
-    command
-}
-
-fn hierarq(args: &[&str]) -> Output {
-    command(args).output().expect("the binary runs")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
 fn utf8(path: &Path) -> &str {
     path.to_str().expect("UTF-8")
-}
-
-/// A folder of this test's own, empty at the start.
-fn folder(name: &str) -> PathBuf {
-    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("tools").join(name);
-    let _ = std::fs::remove_dir_all(&path);
-    std::fs::create_dir_all(&path).expect("writable");
-    path
 }
 
 /// The commands, as `--help` lists them.

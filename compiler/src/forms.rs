@@ -38,6 +38,12 @@ pub fn unknown_key(block: &Block, i: usize, keys: &[&str], what: &str) -> Diagno
     d
 }
 
+/// True where a key that the section does not have was meant as this one: that it is missing is said with that.
+pub fn misspelt(block: &Block, section: &Section, name: &str) -> bool {
+    let unknown = block.entries.iter().map(|e| e.key.value.as_str()).filter(|key| section.entries().all(|k| k != *key));
+    unknown.into_iter().any(|key| suggest(key, section.entries()) == Some(name))
+}
+
 /// What a key is called elsewhere in the language, for one that people bring along.
 fn synonym(key: &str) -> Option<&'static str> {
     let known = [

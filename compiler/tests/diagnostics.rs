@@ -31,6 +31,8 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("planners", include_str!("cases/planners.txt"), Spelling::Hq),
     ("machines", include_str!("cases/machines.txt"), Spelling::Hq),
     ("missions", include_str!("cases/missions.txt"), Spelling::Hq),
+    ("missions_runs", include_str!("cases/missions_runs.txt"), Spelling::Hq),
+    ("missions_runs_yaml", include_str!("cases/missions_runs_yaml.txt"), Spelling::Yaml),
     ("missions_yaml", include_str!("cases/missions_yaml.txt"), Spelling::Yaml),
     ("mission_scenarios", include_str!("cases/mission_scenarios.txt"), Spelling::Hq),
     ("mission_scenarios_yaml", include_str!("cases/mission_scenarios_yaml.txt"), Spelling::Yaml),
@@ -104,6 +106,16 @@ fn planners() {
 #[test]
 fn missions() {
     check("missions");
+}
+
+#[test]
+fn missions_runs() {
+    check("missions_runs");
+}
+
+#[test]
+fn missions_runs_yaml() {
+    check("missions_runs_yaml");
 }
 
 #[test]

@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// Codes without a wrong example: it would be longer than a page, or is no text that can be shown.
 const NOT_SHOWN: &[&str] =
-    &["HQ0190", "HQ0192", "HQ0193", "HQ0194", "HQ0195", "HQ0212", "HQ0218", "HQ0406", "HQ0607", "HQ0623"];
+    &["HQ0190", "HQ0192", "HQ0193", "HQ0194", "HQ0195", "HQ0212", "HQ0218", "HQ0406", "HQ0607", "HQ0623", "HQ0934"];
 
 /// Compiles an example with what it does not show.
 fn compiled(page: &Page, part: &Part) -> Compiled {

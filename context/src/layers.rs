@@ -19,7 +19,7 @@ pub fn layers(
     keep: impl FnMut(&Exchange) -> std::io::Result<()>,
 ) -> Result<Imported, GenerateError> {
     let judge = |text: &str| {
-        import(text, wish.problem, wish.places, wish.mode)
+        import(text, wish.problem, wish.mode)
             .map_err(|faults| faults.iter().map(ToString::to_string).collect::<Vec<_>>())
     };
     generate(chat, &prompt(wish), bounds, judge, keep)

@@ -15,14 +15,12 @@ use crate::endpoint::{Message, Speaker};
 /// What is wanted of a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wish<'a> {
-    /// The mission: agents, objects; its tasks are not looked at.
+    /// The mission: agents, objects, places; its tasks are not looked at.
     pub problem: &'a Problem,
     /// What the person wants done.
     pub instruction: &'a str,
     /// What must be obeyed, each a sentence.
     pub directives: &'a [String],
-    /// Places that have a name (m).
-    pub places: &'a BTreeMap<String, [f64; 3]>,
     /// How much the model decides: the layers alone, `LLM_CG` of the thesis; also who does what with which object,
     /// `LLM_CG,A`; everything, `LLM_CG,A,S`.
     pub mode: Mode,
@@ -36,8 +34,8 @@ pub fn prompt(wish: &Wish) -> Vec<Message> {
         "units": "lengths in m, masses in kg, times in s, speeds in m/s",
         "objects": if alone { kinds_of_objects(problem) } else { objects(problem) },
     });
-    if !wish.places.is_empty() {
-        scene["places"] = json!(wish.places);
+    if !problem.places.is_empty() {
+        scene["places"] = json!(problem.places);
     }
     if !alone {
         scene["agents"] = problem.agents.iter().filter(|agent| !agent.lost).map(agent).collect();

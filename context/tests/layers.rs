@@ -28,6 +28,7 @@ fn agent(name: &str, body: Body) -> Agent {
         reach: None,
         payload: None,
         cannot: Default::default(),
+        spread: 0.0,
         lost: false,
     }
 }
@@ -50,6 +51,7 @@ fn problem() -> Problem {
         returns: true,
         start: 0.0,
         begun: Vec::new(),
+        places: BTreeMap::from([("corner".to_string(), [0.0, 0.1, 0.0])]),
     }
 }
 
@@ -62,10 +64,9 @@ fn talk(answers: &[&str], mode: Mode) -> (Result<Imported, GenerateError>, Vec<E
     let server = Server::new(answers.iter().map(|text| Reply::Says((*text).to_string())).collect());
     let mut endpoint = Endpoint::new(&server.address, "tiny", None, Duration::from_secs(2)).unwrap();
     let problem = problem();
-    let places = BTreeMap::from([("corner".to_string(), [0.0, 0.1, 0.0])]);
     let directives = ["Objects must not overlap.".to_string()];
     let instruction = "Build a house.";
-    let wish = Wish { problem: &problem, instruction, directives: &directives, places: &places, mode };
+    let wish = Wish { problem: &problem, instruction, directives: &directives, mode };
     let mut kept = Vec::new();
     let outcome = layers(&mut endpoint, &wish, &Bounds::default(), |exchange| {
         kept.push(exchange.clone());
@@ -124,9 +125,9 @@ fn a_model_may_decide_more() {
 /// The form that the model is shown, with words of the mission, is one that is read.
 #[test]
 fn the_form_in_the_prompt_is_what_is_read() {
-    let (problem, places) = (problem(), BTreeMap::new());
+    let problem = problem();
     for mode in [Mode::Context, Mode::Allocated, Mode::Scheduled] {
-        let wish = Wish { problem: &problem, instruction: "Build.", directives: &[], places: &places, mode };
+        let wish = Wish { problem: &problem, instruction: "Build.", directives: &[], mode };
         let messages = prompt(&wish);
         assert_eq!(messages[1].content, "Build.");
         let system: serde_json::Value = serde_json::from_str(&messages[0].content).unwrap();
@@ -137,7 +138,7 @@ fn the_form_in_the_prompt_is_what_is_read() {
             .replace("one of the actions", "pick_and_place")
             .replace("name of an agent", "arm")
             .replace("name of an object", "red_1");
-        let read = mission::layers::json::import(&answer, &problem, &places, mode);
+        let read = mission::layers::json::import(&answer, &problem, mode);
         assert!(read.is_ok(), "{answer}: {read:?}");
     }
 }

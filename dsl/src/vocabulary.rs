@@ -7,7 +7,8 @@ pub static UNITS: &[&str] = &[
 ];
 
 /// Keys whose value is text, so that YAML may write it without quotes of ours around it.
-pub static TEXT_KEYS: &[&str] = &["urdf", "title", "package_path", "file", "instruction", "layers_from"];
+pub static TEXT_KEYS: &[&str] =
+    &["urdf", "title", "package_path", "file", "instruction", "layers_from", "spec", "scenario"];
 
 /// What a member of a mission can be: `robot m1 { .. }`; in YAML the members stand below the plural, `robots:`. None of
 /// the plurals can be a setting of a mission.

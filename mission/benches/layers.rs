@@ -4,8 +4,6 @@
 #[path = "../tests/layered/mod.rs"]
 mod layered;
 
-use std::collections::BTreeMap;
-
 use divan::{Bencher, black_box};
 use hierarq_mission::engine::Budget;
 use hierarq_mission::layers::choose::{Options, plan};
@@ -59,5 +57,5 @@ fn validation(bencher: Bencher) {
 fn reading(bencher: Bencher) {
     let problem = layered::sorting(1);
     let text = export(&problem);
-    bencher.bench_local(|| import(black_box(&text), &problem, &BTreeMap::new(), Mode::Context));
+    bencher.bench_local(|| import(black_box(&text), &problem, Mode::Context));
 }

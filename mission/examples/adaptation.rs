@@ -4,7 +4,7 @@
 //! wait and speed after every service, all at random. Mean and standard deviation of the adaptation index over people and
 //! runs, with feedback and planning anew, and with neither.
 //!
-//! `cargo run -p hierarq-mission --example adaptation -- [RUNS]`
+//! `cargo run -p hierarq-mission --example adaptation -- [RUNS] [THRESHOLD]`
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -19,6 +19,9 @@ use hierarq_mission::schedule::problem::{AgentKind, Problem};
 /// Runs if nobody says.
 const RUNS: u64 = 30;
 
+/// `iota_t` of (5.19) if nobody says: feedback is nearly always answered by a new plan.
+const THRESHOLD: f64 = 0.003;
+
 /// People at random places, served from the depots of thesis 5.7.2.
 fn team(run: u64, people: usize) -> Problem {
     let mut random = common::Random(run.wrapping_mul(7919) + people as u64);
@@ -32,11 +35,12 @@ fn team(run: u64, people: usize) -> Problem {
 }
 
 /// One mission to its end.
-fn run(problem: Problem, seed: u64, replan: Replan) -> Result<Outcome, Refusal> {
+fn run(problem: Problem, seed: u64, replan: Replan, reallocate_above: f64) -> Result<Outcome, Refusal> {
     let budget = Budget { time: Duration::from_secs(60), nodes: 20, ..Budget::default() };
     let planning = Options { formulation: Some(Formulation::Batches), budget, ..Options::default() };
     let durations = Durations::Sampled { seed };
-    let mut execution = Execution::new(problem, Settings { durations, replan, planning, ..Settings::default() })?;
+    let mut execution =
+        Execution::new(problem, Settings { durations, replan, reallocate_above, planning, ..Settings::default() })?;
     let mut random = common::Random(seed ^ 0x5eed);
     random.unit();
     while let Some(next) = execution.next() {
@@ -63,12 +67,13 @@ fn spread(values: &[f64]) -> (f64, f64) {
 
 fn main() {
     let runs = std::env::args().nth(1).and_then(|word| word.parse().ok()).unwrap_or(RUNS);
+    let threshold = std::env::args().nth(2).and_then(|word| word.parse().ok()).unwrap_or(THRESHOLD);
     println!("{runs} runs         wait index     speed index    wait of all (s)  planned anew");
     for (name, replan) in [("without", Replan::None), ("with", Replan::Both)] {
         for people in 2..=6 {
             let (mut waits, mut speeds, mut waited, mut anew) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
             for number in 0..runs {
-                match run(team(number, people), number, replan) {
+                match run(team(number, people), number, replan, threshold) {
                     Ok(outcome) => {
                         waits.extend(outcome.agents.iter().map(|agent| agent.wait_index));
                         speeds.extend(outcome.agents.iter().map(|agent| agent.speed_index));

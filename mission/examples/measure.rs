@@ -1,8 +1,8 @@
 //! Measures the planners on the shapes of thesis Tables 5.5 to 5.7 and with speeds as decisions.
 //!
-//! `cargo run --release -p hierarq-mission --example measure -- [fixed|speeds|operations|weights|batches|large|agree] [position] [highs] [SECONDS]`
+//! `cargo run --release -p hierarq-mission --example measure -- [fixed|speeds|vineyard|operations|weights|batches|large|durations|agree] [position] [highs] [SECONDS]`
 //!
-//! `agree` compares all formulations and engines on problems that all of them prove; HiGHS too, if it is there.
+//! `durations` has Table 5.4, `vineyard` the first plan of 5.7.2; `agree` compares all formulations and engines on problems that all of them prove; HiGHS too, if it is there.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -10,9 +10,12 @@ mod common;
 use std::time::{Duration, Instant};
 
 use hierarq_mission::engine::{Budget, Highs};
+use hierarq_mission::schedule;
+use hierarq_mission::schedule::chance::quantile;
 use hierarq_mission::schedule::choose::{Engine, Formulation, Options, plan};
 use hierarq_mission::schedule::problem::Problem;
 use hierarq_mission::schedule::validate::validate;
+use rand_distr::{Distribution, Normal};
 
 fn show(name: &str, problem: &Problem, options: &Options) -> f64 {
     let begun = Instant::now();
@@ -38,6 +41,26 @@ fn show(name: &str, problem: &Problem, options: &Options) -> f64 {
         if wrong > 0 { "  NOT VALID" } else { "" },
     );
     plan.cost
+}
+
+/// Thesis Table 5.4: how often planned durations suffice, and by how much (s), from so many samples of each of four agents.
+fn durations(samples: usize) {
+    println!("{samples} samples of each agent\nconfidence  enough  left over (s)");
+    let mut generator = rand_pcg::Pcg64::new(5, 4);
+    for confidence in [0.6, 0.7, 0.8, 0.9, 0.95, 0.99] {
+        let mut left = Vec::new();
+        for agent in 1..=4 {
+            let mean = 250.0 + 10.0 * f64::from(agent);
+            let planned = quantile(schedule::problem::Duration { mean, sigma: 0.1 * mean }, confidence);
+            let Ok(normal) = Normal::new(mean, 0.1 * mean) else { return };
+            let taken = (0..samples).map(|_| normal.sample(&mut generator));
+            left.extend(taken.filter(|taken| *taken <= planned).map(|taken| planned - taken));
+        }
+        let count = left.len() as f64;
+        let mean = left.iter().sum::<f64>() / count;
+        let deviation = (left.iter().map(|more| (more - mean).powi(2)).sum::<f64>() / count).sqrt();
+        println!("{confidence:10.2}  {:6.3}  {mean:6.2} +- {deviation:5.2}", count / (4 * samples) as f64);
+    }
 }
 
 fn main() {
@@ -77,6 +100,19 @@ fn main() {
         for operations in 1..=3 {
             show(&format!("vineyard 4 x {operations}"), &common::vineyard(operations), &chosen);
         }
+        for (agents, operations) in [(2, 3), (3, 3), (4, 3), (2, 6), (3, 4), (6, 2)] {
+            for seed in 0..3 {
+                let name = format!("speeds {agents} x {operations} operations, seed {seed}");
+                show(&name, &common::random(seed, agents, 2, operations), &chosen);
+            }
+        }
+    }
+    if asked("vineyard") {
+        show("vineyard", &common::vineyard(3), &chosen);
+    }
+    if asked("durations") {
+        durations(50);
+        durations(20_000);
     }
     if asked("large") {
         for (agents, operations) in [(60, 1), (50, 4), (100, 5)] {

@@ -6,7 +6,8 @@
 //!
 //! - [`schedule`]: robots that serve agents at the end of their operations, thesis chapter 5.
 //! - [`execution`]: the world in which a schedule is executed, and the plan that follows what happens.
-//! - [`layers`]: tasks in ordered layers, each with an agent and an object, thesis chapter 6.
+//! - [`layers`]: tasks in ordered layers, each with an agent and an object, thesis chapter 6; and the world in which they
+//!   are done.
 
 pub mod engine;
 pub mod execution;

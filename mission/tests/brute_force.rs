@@ -160,7 +160,7 @@ fn every_engine_finds_the_least_cost_of_all_sequences() {
     {
         let problem = common::fixed(seed, agents, robots, 1);
         let least = least_fixed(&problem);
-        for formulation in [Formulation::Subsets, Formulation::Constraint, Formulation::Position] {
+        for formulation in [Formulation::Subsets, Formulation::Constraint, Formulation::Position, Formulation::Orders] {
             let cost = proven(&problem, formulation);
             assert!((cost - least).abs() < 1e-4 * least, "{seed} {formulation:?}: {cost}, not {least}");
         }
@@ -176,7 +176,7 @@ fn engines_agree_where_agents_have_several_operations() {
             agent.wait_weights = (0..operations).map(|i| 2.0 / (1.0 + i as f64)).collect();
         }
         let least = least_fixed(&problem);
-        for formulation in [Formulation::Constraint, Formulation::Position] {
+        for formulation in [Formulation::Constraint, Formulation::Position, Formulation::Orders] {
             let cost = proven(&problem, formulation);
             assert!((cost - least).abs() < 1e-4 * least, "{seed} {formulation:?}: {cost}, not {least}");
         }
@@ -185,14 +185,28 @@ fn engines_agree_where_agents_have_several_operations() {
 
 #[test]
 fn speeds_are_the_best_of_a_fine_grid() {
-    for (seed, agents, robots) in [(0, 1, 1), (1, 2, 1), (2, 2, 2), (3, 3, 2), (8, 3, 1)] {
-        let mut problem = common::random(seed, agents, robots, 1);
+    for (seed, agents, robots, operations) in [
+        (0, 1, 1, 1),
+        (1, 2, 1, 1),
+        (2, 2, 2, 1),
+        (3, 3, 2, 1),
+        (8, 3, 1, 1),
+        (9, 1, 2, 2),
+        (10, 1, 1, 3),
+        (11, 2, 1, 2),
+        (12, 1, 2, 3),
+    ] {
+        let mut problem = common::random(seed, agents, robots, operations);
         // Several weights near the agents: each has a duration of its own in the program.
         for (a, agent) in problem.agents.iter_mut().enumerate() {
-            agent.approach_weights = vec![0.5 + a as f64];
+            agent.approach_weights = vec![0.5 + a as f64; operations];
+            agent.wait_weights = (0..operations).map(|i| 2.0 / (1.0 + i as f64)).collect();
+            // Short operations make robots wait for each other.
+            agent.duration.mean *= if operations > 1 { 0.3 } else { 1.0 };
         }
         let least = sequences(&problem).iter().map(|s| least_on_grid(&problem, s)).fold(f64::INFINITY, f64::min);
-        for formulation in [Formulation::Position, Formulation::Subsets] {
+        let single = (operations == 1).then_some(Formulation::Subsets);
+        for formulation in [Formulation::Position, Formulation::Orders].into_iter().chain(single) {
             let cost = proven(&problem, formulation);
             assert!((cost - least).abs() < 1e-4 * least, "{seed} {formulation:?}: {cost}, not {least}");
         }

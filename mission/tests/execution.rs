@@ -6,99 +6,16 @@
 mod common;
 
 use std::collections::BTreeMap;
-use std::time::Duration;
 
-use hierarq_mission::engine::Budget;
+use common::execution::{happened, keeps, near, run, settings};
 use hierarq_mission::execution::{
     Doing, Durations, Event, Execution, Happening, NoPlan, Potentials, Record, Replan, Settings, Stage, Travel,
 };
-use hierarq_mission::plan::{Activity, Actor, Phase, Plan, Target};
-use hierarq_mission::schedule::choose::{Formulation, Options};
-use hierarq_mission::schedule::problem::Problem;
+use hierarq_mission::plan::{Actor, Phase};
+use hierarq_mission::schedule::chance::quantile;
+use hierarq_mission::schedule::problem::{AgentKind, Problem};
 use hierarq_mission::schedule::validate::validate;
 use proptest::prelude::*;
-
-fn near(a: f64, b: f64, by: f64) {
-    assert!((a - b).abs() <= by, "{a} is not {b}");
-}
-
-fn quick() -> Options {
-    let budget = Budget { time: Duration::from_secs(60), nodes: 20, ..Budget::default() };
-    Options { formulation: Some(Formulation::Batches), batch: 2, budget, ..Options::default() }
-}
-
-fn settings() -> Settings {
-    Settings { planning: quick(), ..Settings::default() }
-}
-
-/// Lets a mission run to its end.
-fn run(execution: &mut Execution) {
-    let mut steps = 0;
-    while let Some(next) = execution.next() {
-        execution.advance(next);
-        steps += 1;
-        assert!(
-            steps < 20_000,
-            "the mission does not end: {:?}",
-            &execution.records()[execution.records().len() - 5..]
-        );
-    }
-}
-
-/// When the beginnings and ends of a plan are recorded to have happened, by operation.
-type Times = BTreeMap<(usize, usize), BTreeMap<&'static str, f64>>;
-
-fn happened(records: &[Record]) -> Times {
-    let mut times = Times::new();
-    for record in records {
-        let (key, name) = match record.what {
-            Happening::OperationBegan { agent, operation } => ((agent, operation), "start"),
-            Happening::OperationEnded { agent, operation } => ((agent, operation), "end"),
-            Happening::Left { agent, operation, .. } => ((agent, operation), "going"),
-            Happening::Waits { agent, operation, .. } => ((agent, operation), "waiting"),
-            Happening::Approaches { agent, operation, .. } => ((agent, operation), "proximity"),
-            Happening::Serves { agent, operation, .. } => ((agent, operation), "serving"),
-            Happening::Served { agent, operation, .. } => ((agent, operation), "depositing"),
-            Happening::BrokenOff { agent, operation, .. } => {
-                let of = times.entry((agent, operation)).or_default();
-                of.retain(|name, _| matches!(*name, "start" | "end"));
-                continue;
-            }
-            Happening::Told { event: Event::Lost { who: Actor::Agent(lost) } } => {
-                // What it has not been served for is not begun any more.
-                times.retain(|(agent, _), of| *agent != lost || of.contains_key("depositing"));
-                continue;
-            }
-            _ => continue,
-        };
-        times.entry(key).or_default().insert(name, record.time);
-    }
-    times
-}
-
-fn part(plan: &Plan, (agent, operation): (usize, usize), phase: Phase) -> Option<&Activity> {
-    plan.activities.iter().find(|a| a.target == Target { agent, operation } && a.phase == phase)
-}
-
-/// Everything that has happened is in the plan as it happened.
-fn keeps(plan: &Plan, records: &[Record]) -> Result<(), TestCaseError> {
-    for (key, times) in happened(records) {
-        for (name, time) in times {
-            let (phase, starts) = match name {
-                "start" => (Phase::Operation, true),
-                "end" => (Phase::Operation, false),
-                "going" => (Phase::Going, true),
-                "waiting" => (Phase::Waiting, true),
-                "proximity" => (Phase::Proximity, true),
-                "serving" => (Phase::Serving, true),
-                _ => (Phase::Depositing, true),
-            };
-            let found = part(plan, key, phase).map(|a| if starts { a.start } else { a.end });
-            prop_assert!(found.is_some_and(|t| (t - time).abs() < 1e-6), "{key:?} {name} {time} is {found:?}");
-        }
-    }
-    Ok(())
-}
 
 /// Without anything that happens, with durations as planned: the plan, to the last digit.
 #[test]
@@ -125,7 +42,7 @@ fn a_quiet_day_is_the_plan() {
                 Phase::Proximity => "proximity",
                 Phase::Serving => "serving",
                 Phase::Depositing => "depositing",
-                Phase::Task => unreachable!("a schedule has no tasks of layers"),
+                Phase::Task => continue,
             };
             near(times[&key][name], activity.start, 1e-9);
         }
@@ -191,7 +108,7 @@ proptest! {
             }
             if execution.stranded().is_none() && execution.problem().operations() > 0 {
                 prop_assert_eq!(validate(execution.problem(), execution.plan()), Vec::new());
-                keeps(execution.plan(), execution.records())?;
+                keeps(execution.plan(), execution.records()).map_err(TestCaseError::fail)?;
             }
         }
         // What waits to be told is told, until nothing happens any more.
@@ -226,7 +143,7 @@ proptest! {
             prop_assert_eq!(gone, *why == NoPlan::NoRobot, "{}", why);
         } else if execution.problem().operations() > 0 {
             prop_assert_eq!(validate(execution.problem(), execution.plan()), Vec::new());
-            keeps(execution.plan(), execution.records())?;
+            keeps(execution.plan(), execution.records()).map_err(TestCaseError::fail)?;
         }
     }
 }
@@ -244,5 +161,182 @@ fn run_told(execution: &mut Execution) {
             let _ = execution.tell(Event::Done { agent });
         }
         assert!(steps < 5_000, "the mission does not end");
+    }
+}
+
+/// Records of a mission advanced in steps that end at these times, and what it came to.
+fn in_steps(problem: &Problem, settings: &Settings, events: &[(f64, Event)], steps: &[f64]) -> (Vec<Record>, String) {
+    let mut execution = Execution::new(problem.clone(), settings.clone()).unwrap();
+    let mut steps = steps.iter().copied().peekable();
+    for (time, event) in events.iter().copied().chain([(20_000.0, Event::Done { agent: usize::MAX })]) {
+        while let Some(step) = steps.next_if(|step| *step < time) {
+            execution.advance(step);
+        }
+        execution.advance(time);
+        let _ = execution.tell(event);
+    }
+    let all: Vec<String> = (0..problem.robots.len()).map(|robot| format!("{:?}", execution.robot(robot))).collect();
+    (execution.records().to_vec(), format!("{:?} {all:?}", execution.statistics()))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
+
+    #[test]
+    fn small_steps_are_one_large_step(
+        (problem, settings) in mission(),
+        events in proptest::collection::vec((0.0_f64..1500.0, 0_usize..12, 0_usize..8, -1.0_f64..1.0, -1.0_f64..1.0), 0..6),
+        mut steps in proptest::collection::vec(0.0_f64..5000.0, 0..60),
+    ) {
+        let (robots, people) = (problem.robots.len(), problem.agents.len());
+        let told = events.into_iter().map(|(time, what, who, a, b)| (time, event(what, who, robots, people, a, b)));
+        let mut told: Vec<(f64, Event)> = told.collect();
+        told.sort_by(|a, b| a.0.total_cmp(&b.0));
+        steps.sort_by(f64::total_cmp);
+        let once = in_steps(&problem, &settings, &told, &[]);
+        prop_assert_eq!(in_steps(&problem, &settings, &told, &steps), once.clone());
+        let text = serde_json::to_string(&once.0).unwrap();
+        prop_assert_eq!(serde_json::from_str::<Vec<Record>>(&text).unwrap(), once.0);
+    }
+}
+
+/// Table 5.4 from executed runs: how often an operation ends within the time that it was planned to take.
+#[test]
+fn operations_end_in_time_as_often_as_wanted() {
+    for confidence in [0.6, 0.7, 0.8, 0.9, 0.95, 0.99] {
+        let (mut enough, mut count) = (0, 0);
+        let mut problem = common::vineyard(3);
+        problem.confidence = confidence;
+        for (number, agent) in problem.agents.iter_mut().enumerate() {
+            agent.duration.mean = 250.0 + 10.0 * (number + 1) as f64;
+            agent.duration.sigma = 0.1 * agent.duration.mean;
+        }
+        let settings = Settings { replan: Replan::None, ..settings() };
+        let plan = Execution::new(problem.clone(), settings.clone()).unwrap().plan().clone();
+        for seed in 0..50 {
+            let durations = Durations::Sampled { seed };
+            let mut execution =
+                Execution::with_plan(problem.clone(), plan.clone(), Settings { durations, ..settings.clone() })
+                    .unwrap();
+            run(&mut execution);
+            assert!(execution.done());
+            let late = |record: &&Record| matches!(record.what, Happening::OperationLate { .. });
+            let times = happened(execution.records());
+            for ((agent, _), times) in &times {
+                let duration = problem.agents[*agent].duration;
+                let planned = quantile(duration, confidence);
+                enough += usize::from(times["end"] - times["start"] <= planned);
+                count += 1;
+            }
+            assert_eq!(
+                execution.records().iter().any(|r| late(&r)),
+                times.iter().any(|((agent, _), times)| {
+                    let duration = problem.agents[*agent].duration;
+                    times["end"] - times["start"] > quantile(duration, confidence) + 1e-9
+                })
+            );
+        }
+        near(enough as f64 / f64::from(count), confidence, 0.03);
+    }
+}
+
+/// A duration depends on its name alone: another plan, fewer agents or events change none.
+#[test]
+fn durations_depend_on_nothing_but_their_name() {
+    let problem = common::vineyard(2);
+    let settings = Settings { durations: Durations::Sampled { seed: 7 }, ..settings() };
+    let lengths = |execution: &mut Execution| {
+        run(execution);
+        let times = happened(execution.records());
+        let names = execution.plan().agents.clone();
+        times.iter().map(|((a, o), t)| ((names[*a].clone(), *o), t["end"] - t["start"])).collect::<BTreeMap<_, _>>()
+    };
+    let mut all = Execution::new(problem.clone(), settings.clone()).unwrap();
+    let all = lengths(&mut all);
+    let mut fewer = problem.clone();
+    fewer.agents.remove(0);
+    let mut fewer = Execution::new(fewer, settings.clone()).unwrap();
+    fewer.advance(100.0);
+    fewer.tell(Event::Moved { agent: 0, place: [0.0, 0.0] }).unwrap();
+    for (name, length) in lengths(&mut fewer) {
+        near(all[&name], length, 1e-9);
+    }
+    let other = Settings { durations: Durations::Sampled { seed: 8 }, ..settings };
+    let other = lengths(&mut Execution::new(problem, other).unwrap());
+    assert!(all.iter().all(|(name, length)| other[name] != *length));
+}
+
+/// 5.B: people say at random what they think of waits and speeds. The adaptation index is more than 1 in the mean if the
+/// plan follows them, and 1 for everybody if it does not. The whole experiment: `examples/adaptation.rs`.
+#[test]
+fn plans_follow_what_people_ask_for() {
+    for (replan, follows) in [(Replan::None, false), (Replan::Both, true)] {
+        let (mut waits, mut speeds) = (Vec::new(), Vec::new());
+        for seed in 0..8 {
+            let durations = Durations::Sampled { seed };
+            let mut problem = common::random(seed, 3, 2, 3);
+            problem.agents.iter_mut().for_each(|who| who.kind = AgentKind::Human);
+            let mut execution = Execution::new(problem, Settings { durations, replan, ..settings() }).unwrap();
+            let mut random = common::Random(seed);
+            random.unit();
+            while let Some(next) = execution.next() {
+                let served: Vec<usize> = execution
+                    .advance(next)
+                    .iter()
+                    .filter_map(|record| match record.what {
+                        Happening::Served { agent, .. } => Some(agent),
+                        _ => None,
+                    })
+                    .collect();
+                for agent in served {
+                    let (wait, approach) = (random.below(5) as i8 - 2, random.below(5) as i8 - 2);
+                    execution.tell(Event::Said { agent, wait, approach, distance: 0 }).unwrap();
+                }
+            }
+            let outcome = execution.statistics();
+            waits.extend(outcome.agents.iter().map(|agent| agent.wait_index));
+            speeds.extend(outcome.agents.iter().map(|agent| agent.speed_index));
+        }
+        for indices in [waits, speeds] {
+            let mean = indices.iter().sum::<f64>() / indices.len() as f64;
+            assert!(
+                if follows { mean > 1.05 } else { indices.iter().all(|index| *index == 1.0) },
+                "{mean} {indices:?}"
+            );
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
+
+    /// Numbers from tiny to the largest that are allowed: a mission that begins is over, or stands still with a reason.
+    #[test]
+    fn extreme_missions_come_to_an_end(
+        powers in proptest::collection::vec(-6.0_f64..5.0, 12), zeros in any::<u16>(), bases in any::<bool>(), seed in 0_u64..100,
+    ) {
+        let mut problem = common::random(1, 2, 2, 2);
+        let numbers = powers.iter().enumerate().map(|(k, power)| if zeros >> k & 1 == 1 { 0.0 } else { 10_f64.powf(*power) });
+        let mut next = numbers.cycle();
+        let mut take = || next.next().unwrap();
+        for robot in &mut problem.robots {
+            (robot.serve, robot.deposit) = (take(), take());
+            robot.depot = [take().min(100.0), -take().min(100.0)];
+        }
+        for agent in &mut problem.agents {
+            agent.duration.mean = take().max(1e-9);
+            agent.duration.sigma = take().min(0.5 * agent.duration.mean);
+            agent.wait_distance = take().min(10.0);
+        }
+        let travel = if bases { Travel::Bases(Potentials::default()) } else { Travel::Planned };
+        let durations = Durations::Sampled { seed };
+        let Ok(mut execution) = Execution::new(problem, Settings { travel, durations, ..settings() }) else { return Ok(()) };
+        let mut steps = 0;
+        while let Some(time) = execution.next() {
+            execution.advance(time);
+            steps += 1;
+            prop_assert!(steps < 20_000, "{:?}", execution.records().last());
+        }
+        prop_assert!(execution.done() || execution.stranded().is_some());
     }
 }

@@ -10,7 +10,6 @@ use std::time::Duration;
 use hierarq_mission::engine::Budget;
 use hierarq_mission::layers::choose::{Formulation, Options, Refusal, plan};
 use hierarq_mission::layers::cost::cost;
-use hierarq_mission::layers::execute::{Loss, Outcome, Stuck, execute};
 use hierarq_mission::layers::problem::{Begun, Body, Problem};
 use hierarq_mission::layers::steps::{Step, from_plan};
 use hierarq_mission::layers::validate::{Rule, validate};
@@ -282,68 +281,4 @@ fn letter_h_is_proven_and_people_take_the_light_blocks() {
     assert!(mass(true) < mass(false), "{} and {}", mass(true), mass(false));
     let parts = plan(&problem, &Options { formulation: Some(Formulation::Batches), ..Options::default() }).unwrap();
     assert!(parts.cost >= best.cost * (1.0 - 1e-4) && parts.cost <= 1.1 * best.cost);
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
-
-    /// Late, failed and dropped tasks: whatever happens, the tasks are done once each, in the order of the layers, by one
-    /// agent at a time, each with an object of its own; or it is said why not.
-    #[test]
-    fn execution_keeps_the_rules(
-        seed in 0_u64..100_000, failing in 0.0_f64..0.4, spread in 0.0_f64..0.9,
-        losses in prop::collection::vec((0.0_f64..100.0, 0_usize..4), 0..3),
-    ) {
-        let Some(problem) = possible(layered::random(seed, 8, 12, 3, 1)) else { return Ok(()) };
-        let some = Options { budget: Budget { nodes: 60, ..Budget::default() }, ..options(Formulation::Branch) };
-        let losses: Vec<Loss> = losses.into_iter().map(|(time, agent)| Loss { time, agent }).collect();
-        let run = || {
-            let mut random = layered::Random(seed);
-            let happens = |step: &Step| Outcome {
-                duration: (step.end - step.start) * random.within(1.0 - spread, 1.0 + spread),
-                done: random.unit() >= failing,
-            };
-            execute(&problem, &some, &losses, happens).unwrap()
-        };
-        let execution = run();
-        prop_assert_eq!(&run(), &execution, "not the same execution");
-        let done = &execution.done;
-        prop_assert_eq!(execution.stuck.is_none(), done.len() == problem.tasks.len(), "{:?}", execution.stuck);
-        for (index, step) in done.iter().enumerate() {
-            prop_assert!(problem.able(step.agent, step.task, step.object));
-            prop_assert!(step.object.is_none_or(|object| problem.suits(step.task, object)));
-            let late = losses.iter().any(|loss| loss.agent == step.agent && step.end > loss.time + 1e-9);
-            prop_assert!(!late, "a lost agent went on");
-            for other in &done[..index] {
-                prop_assert!(other.task != step.task);
-                prop_assert!(step.object.is_none() || step.object != other.object);
-                let both = step.end.min(other.end) - step.start.max(other.start);
-                prop_assert!(step.agent != other.agent || both <= 1e-9);
-                let layer = |step: &Step| problem.tasks[step.task].layer;
-                let (early, late) = if layer(step) < layer(other) { (step, other) } else { (other, step) };
-                prop_assert!(layer(early) == layer(late) || late.start >= early.end - 1e-9);
-            }
-        }
-        if failing == 0.0 && losses.is_empty() {
-            prop_assert_eq!(execution.planned.len(), 1);
-        }
-    }
-}
-
-/// A plan that goes as planned ends as planned, and one loss costs one more plan.
-#[test]
-fn letter_d_without_the_right_arm() {
-    let problem = layered::letter_d(1);
-    let options = Options::default();
-    let best = plan(&problem, &options).unwrap();
-    let exactly = |step: &Step| Outcome { duration: step.end - step.start, done: true };
-    let smooth = execute(&problem, &options, &[], exactly).unwrap();
-    assert!((smooth.done.last().unwrap().end - best.end().unwrap()).abs() < 1e-9);
-    assert_eq!((smooth.planned.len(), smooth.failed.len()), (1, 0));
-    let lost = execute(&problem, &options, &[Loss { time: 10.0, agent: 1 }], exactly).unwrap();
-    assert_eq!((lost.done.len(), lost.planned, lost.stuck), (10, vec![0.0, 10.0], None));
-    let both = execute(&problem, &options, &[Loss { time: 10.0, agent: 1 }, Loss { time: 12.0, agent: 2 }], exactly);
-    assert!(both.unwrap().done.last().unwrap().end > lost.done.last().unwrap().end);
-    let never = execute(&problem, &options, &[], |step| Outcome { duration: f64::NAN, done: step.task != 0 }).unwrap();
-    assert_eq!(never.stuck, Some(Stuck::Tries { task: 0 }));
 }

@@ -152,7 +152,7 @@ fn what_has_begun_must_be_possible() {
 
 fn read(text: &str, mode: Mode) -> Result<Imported, Vec<Fault>> {
     let places = BTreeMap::from([("box".to_string(), [0.1, 0.2, 0.0])]);
-    import(text, &layered::bench(1), &places, mode)
+    import(text, &Problem { places, ..layered::bench(1) }, mode)
 }
 
 /// Line, column, path and kind of each mistake.
@@ -264,7 +264,7 @@ fn what_can_be_read_and_not_planned_is_told_at_its_task() {
     problem.agents.retain(|who| !who.is_human());
     problem.agents.iter_mut().for_each(|who| who.payload = Some(0.05));
     let text = "{\"layers\": [{\"tasks\": [\n{\"name\": \"t\", \"action\": \"pick_and_place\",\n \"features\": [\"parallelepiped\"], \"to\": [0,0,0]}]}]}";
-    let found = import(text, &problem, &BTreeMap::new(), Mode::Context).unwrap_err();
+    let found = import(text, &problem, Mode::Context).unwrap_err();
     assert_eq!(
         (found[0].kind, found[0].at.line, found[0].path.as_str()),
         (FaultKind::Impossible, 2, "layers[0].tasks[0]")
@@ -276,15 +276,14 @@ fn what_can_be_read_and_not_planned_is_told_at_its_task() {
 fn the_three_modes_share_the_work_differently() {
     let problem = layered::letter_d(1);
     let best = plan(&problem, &Options { formulation: Some(Formulation::Batches), ..Options::default() }).unwrap();
-    let none = BTreeMap::new();
-    let context = import(&export(&problem), &problem, &none, Mode::Context).unwrap();
+    let context = import(&export(&problem), &problem, Mode::Context).unwrap();
     assert_eq!(context, Imported { problem: problem.clone(), plan: None });
     // All allocated as in the plan: what is left are the speeds, which batches have set best already.
     let text = export_plan(&problem, &best);
     let allocated =
-        import(&text.replace(", \"start\"", ", \"description\": \"\", \"start\""), &problem, &none, Mode::Allocated);
+        import(&text.replace(", \"start\"", ", \"description\": \"\", \"start\""), &problem, Mode::Allocated);
     assert_eq!(allocated.unwrap_err().len(), 2 * problem.tasks.len(), "start and end have no meaning");
-    let scheduled = import(&text, &problem, &none, Mode::Scheduled).unwrap();
+    let scheduled = import(&text, &problem, Mode::Scheduled).unwrap();
     let again = plan(&scheduled.problem, &Options::default()).unwrap();
     assert!((again.cost - best.cost).abs() < 1e-9 * best.cost, "the scales are those of the free problem");
     let given = scheduled.plan.unwrap();
@@ -299,11 +298,11 @@ fn the_three_modes_share_the_work_differently() {
             &format!("\"start\": 0, \"end\": {}", end - start),
         );
     }
-    let hasty = import(&hasty, &problem, &none, Mode::Scheduled).unwrap();
+    let hasty = import(&hasty, &problem, Mode::Scheduled).unwrap();
     let rules: Vec<Rule> =
         validate(&hasty.problem, &hasty.plan.unwrap()).iter().map(|violation| violation.rule).collect();
     assert!(rules.contains(&Rule::Layers) && rules.contains(&Rule::Overlap), "{rules:?}");
-    let missing = import(&export(&problem), &problem, &none, Mode::Scheduled).unwrap_err();
+    let missing = import(&export(&problem), &problem, Mode::Scheduled).unwrap_err();
     assert_eq!(missing.len(), 4 * problem.tasks.len(), "agent, object, start and end of each");
 }
 
@@ -325,7 +324,7 @@ proptest! {
         let mut problem = layered::random(seed, 5, 8, 2, 1);
         problem.tasks[0].name = name;
         if problem.check().is_empty() {
-            let again = import(&export(&problem), &problem, &BTreeMap::new(), Mode::Context).unwrap();
+            let again = import(&export(&problem), &problem, Mode::Context).unwrap();
             prop_assert_eq!(again.problem.tasks.len(), problem.tasks.len());
             for task in &problem.tasks {
                 prop_assert!(again.problem.tasks.contains(task), "{:?}", task);

@@ -91,6 +91,40 @@ proptest! {
     }
 
     #[test]
+    fn orders_and_the_position_form_bound_each_other(
+        seed in 0_u64..100_000, agents in 1_usize..4, robots in 1_usize..4, operations in 1_usize..3,
+        share in 0.0_f64..0.6, fixed in any::<bool>(), absent in any::<bool>(), makespan in 0.0_f64..2.0,
+    ) {
+        let mut problem = small(seed, agents, robots, operations, fixed, false);
+        let mut random = common::Random(seed ^ 11);
+        problem.weights.makespan = (makespan - 0.3).max(0.0);
+        // Waits that weigh less and less, so that none gains by being long.
+        for agent in &mut problem.agents {
+            let first = random.within(0.0, 3.0);
+            agent.wait_weights = (0..operations).map(|i| first / (1.0 + i as f64)).collect();
+            agent.approach_weights = (0..operations).map(|_| random.within(0.0, 3.0)).collect();
+        }
+        if absent && robots > 1 {
+            problem.absent = vec![Absence { robot: 0, until: Some(400.0) }];
+        }
+        let budget = Budget { time: Duration::from_secs(20), nodes: 4000, ..Budget::default() };
+        let with = |formulation| Options { formulation: Some(formulation), budget, ..Options::default() };
+        let first = plan(&problem, &with(Formulation::Orders)).unwrap();
+        let (later, _) = reschedule(
+            &problem, &from_plan(&first).unwrap(), &problem, problem.start + share * first.end().unwrap(), &[],
+        );
+        for problem in [&problem, &later] {
+            let orders = plan(problem, &with(Formulation::Orders)).unwrap();
+            let position = plan(problem, &quick(Some(Formulation::Position))).unwrap();
+            valid(problem, &orders)?;
+            let eps = 1e-7 * orders.cost.abs().max(1e-9);
+            prop_assert!(position.status.bound().is_none_or(|bound| bound <= orders.cost + eps), "{position:?}");
+            prop_assert!(orders.status.bound().unwrap() <= position.cost + eps, "{} {}", orders.cost, position.cost);
+            prop_assert!(orders.cost - orders.status.bound().unwrap() <= 1.01e-4 * orders.cost.abs(), "{:?}", orders.status);
+        }
+    }
+
+    #[test]
     fn damage_is_caught(
         seed in 0_u64..100_000, agents in 2_usize..4, which in 0_usize..1000, kind in 0_usize..6, by in 0.01_f64..50.0,
     ) {
@@ -209,7 +243,7 @@ proptest! {
 
     #[test]
     fn extreme_numbers_give_a_valid_plan_or_a_refusal(
-        numbers in proptest::collection::vec(extreme(), 24), operations in 1_usize..3, formulation in 0_usize..5,
+        numbers in proptest::collection::vec(extreme(), 24), operations in 1_usize..3, formulation in 0_usize..6,
     ) {
         let mut problem = small(1, 2, 2, operations, formulation < 3, false);
         let mut next = numbers.iter().copied();
@@ -232,7 +266,13 @@ proptest! {
             agent.wait_weights = vec![take(); operations];
         }
         problem.weights.makespan = take();
-        let wanted = [Formulation::Subsets, Formulation::Constraint, Formulation::Batches, Formulation::Position];
+        let wanted = [
+            Formulation::Subsets,
+            Formulation::Constraint,
+            Formulation::Batches,
+            Formulation::Position,
+            Formulation::Orders,
+        ];
         let options = quick(wanted.get(formulation).copied());
         if let Ok(plan) = plan(&problem, &options) {
             valid(&problem, &plan)?;

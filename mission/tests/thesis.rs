@@ -4,6 +4,8 @@
 
 mod common;
 
+use hierarq_mission::engine::Budget;
+use hierarq_mission::plan::Status;
 use hierarq_mission::schedule::adapt::{Adaptation, Feedback, NoFeedback, Satisfaction, adapt, efficiency};
 use hierarq_mission::schedule::adaptation_index::{Quantity, adaptation_index};
 use hierarq_mission::schedule::assistance::{Assistance, from_plan};
@@ -13,6 +15,7 @@ use hierarq_mission::schedule::cost::{cost, wait};
 use hierarq_mission::schedule::problem::{AgentKind, Duration, Problem, Range, Scales};
 use hierarq_mission::schedule::reallocate::optimality_index;
 use hierarq_mission::schedule::reschedule::{Observed, reschedule};
+use hierarq_mission::schedule::validate::validate;
 use rand_distr::{Distribution, Normal};
 
 fn near(a: f64, b: f64, by: f64) {
@@ -72,11 +75,12 @@ fn a_small_mission_is_planned_exactly_and_a_large_one_in_batches() {
     let options = Options::default();
     for (problem, word) in [
         (common::vineyard(1), "Subsets"),
-        (common::vineyard(2), "Position"),
-        (common::vineyard(3), "Position"),
+        (common::vineyard(2), "Orders"),
+        (common::vineyard(3), "Orders"),
         (common::vineyard(4), "Batches"),
         (common::fixed(0, 10, 2, 1), "Subsets"),
-        (common::fixed(0, 3, 2, 2), "Constraint"),
+        (common::fixed(0, 3, 2, 2), "Orders"),
+        (common::fixed(0, 3, 4, 4), "Constraint"),
         (common::fixed(0, 4, 2, 4), "Batches"),
         (common::random(0, 14, 2, 1), "Subsets"),
         (common::random(0, 15, 2, 1), "Batches"),
@@ -84,6 +88,18 @@ fn a_small_mission_is_planned_exactly_and_a_large_one_in_batches() {
         let choice = choose(&problem, &options).unwrap();
         assert_eq!(format!("{:?}", choice.formulation), word);
         assert!(!choice.why.is_empty());
+    }
+}
+
+/// 5.A: four agents with two or three services each, speeds as decisions, are proven.
+#[test]
+fn the_vineyard_is_proven() {
+    for operations in [2, 3] {
+        let problem = common::vineyard(operations);
+        let budget = Budget { time: std::time::Duration::from_secs(120), ..Budget::default() };
+        let plan = plan(&problem, &Options { budget, ..Options::default() }).unwrap();
+        assert!(matches!(plan.status, Status::Proven { .. }), "{:?}", plan.status);
+        assert_eq!(validate(&problem, &plan), []);
     }
 }
 

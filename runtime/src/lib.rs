@@ -3,6 +3,7 @@
 //! A [`Program`] is plain data. [`Controller::new`] makes it ready, allocating everything that the loop needs;
 //! [`Controller::step`] turns an observation into a command. Nothing here knows source text.
 
+mod closed_loop;
 mod coasting;
 mod conditioning;
 pub mod controller;

@@ -3,12 +3,11 @@
 use solver::Problem;
 use solver::Solution;
 
-use crate::controller::{Controller, Observation};
+use crate::closed_loop::ClosedLoop;
+use crate::controller::Controller;
 use crate::evaluator::{Evaluator, Moment};
 use crate::fault::Fault;
 use crate::program::{Program, ProgramError, ScenarioProgram, Times};
-use crate::simulated_robot::SimulatedRobot;
-use crate::world::World;
 
 /// One tick, as recorders see it.
 pub struct Tick<'a> {
@@ -85,10 +84,8 @@ struct Truth {
 
 /// A run in progress.
 pub struct Simulation {
-    controller: Controller,
-    robot: SimulatedRobot,
+    closed: ClosedLoop,
     truth: Option<Truth>,
-    world: Option<World>,
     /// The table of signals as recorders see it.
     signals: Vec<f64>,
     period: f64,
@@ -137,27 +134,25 @@ impl Simulation {
     }
 
     fn among(program: &Program, scenario: Option<&ScenarioProgram>) -> Result<Simulation, ProgramError> {
-        let controller = Controller::new(program)?;
-        let robot = SimulatedRobot::new(program);
+        let closed = ClosedLoop::new(program, scenario)?;
         let seen = !scenario.is_some_and(|s| s.world.disturbs());
-        let truth = if robot.is_perfect() && program.robot.home_is_legal() && seen {
+        let truth = if closed.robot.is_perfect() && program.robot.home_is_legal() && seen {
             None
         } else {
             Some(Truth {
-                stages: controller.stages().iter().map(|s| s.again(program)).collect::<Result<_, _>>()?,
+                stages: closed.controller.stages().iter().map(|s| s.again(program)).collect::<Result<_, _>>()?,
                 visit: None,
                 last: vec![0.0; program.robot.model.nv()],
             })
         };
         let ticks = (program.run.duration / program.robot.period).round() as usize;
-        let world = scenario.map(|s| World::new(program, s));
         let signals = program.interface.absent();
-        Ok(Simulation { signals, controller, robot, truth, world, period: program.robot.period, ticks })
+        Ok(Simulation { signals, closed, truth, period: program.robot.period, ticks })
     }
 
     /// The controller.
     pub fn controller(&self) -> &Controller {
-        &self.controller
+        &self.closed.controller
     }
 
     /// How many ticks the run takes.
@@ -175,59 +170,40 @@ impl Simulation {
         clock: &mut dyn FnMut() -> f64,
         go_on: &mut dyn FnMut(usize) -> bool,
     ) -> Result<(), RunError> {
-        // The command of the last tick that came in time, and its fault.
-        let (mut velocity, mut fault) = (vec![0.0; self.controller.velocity().len()], None);
         for index in 0..self.ticks {
             if !go_on(index) {
                 break;
             }
             let time = index as f64 * self.period;
-            // The first tick tells the controller where it is: it cannot be late.
-            let late = index > 0 && self.world.as_ref().is_some_and(|w| w.is_late(time));
-            let mut elapsed = 0.0;
-            if !late {
-                if let Some(world) = &mut self.world {
-                    world.tell(&mut self.controller, self.robot.q(), time);
-                }
-                let measured = self.robot.measure();
-                let q = self.world.as_mut().map_or(measured, |w| w.observe(measured, time));
-                let before = clock();
-                let command = self.controller.step(&Observation { time, q });
-                elapsed = clock() - before;
-                fault = command.fault;
-                velocity.copy_from_slice(command.velocity);
-                if let Some(world) = &mut self.world {
-                    let requests = command.requests.to_vec();
-                    world.ask(&self.controller, &requests, time);
-                }
-            }
-            self.signals.copy_from_slice(self.controller.signal_table());
-            if let Some(world) = &self.world {
+            let elapsed = self.closed.tick(time, clock, |_| ());
+            let ClosedLoop { controller, robot, world, velocity, fault, .. } = &self.closed;
+            self.signals.copy_from_slice(controller.signal_table());
+            if let Some(world) = world {
                 world.truth(time, &mut self.signals);
             }
             let evaluator = match &mut self.truth {
-                Some(truth) => truth.tick(&self.controller, (self.robot.q(), time), &self.signals, &velocity),
-                None => self.controller.evaluator(),
+                Some(truth) => truth.tick(controller, (robot.q(), time), &self.signals, velocity),
+                None => controller.evaluator(),
             };
             let tick = Tick {
                 index,
                 time,
-                q: self.robot.q(),
-                v: self.controller.velocity(),
-                stage: self.controller.stage(),
-                state: self.controller.state(),
-                state_index: self.controller.state_index(),
-                controller: &self.controller,
-                command: &velocity,
+                q: robot.q(),
+                v: controller.velocity(),
+                stage: controller.stage(),
+                state: controller.state(),
+                state_index: controller.state_index(),
+                controller,
+                command: velocity,
                 signals: &self.signals,
                 evaluator,
-                problem: self.controller.problem(),
-                solution: self.controller.solution(),
-                fault,
+                problem: controller.problem(),
+                solution: controller.solution(),
+                fault: *fault,
                 elapsed,
             };
             recorder.tick(&tick).map_err(RunError::Record)?;
-            self.robot.apply(&velocity);
+            self.closed.apply();
         }
         Ok(())
     }

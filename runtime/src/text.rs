@@ -18,7 +18,7 @@ use stdlib_tasks::expression::Expression;
 
 use crate::program::{CaptureSource, Op, Program, Simulator, Subject, TaskProgram};
 use leaves::{leaf, whole_leaf};
-pub use missions::mission;
+pub use missions::{mission, running};
 use operations::operation;
 
 /// The text of a program. `None` where the program cannot be executed.

@@ -1,6 +1,5 @@
 //! `hierarq context SPEC [MISSION]`
 
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -111,14 +110,7 @@ pub fn run(a: &Arguments) -> Outcome {
         );
         return Outcome::Trouble(text);
     };
-    let places = BTreeMap::new();
-    let wish = Wish {
-        problem: &program.problem,
-        instruction,
-        directives: &program.directives,
-        places: &places,
-        mode: a.decides.mode(),
-    };
+    let wish = Wish { problem: &program.problem, instruction, directives: &program.directives, mode: a.decides.mode() };
     if a.prompt {
         for message in prompt(&wish) {
             output::print(&format!("--- {:?}\n{}\n", message.role, message.content));

@@ -9,8 +9,9 @@ use std::sync::atomic::Ordering;
 use comfy_table::CellAlignment;
 use hierarq::{gantt, report};
 use runtime::missions::csv::MissionCsv;
+use runtime::missions::layered_csv::LayeredCsv;
 use runtime::missions::{End, MissionRun};
-use runtime::program::{MAX_INSTANTS, MAX_MISSION, MissionProgram, MissionScenarioProgram};
+use runtime::program::{MAX_INSTANTS, MAX_MISSION, MAX_TICKS, MissionKind, MissionProgram, MissionScenarioProgram};
 use runtime::quantity::quantity;
 use runtime::text::number;
 
@@ -33,6 +34,13 @@ pub fn run(a: &Arguments, mission: &MissionProgram, scenario: &MissionScenarioPr
         let d = scenario.duration;
         return Outcome::Trouble(format!("--duration {d} s: a mission runs for more than 0 s, and at most {most} s"));
     }
+    let ticks = mission.schedule().filter(|_| scenario.sampled).map_or(0.0, |s| s.running.ticks(scenario.duration));
+    if ticks > MAX_TICKS {
+        let d = scenario.duration;
+        return Outcome::Trouble(format!(
+            "--duration {d} s: the controllers of working robots would have more than {MAX_TICKS} ticks together"
+        ));
+    }
     let name = a.spec.file_stem().map_or_else(|| PathBuf::from("spec"), PathBuf::from);
     let folder = a.out.clone().unwrap_or_else(|| Path::new("out").join(name));
     match execute(a, mission, &scenario, &folder) {
@@ -49,16 +57,27 @@ fn execute(
     scenario: &MissionScenarioProgram,
     folder: &Path,
 ) -> Result<bool, String> {
-    let schedule = mission.schedule().ok_or("scenarios execute schedules")?;
     std::fs::create_dir_all(folder).map_err(|e| format!("cannot create {}: {e}", folder.display()))?;
     let log = folder.join("log.csv");
     let failed = |e: std::io::Error| format!("cannot write {}: {e}", log.display());
     let file = File::create(&log).map_err(failed)?;
-    let mut csv = MissionCsv::new(BufWriter::new(file), &schedule.problem).map_err(failed)?;
+    let file = BufWriter::new(file);
     let interrupted = interruption();
     let mut go_on = |_| !interrupted.load(Ordering::Relaxed);
-    let run = runtime::missions::run(mission, scenario, &mut csv, &mut go_on).map_err(|e| e.to_string())?;
-    csv.finish().map_err(failed)?;
+    let run = match &mission.kind {
+        MissionKind::Schedule(schedule) => {
+            let running: Vec<usize> = scenario.running(schedule).iter().map(|w| w.agent).collect();
+            let mut csv = MissionCsv::new(file, &schedule.problem, &running).map_err(failed)?;
+            let run = runtime::missions::run(mission, scenario, &mut csv, &mut go_on);
+            csv.finish().map(|()| run)
+        }
+        MissionKind::Layers(layers) => {
+            let mut csv = LayeredCsv::new(file, &layers.problem).map_err(failed)?;
+            let run = runtime::missions::run(mission, scenario, &mut csv, &mut go_on);
+            csv.finish().map(|()| run)
+        }
+    };
+    let run = run.map_err(failed)?.map_err(|e| e.to_string())?;
     let text = serde_json::to_string_pretty(&run.summary).map_err(|e| e.to_string())? + "\n";
     write(&folder.join("summary.json"), &text)?;
     write(&folder.join("report.html"), &report::mission(&a.spec.display().to_string(), &run))?;
@@ -99,9 +118,11 @@ fn shown(run: &MissionRun, folder: &Path) -> String {
         End::Refused { .. } => "not planned".to_string(),
         End::Interrupted => "INTERRUPTED before its end".to_string(),
     };
-    let changes = summary.outcome.as_ref().map_or_else(String::new, |o| {
-        format!("; times moved {} times, planned anew {} times", o.reschedules, o.reallocations)
-    });
+    let schedule = summary.outcome.as_ref().map(|o| (o.reschedules, o.reallocations));
+    let layers = summary.layers.as_ref().map(|o| (o.reschedules, o.reallocations));
+    let changes = schedule
+        .or(layers)
+        .map_or_else(String::new, |(moved, anew)| format!("; reschedules {moved}, reallocations {anew}"));
     let files = ["report.html", "log.csv", "summary.json"].map(|n| folder.join(n).display().to_string());
     let _ = writeln!(out, "{end}{changes}\nwrote {}", files.join(", "));
     out
@@ -109,6 +130,9 @@ fn shown(run: &MissionRun, folder: &Path) -> String {
 
 /// What agents and robots came to.
 fn team(run: &MissionRun) -> String {
+    if let Some(outcome) = &run.summary.layers {
+        return teammates(outcome);
+    }
     let Some(outcome) = &run.summary.outcome else { return String::new() };
     let mut agents = table::wide_table(&["agent", "served", "waited", "longest wait"]);
     for a in &outcome.agents {
@@ -126,5 +150,29 @@ fn team(run: &MissionRun) -> String {
             }
         }
     }
-    format!("{agents}\n{robots}\n")
+    let mut controllers = String::new();
+    for w in &run.summary.workers {
+        let took: Vec<String> = w.operations_s.iter().map(|s| format!("{s:.1} s")).collect();
+        let took = if took.is_empty() { "none ended".to_string() } else { took.join(", ") };
+        let _ = writeln!(controllers, "{} ran {}; its operations took: {took}", w.name, w.spec);
+    }
+    format!("{agents}\n{robots}\n{controllers}")
+}
+
+/// What the agents of layers came to.
+fn teammates(outcome: &mission::layers::execution::Outcome) -> String {
+    let mut agents = table::wide_table(&["agent", "tasks", "at work", "travelled", "energy", "workload"]);
+    for a in &outcome.agents {
+        let of = |human: bool, text: String| if a.human == human { text } else { "-".to_string() };
+        let (energy, workload) = (of(false, quantity(a.energy, "J")), of(true, quantity(a.workload, "kg s")));
+        let row = [quantity(a.worked, "s"), quantity(a.travelled, "m"), energy, workload];
+        let head = [a.name.clone(), a.tasks.to_string()];
+        agents.add_row(head.into_iter().chain(row));
+    }
+    for i in 1..6 {
+        if let Some(c) = agents.column_mut(i) {
+            c.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    format!("{agents}\n")
 }

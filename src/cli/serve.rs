@@ -6,11 +6,13 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
-use hierarq::serve::{Mission, Options, Server};
+use hierarq::serve::{LayersMission, Mission, Options, Served, Server};
 use hierarq::{planned, project};
 use mission::engine::Budget;
 use mission::execution::{Durations, Settings};
+use mission::layers;
 use mission::schedule::choose;
+use runtime::program::{MissionKind, MissionProgram};
 
 use super::{Outcome, SpecOptions, output};
 
@@ -48,9 +50,10 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
     /// Nodes of a search that improves on a plan that was constructed: more make better plans, and people wait longer for
-    /// them. It is ended by nodes and not by time, so that a journal leads to the same plans.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    nodes: u64,
+    /// them. It is ended by nodes and not by time, so that a journal leads to the same plans. Where left out 0, and of
+    /// layers as many as take about a second.
+    #[arg(long, value_name = "N")]
+    nodes: Option<u64>,
     /// Let the clock run at once, instead of when the supervisor says so.
     #[arg(long)]
     begin: bool,
@@ -66,21 +69,7 @@ pub fn run(a: &Arguments) -> Outcome {
         Ok(mission) => mission,
         Err(message) => return Outcome::Trouble(format!("{}: {message}", a.spec.display())),
     };
-    let Some(schedule) = mission.schedule() else {
-        return Outcome::Trouble(format!(
-            "`{}` is a mission of layers, and people are served in schedules",
-            mission.name
-        ));
-    };
-    let budget = Budget { time: Duration::from_secs(LONGEST), nodes: a.nodes, ..Budget::default() };
-    let settings = Settings {
-        durations: Durations::Sampled { seed: a.seed },
-        adaptation: schedule.adaptation,
-        reallocate_above: schedule.reallocate_above,
-        planning: choose::Options { batch: schedule.batch, budget, ..choose::Options::default() },
-        ..Settings::default()
-    };
-    let served = Mission { name: mission.name.clone(), problem: schedule.problem.clone(), settings };
+    let served = served(a, mission);
     let options = Options {
         bind: a.bind,
         port: a.port,
@@ -106,6 +95,35 @@ pub fn run(a: &Arguments) -> Outcome {
     match server.wait() {
         Ok(()) => Outcome::Good,
         Err(e) => Outcome::Trouble(e.to_string()),
+    }
+}
+
+/// The mission with how it is executed.
+fn served(a: &Arguments, mission: &MissionProgram) -> Served {
+    let (name, durations) = (mission.name.clone(), Durations::Sampled { seed: a.seed });
+    let budget = |nodes| Budget { time: Duration::from_secs(LONGEST), nodes, ..Budget::default() };
+    match &mission.kind {
+        MissionKind::Schedule(schedule) => {
+            let budget = budget(a.nodes.unwrap_or(0));
+            let settings = Settings {
+                durations,
+                adaptation: schedule.adaptation,
+                reallocate_above: schedule.reallocate_above,
+                planning: choose::Options { batch: schedule.batch, budget, ..choose::Options::default() },
+                ..Settings::default()
+            };
+            Mission { name, problem: schedule.problem.clone(), settings }.into()
+        }
+        MissionKind::Layers(of) => {
+            let budget = budget(a.nodes.unwrap_or_else(|| layers::choose::parts_of_a_second(&of.problem)));
+            let settings = layers::execution::Settings {
+                durations,
+                reallocate_above: of.reallocate_above,
+                planning: layers::choose::Options { batch: of.batch, budget, ..layers::choose::Options::default() },
+                ..layers::execution::Settings::default()
+            };
+            LayersMission { name, problem: of.problem.clone(), settings }.into()
+        }
     }
 }
 

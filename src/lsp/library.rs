@@ -13,7 +13,7 @@ use dsl::{Sources, Spelling};
 use super::mentions::{self, Mentions};
 use super::text::Text;
 use super::urdf::{self, Urdf};
-use super::{uri, walk};
+use super::{uri, walk, walk_runs};
 
 /// Most files that are looked into for one question; the compiler refuses more.
 const MOST_FILES: usize = 400;
@@ -39,7 +39,7 @@ pub(super) struct File {
     pub source: Rc<Source>,
     /// The meaning of its words.
     pub mentions: Mentions,
-    /// The files that it imports.
+    /// The files that it imports, then those that workers of its missions run.
     pub imports: Vec<Imported>,
     /// The URDF of its robot, or of the first one that it imports.
     pub urdf: Option<Rc<Urdf>>,
@@ -154,7 +154,7 @@ impl Library {
         self.visit(path, &mut Visit::default())
     }
 
-    /// The files that a spec imports. `own` is its path, which they may not import again.
+    /// The files that a spec imports, then those that workers of its missions run. `own` is its path, which they may not import again.
     pub fn imports(&self, spec: &Spec, own: &Path) -> Vec<Imported> {
         let mut visit = Visit { reading: vec![own.to_path_buf()], ..Visit::default() };
         self.imported(spec, own, &mut visit)
@@ -249,12 +249,16 @@ impl Library {
     fn imported(&self, spec: &Spec, own: &Path, visit: &mut Visit) -> Vec<Imported> {
         let folder = own.parent().unwrap_or(Path::new(""));
         let mut out: Vec<Imported> = Vec::new();
-        for item in &spec.items {
-            let ItemKind::Import(import) = &item.kind else { continue };
-            let path = uri::absolute(&folder.join(&import.path.value));
-            let Some(path) = path.filter(|_| out.len() < MOST_FILES) else { continue };
+        let imports = spec.items.iter().filter_map(|item| match &item.kind {
+            ItemKind::Import(import) => Some(import.path.value.as_str()),
+            _ => None,
+        });
+        for written in imports.chain(walk_runs::specs(spec)) {
+            let path = uri::absolute(&folder.join(written));
+            let new = out.len() < MOST_FILES && out.iter().all(|i| i.written != written);
+            let Some(path) = path.filter(|_| new) else { continue };
             let file = self.visit(&path, visit);
-            out.push(Imported { written: import.path.value.clone(), path, file });
+            out.push(Imported { written: written.to_string(), path, file });
         }
         out
     }

@@ -247,6 +247,10 @@ pub(super) struct Mentions {
     pub types: BTreeMap<String, String>,
     /// The types of tasks.
     pub kinds: BTreeMap<String, String>,
+    /// The specs that workers run, as written, by what the workers are looked up by.
+    pub runs: BTreeMap<String, String>,
+    /// The kinds of missions.
+    pub missions: BTreeMap<String, String>,
     /// Events that actions raise, each with the place where that is written first.
     pub raised: BTreeMap<String, Range<usize>>,
     /// What the marker stands for.
@@ -278,8 +282,9 @@ impl Mentions {
 /// Reads a tree.
 pub(super) fn of(spec: &Spec, text: &str, spelling: Spelling, urdf: Option<&Urdf>, imports: &[Imported]) -> Mentions {
     let found = Mentions::default();
-    let (mission, scope) = (None, Vec::new());
-    let mut walker = Walker { text, spelling, urdf, state: false, expected: false, mission, imports, scope, found };
+    let (mission, there, scope) = (None, None, Vec::new());
+    let (state, expected) = (false, false);
+    let mut walker = Walker { text, spelling, urdf, state, expected, mission, there, imports, scope, found };
     walker.spec(spec);
     let mut found = walker.found;
     found.all.sort_by_key(|m| (m.place.start, m.place.end));
@@ -297,7 +302,9 @@ pub(super) struct Walker<'t> {
     pub expected: bool,
     /// The mission that the scenario around executes.
     pub mission: Option<String>,
-    /// The files that it imports.
+    /// The spec that the worker around runs, as written.
+    pub there: Option<String>,
+    /// The files that it imports, and those that workers of its missions run.
     pub imports: &'t [Imported],
     /// Parameters and what repetitions run over, each with what it is looked up by; the innermost last.
     pub scope: Vec<(String, String)>,

@@ -30,6 +30,7 @@ mod walk_machines;
 mod walk_missions;
 mod walk_played;
 mod walk_reuse;
+mod walk_runs;
 mod walk_scenarios;
 mod workspace;
 

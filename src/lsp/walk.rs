@@ -1,14 +1,13 @@
 //! The declarations of a spec, word by word: what each key and each name in them means.
 
 use compiler::sections::{
-    Holds, Key, LEVEL, MEMBER, Named, OUTCOME, PARAM, ROBOT, RUN, SAFETY_FIELD, SCENARIO, SPEC, STACK, Section,
+    Holds, Key, LEVEL, MEMBER, Named, OUTCOME, PARAM, ROBOT, RUN, RUNS, SAFETY_FIELD, SCENARIO, SPEC, STACK, Section,
     WAYPOINT,
 };
 use dsl::Span;
 use dsl::tree::{Block, Entry, Item, ItemKind, Level, Member, MemberTask, Spec, Stack, Value, ValueKind};
 
-use super::mentions::{Class, Slot, Walker, What};
-use super::walk_played::without;
+use super::mentions::{Class, MARKER, Slot, Walker, What};
 use super::walk_reuse::{added, replaced, taken};
 
 /// The keys of a block.
@@ -195,7 +194,8 @@ impl Walker<'_> {
     /// A block whose keys are known.
     pub(super) fn section(&mut self, block: &Block, section: &'static Section) {
         for e in &block.entries {
-            if self.marked(&e.key.value, || Slot::Keys(section, without(block, section))) {
+            if e.key.value == MARKER {
+                self.found.slot = Some(Slot::Keys(section, self.without(block, section)));
                 continue;
             }
             if let Some(key) = section.key(&e.key.value, self.spelling) {
@@ -245,6 +245,8 @@ impl Walker<'_> {
             | Holds::People => {
                 self.expression(value);
             }
+            Holds::Spot => self.spot(value),
+            Holds::List(Holds::Spot) => items(value).iter().for_each(|v| self.spot(v)),
             Holds::Sent => self.anything(value),
             Holds::Numbers(_) | Holds::Range(_) => items(value).iter().for_each(|v| self.expression(v)),
             Holds::Text | Holds::NewName => {
@@ -257,6 +259,9 @@ impl Walker<'_> {
                     self.note(path, value.span, What::File);
                 }
             }
+            Holds::Spec => self.spec_path(value),
+            Holds::Name(Named::SignalThere) => self.signal_there(value),
+            Holds::Name(Named::StateThere) => self.state_there(value),
             Holds::Flag => {
                 self.marked(word(value).unwrap_or(""), || Slot::Words(&["true", "false"]));
             }
@@ -291,6 +296,7 @@ impl Walker<'_> {
                 _ => self.joints(value),
             },
             Holds::Block(section) | Holds::LinkOr(section) => match (&value.kind, holds) {
+                (ValueKind::Block(block), _) if std::ptr::eq(*section, &RUNS) => self.runs(block),
                 (ValueKind::Block(block), _) => self.section(block, section),
                 (_, Holds::LinkOr(_)) => self.link(value),
                 _ => {

@@ -7,7 +7,7 @@ use dsl::tree::{Block, Item, Mission, MissionMember, MissionRepeat, Value, Value
 use dsl::{Span, Spelling};
 
 use super::mentions::{Class, MARKER, Mention, Slot, Walker, What};
-use super::walk::used;
+use super::walk::{used, word};
 
 /// What is known of the mission whose parts are read.
 struct Around<'m> {
@@ -30,6 +30,7 @@ fn inside(section: &'static Section, name: &str, spelling: Spelling) -> Option<&
 impl Walker<'_> {
     pub(super) fn declared_mission(&mut self, m: &Mission, item: &Item) {
         self.declare((Class::Mission, m.name.value.clone()), &m.name, item.span, &item.comments.before);
+        self.found.missions.insert(m.name.value.clone(), m.kind.value.clone());
         self.declared_members(&m.name.value, &m.members, &m.repeats);
     }
 
@@ -37,6 +38,7 @@ impl Walker<'_> {
         for m in members {
             let own = format!("{path}.{}.{}", m.role.value, m.name.value);
             self.declare((Class::Member, own.clone()), &m.name, m.span, &m.comments.before);
+            self.declared_runs(&own, m);
             self.declared_members(&own, &m.members, &m.repeats);
         }
         for r in repeats {
@@ -97,6 +99,19 @@ impl Walker<'_> {
         let word = if self.spelling == Spelling::Yaml { format!("{role}s") } else { role.clone() };
         if let Some(key) = around.section.and_then(|s| s.key(&word, self.spelling)) {
             self.note(&word, m.role.span, What::Key(key));
+        }
+    }
+
+    /// A position, or the name of a place.
+    pub(super) fn spot(&mut self, value: &Value) {
+        let of_place = |key: &str| {
+            let (outer, name) = key.rsplit_once('.')?;
+            outer.ends_with(".place").then(|| (name.to_string(), "place"))
+        };
+        let mut places: Vec<(String, &'static str)> = self.found.names(Class::Member).filter_map(of_place).collect();
+        places.dedup();
+        if !word(value).is_some_and(|name| self.marked(name, || Slot::Offered(places))) {
+            self.expression(value);
         }
     }
 

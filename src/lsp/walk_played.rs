@@ -1,24 +1,39 @@
 //! Scenarios of missions, word by word: who is named in them, and what is measured of whom.
 
 use compiler::quantities::{QUANTITIES, Whose};
-use compiler::sections::{OF_ALL_SCENARIOS, OF_MISSIONS, REPLY, SCENARIO, Section};
+use compiler::sections::{
+    HAPPENING, HAPPENING_OF_SCHEDULES, OF_ALL_SCENARIOS, OF_MISSIONS, OF_SCHEDULES, REPLY, SCENARIO, Section,
+};
 use dsl::Spanned;
 use dsl::tree::{Block, Value, ValueKind};
 
 use super::mentions::{Class, MARKER, Slot, Walker, What};
 use super::walk::{entries, items, used, word};
 
-/// Keys that are not offered in a block: those that are there, and in a scenario of a mission those of controllers.
-pub(super) fn without(block: &Block, section: &'static Section) -> Vec<String> {
-    let mut keys = used(block);
-    if std::ptr::eq(section, &SCENARIO) && block.get("mission").is_some() {
-        let own = |key: &&str| !OF_ALL_SCENARIOS.contains(key) && !OF_MISSIONS.contains(key);
-        keys.extend(SCENARIO.entries().filter(own).map(str::to_string));
-    }
-    keys
-}
-
 impl Walker<'_> {
+    /// Keys that are not offered in a block: those that are there, in a scenario of a mission those of controllers, and in
+    /// one of layers those of schedules.
+    pub(super) fn without(&self, block: &Block, section: &'static Section) -> Vec<String> {
+        let mut keys = used(block);
+        if std::ptr::eq(section, &SCENARIO) && block.get("mission").is_some() {
+            let own = |key: &&str| !OF_ALL_SCENARIOS.contains(key) && !OF_MISSIONS.contains(key);
+            keys.extend(SCENARIO.entries().filter(own).map(str::to_string));
+        }
+        if self.mission.as_ref().is_some_and(|mission| self.is_of_layers(mission)) {
+            let theirs: &[&str] = match () {
+                () if std::ptr::eq(section, &SCENARIO) => OF_SCHEDULES,
+                () if std::ptr::eq(section, &HAPPENING) => HAPPENING_OF_SCHEDULES,
+                () => &[],
+            };
+            keys.extend(theirs.iter().map(|key| (*key).to_string()));
+        }
+        keys
+    }
+
+    fn is_of_layers(&self, mission: &str) -> bool {
+        self.found.missions.get(mission).is_some_and(|kind| kind == "layers")
+    }
+
     /// The mission that a scenario executes.
     pub(super) fn mission_name(&mut self, value: &Value) {
         let Some(name) = word(value) else { return };
@@ -76,10 +91,14 @@ impl Walker<'_> {
             return false;
         }
         let found = self.members(&["robot", "human", "worker"]).into_iter().find(|m| m.2 == *name);
+        let [whole, robot, person] = match self.is_of_layers(&mission) {
+            true => [Whose::Layers, Whose::LayersRobot, Whose::LayersHuman],
+            false => [Whose::Mission, Whose::Robot, Whose::Agent],
+        };
         let (whose, what) = match found {
-            Some((key, "robot", _)) => (Whose::Robot, What::Declared(Class::Member, key)),
-            Some((key, ..)) => (Whose::Agent, What::Declared(Class::Member, key)),
-            None if *name == mission => (Whose::Mission, What::Declared(Class::Mission, mission)),
+            Some((key, "robot", _)) => (robot, What::Declared(Class::Member, key)),
+            Some((key, ..)) => (person, What::Declared(Class::Member, key)),
+            None if *name == mission => (whole, What::Declared(Class::Mission, mission)),
             None => return false,
         };
         self.note(name, inner.span, what);
@@ -93,7 +112,7 @@ impl Walker<'_> {
     pub(super) fn of_mission(&self, mission: &str) -> Slot {
         let members = self.members(&["robot", "human", "worker"]).into_iter().map(|(_, role, name)| (name, role));
         let own = [(mission.to_string(), Class::Mission.word()), ("done".to_string(), "measured")];
-        let words = ["distance", "norm", "time"].map(|w| (w.to_string(), "built in"));
+        let words = ["distance", "norm", "time", "in"].map(|w| (w.to_string(), "built in"));
         Slot::Offered(members.chain(own).chain(words).collect())
     }
 }

@@ -27,7 +27,7 @@ pub(super) const VISIBLE: [Class; 11] = [
 pub(super) const PARTS: [Class; 5] = [Class::Arm, Class::Point, Class::Segment, Class::Group, Class::JointGroup];
 
 /// What a file declares, or imports itself, with the place where it stands.
-fn brought<'f>(file: &'f File, key: &(Class, String)) -> Option<(&'f Declaration, Elsewhere)> {
+pub(super) fn brought<'f>(file: &'f File, key: &(Class, String)) -> Option<(&'f Declaration, Elsewhere)> {
     let there = file.mentions.declared.get(key)?;
     let chosen = || Some((file.source.path.clone(), key.1.clone()));
     let elsewhere = match &there.elsewhere {

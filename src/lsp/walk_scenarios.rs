@@ -44,6 +44,7 @@ impl Walker<'_> {
                     self.note(name, value.span, What::Declared(Class::Task, name.to_string()));
                 }
             }
+            ("in", _) if self.mission.is_some() => self.state_of_worker(value),
             ("in", _) => self.state_path(value),
             ("speed", _) => match word(value) {
                 Some(name) if name != MARKER && self.urdf.is_some_and(|u| !u.joints.contains_key(name)) => {

@@ -1,4 +1,4 @@
-//! The report of a mission that was executed: what was planned above what was done, a map, expectations, and everything
+//! The report of a mission that was executed: what was planned above what was done, a map of a schedule, expectations, and everything
 //! that happened. A page of its own that loads nothing.
 
 use std::fmt::Write;
@@ -69,9 +69,24 @@ fn body(run: &MissionRun, out: &mut String) -> std::fmt::Result {
             writeln!(out, "<h2>{name}</h2>\n<div class=\"rolls\">\n{}</div>", gantt::picture(plan, &look))?;
         }
     }
-    if let Some(plan) = &run.executed {
-        let map = gantt::map(&run.problem, plan, &Standing::default());
+    if let (Some(plan), Some(problem)) = (&run.executed, &run.problem) {
+        let map = gantt::map(problem, plan, &Standing::default());
         writeln!(out, "<h2>Places and ways</h2>\n<div class=\"rolls\">\n{map}</div>")?;
+    }
+    if !summary.workers.is_empty() {
+        writeln!(
+            out,
+            "<h2>Controllers of workers</h2>\n<table><tr><th>worker<th>runs<th>operations took<th>broke down"
+        )?;
+        for w in &summary.workers {
+            let took: Vec<String> = w.operations_s.iter().map(|s| format!("{s:.1} s")).collect();
+            let broke = w.broke_down.as_ref().map(|b| format!("at {:.1} s: {}", b.at_s, b.why));
+            let class = if broke.is_some() { " class=\"bad\"" } else { "" };
+            let broke = broke.unwrap_or_else(|| "-".to_string());
+            let cells = [&w.name, &w.spec, &took.join(", ")].map(|text| escaped(text));
+            writeln!(out, "<tr><td>{}<td>{}<td>{}<td{class}>{}", cells[0], cells[1], cells[2], escaped(&broke))?;
+        }
+        writeln!(out, "</table>")?;
     }
     writeln!(out, "<h2>What happened</h2>\n<table>")?;
     for h in &summary.happened {

@@ -3,6 +3,7 @@
 use compiler::sections::{self, Holds, Key, SPEC, Section};
 use dsl::Spelling;
 use serde_json::{Map, Value, json};
+use stdlib_tasks::dimension::LENGTH;
 use stdlib_tasks::params::Presence;
 
 use super::{described, machines, missions, object, reuse, section, values};
@@ -52,6 +53,7 @@ fn held(holds: &Holds) -> Value {
     match holds {
         Holds::Number(q) | Holds::Spread(q) => values::scalar(q),
         Holds::Vector(d) => values::vector(*d),
+        Holds::Spot => values::vector(LENGTH),
         Holds::Pair(d) => values::pair(*d),
         Holds::Range(q) => values::range(q),
         Holds::OfJoint { .. } | Holds::Bound => json!({ "type": ["number", "string"] }),
@@ -67,7 +69,7 @@ fn held(holds: &Holds) -> Value {
         Holds::Flag => json!({ "enum": [true, false] }),
         Holds::Choice(words) => json!({ "enum": words }),
         Holds::NewName => json!({ "type": "string", "pattern": values::NAME }),
-        Holds::Text | Holds::Urdf | Holds::Name(_) | Holds::Link => values::name(),
+        Holds::Text | Holds::Urdf | Holds::Spec | Holds::Name(_) | Holds::Link => values::name(),
         Holds::Geometries | Holds::Links | Holds::Joints => values::names(),
         Holds::Locks => {
             let mut locks = values::per_joint();
@@ -102,6 +104,7 @@ fn held(holds: &Holds) -> Value {
         }
         // Also a list with a unit behind it.
         Holds::List(Holds::Vector(d)) => json!({ "type": ["string", "array"], "items": values::vector(*d) }),
+        Holds::List(Holds::Spot) => json!({ "type": ["string", "array"], "items": values::vector(LENGTH) }),
         Holds::List(inner) => json!({ "type": "array", "minItems": 1, "items": held(inner) }),
         Holds::Tasks | Holds::Declarations => json!({}),
     }

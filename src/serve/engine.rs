@@ -7,17 +7,14 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use mission::execution::{Doing, Event, Execution, Happening};
-use mission::plan::Actor;
 use tokio::sync::{oneshot, watch};
 
 use super::clock::Clock;
-use super::diary::Diary;
 use super::journal::{Entry, Journal, Line};
-use super::overview::supervisor;
 use super::told::{PersonTells, SupervisorTells, Tells};
-use super::view::{ClockView, Published, person};
+use super::view::{ClockView, Published};
 use super::words::written;
+use super::world::World;
 
 /// How often time passes.
 const TICK: Duration = Duration::from_millis(50);
@@ -55,22 +52,19 @@ impl Handle {
     }
 }
 
-/// A mission under way, with its clock, its journal and what pages remember of it.
+/// A mission under way, with its clock and its journal.
 pub struct Engine {
     mission: Arc<str>,
-    execution: Execution,
+    world: Box<dyn World>,
     clock: Clock,
-    diary: Diary,
     journal: Option<Journal>,
-    /// Records that the diary has taken note of.
-    noted: usize,
 }
 
 impl Engine {
-    /// Stands at the start of an execution.
-    pub fn new(mission: &str, execution: Execution, speed: f64) -> Engine {
-        let (clock, diary) = (Clock::standing(execution.time(), speed), Diary::new(execution.problem()));
-        Engine { mission: mission.into(), execution, clock, diary, journal: None, noted: 0 }
+    /// Stands at the start of a mission.
+    pub fn new(mission: &str, world: Box<dyn World>, speed: f64) -> Engine {
+        let clock = Clock::standing(world.time(), speed);
+        Engine { mission: mission.into(), world, clock, journal: None }
     }
 
     /// Goes through what a journal says, and goes on writing it. Gives the time that was reached (s), and false if the
@@ -80,25 +74,13 @@ impl Engine {
         for line in said {
             self.advance(line.time);
             match &line.entry {
-                // What was refused then is refused now.
-                Entry::Event(event) => {
-                    let _ = self.execution.tell(*event);
-                }
-                Entry::Serve { agent, operation } => {
-                    if let Some(page) = self.diary.page_mut(*agent) {
-                        page.begin(*operation, line.time);
-                    }
-                }
-                Entry::Served { agent } => {
-                    self.diary.page_mut(*agent).and_then(|page| page.end(line.time));
-                }
-                Entry::Records(count) => same &= *count == self.execution.records().len(),
+                Entry::Records(count) => same &= *count == self.world.records(),
+                entry => self.world.replay(entry),
             }
-            self.note();
         }
         self.journal = Some(journal);
-        self.clock = Clock::standing(self.execution.time(), self.clock.speed());
-        (self.execution.time(), same)
+        self.clock = Clock::standing(self.world.time(), self.clock.speed());
+        (self.world.time(), same)
     }
 
     /// Begins a thread that carries the mission on; `runs` says whether the clock does from the start.
@@ -114,7 +96,7 @@ impl Engine {
         let (mut shown, mut beat) = (Instant::now(), Instant::now());
         loop {
             let received = asked.recv_timeout(TICK);
-            let before = (self.noted, self.clock.runs());
+            let before = (self.world.records(), self.clock.runs());
             let now = Instant::now();
             self.advance(self.clock.at(now));
             let mut answered = None;
@@ -125,7 +107,7 @@ impl Engine {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
-            let changed = answered.is_some() || before != (self.noted, self.clock.runs());
+            let changed = answered.is_some() || before != (self.world.records(), self.clock.runs());
             if changed || (self.clock.runs() && now.duration_since(shown) >= FRAME) {
                 shown = now;
                 publish.send_replace(Arc::new(self.view()));
@@ -144,184 +126,60 @@ impl Engine {
 
     fn beat(&mut self) {
         // A journal that cannot be written is said where something is told, which is refused then.
-        let _ = self.write(Entry::Records(self.execution.records().len()));
+        let (time, count) = (self.world.time(), self.world.records());
+        let _ = write(&mut self.journal, time, Entry::Records(count));
     }
 
     fn advance(&mut self, to: f64) {
-        if to > self.execution.time() {
-            self.execution.advance(to);
+        if to > self.world.time() {
+            self.world.advance(to);
         }
-        self.note();
-    }
-
-    fn note(&mut self) {
-        for record in self.execution.records().iter().skip(self.noted) {
-            self.diary.note(self.execution.problem(), record);
-        }
-        self.noted = self.execution.records().len();
     }
 
     fn view(&self) -> Published {
-        let (execution, running) = (&self.execution, self.clock.runs());
-        let people = 0..execution.problem().agents.len();
+        let clock = ClockView { time: self.world.time(), speed: self.clock.speed(), running: self.clock.runs() };
+        let shown = self.world.shown(clock.running);
         Published {
             mission: self.mission.clone(),
-            clock: ClockView { time: execution.time(), speed: self.clock.speed(), running },
-            people: people.map(|index| person(execution, &self.diary, index, running)).collect(),
-            supervisor: supervisor(execution, &self.diary),
-            plan: Arc::new(execution.plan().clone()),
-            problem: Arc::new(execution.problem().clone()),
+            clock,
+            people: shown.people,
+            supervisor: shown.supervisor,
+            plan: shown.plan,
+            problem: shown.problem,
         }
-    }
-
-    fn write(&mut self, entry: Entry) -> Result<(), String> {
-        let Some(journal) = &mut self.journal else { return Ok(()) };
-        let line = Line { time: self.execution.time(), entry };
-        journal.add(&line).map_err(|e| format!("Nothing was changed, because it could not be written down: {e}."))
-    }
-
-    /// Writes an event down and lets it happen. Gives whether the plan has moved, or was made anew.
-    fn happen(&mut self, event: Event) -> Result<Followed, String> {
-        self.write(Entry::Event(event))?;
-        let followed = self.execution.tell(event).map(|records| Followed {
-            anew: records.iter().any(|record| matches!(record.what, Happening::Reallocated { .. })),
-            moved: records.iter().any(|record| matches!(record.what, Happening::Rescheduled { .. })),
-        });
-        self.note();
-        followed.map_err(|refused| format!("That cannot be now: {refused}."))
     }
 
     fn take(&mut self, tells: Tells) -> Answer {
+        let Engine { world, journal, .. } = self;
+        let time = world.time();
+        let mut note = |entry: Entry| write(journal, time, entry);
         match tells {
-            Tells::Person(agent, PersonTells::Feedback { operation, wait, approach, distance }) => {
-                self.feedback(agent, operation, [wait, approach, distance])
-            }
-            Tells::Person(..) if !self.clock.runs() => {
-                Err("The clock of the mission stands: nothing was noted.".into())
-            }
-            Tells::Person(agent, tells) => self.person(agent, tells),
-            Tells::Supervisor(tells) => self.supervisor(tells),
-        }
-    }
-
-    fn person(&mut self, agent: usize, tells: PersonTells) -> Answer {
-        let view = self.execution.agent(agent).ok_or("There is no such person.")?;
-        let (doing, now) = (view.doing, written(self.execution.time()));
-        let is = |operation: usize| view.operation == Some(operation);
-        let past = |operation: usize| view.operation.is_none_or(|current| operation < current);
-        match tells {
-            PersonTells::Begin { operation } if is(operation) && doing == Doing::Ready => {
-                self.happen(Event::Begun { agent })?;
-                Ok(format!("Noted: operation {} began at {now}.", operation + 1))
-            }
-            PersonTells::Begin { operation } if is(operation) || past(operation) => {
-                Ok(format!("Operation {} has begun already.", operation + 1))
-            }
-            PersonTells::Done { operation } if is(operation) && doing == Doing::Working => {
-                self.happen(Event::Done { agent })?;
-                Ok(format!("Noted: operation {} ended at {now}.", operation + 1))
-            }
-            PersonTells::Done { operation } if past(operation) || (is(operation) && doing != Doing::Ready) => {
-                Ok(format!("Operation {} is finished already.", operation + 1))
-            }
-            PersonTells::Serve { operation } if is(operation) && doing == Doing::Served => {
-                if !self.diary.page(agent).measures() {
-                    self.write(Entry::Serve { agent, operation })?;
-                    let time = self.execution.time();
-                    if let Some(page) = self.diary.page_mut(agent) {
-                        page.begin(operation, time);
-                    }
+            Tells::Person(agent, tells) => {
+                if !self.clock.runs() && !matches!(tells, PersonTells::Feedback { .. }) {
+                    return Err("The clock of the mission stands: nothing was noted.".into());
                 }
-                Ok(format!("Noted: the service began at {now}."))
+                world.person(agent, tells, &mut note)
             }
-            PersonTells::Served { operation } => {
-                self.served(agent, operation, is(operation) && doing == Doing::Served, past(operation))
-            }
-            PersonTells::Serve { .. } => Err("No robot serves you now.".into()),
-            PersonTells::Begin { operation }
-            | PersonTells::Done { operation }
-            | PersonTells::Feedback { operation, .. } => Err(format!("Operation {} is not under way.", operation + 1)),
-        }
-    }
-
-    /// A service is finished, or its measurement, or both.
-    fn served(&mut self, agent: usize, operation: usize, serves: bool, past: bool) -> Answer {
-        let measures = self.diary.page(agent).measures();
-        let mut took = None;
-        if measures {
-            self.write(Entry::Served { agent })?;
-            let time = self.execution.time();
-            took = self.diary.page_mut(agent).and_then(|page| page.end(time));
-        }
-        let measured = took.map(|took| format!(" You measured {took:.0} s.")).unwrap_or_default();
-        match (serves, measures || past) {
-            (true, _) => {
-                self.happen(Event::Served { agent })?;
-                Ok(format!("Noted: the service of operation {} is finished.{measured}", operation + 1))
-            }
-            (false, true) => Ok(format!("The service is finished.{measured}")),
-            (false, false) => Err("No robot serves you now.".into()),
-        }
-    }
-
-    fn feedback(&mut self, agent: usize, operation: usize, [wait, approach, distance]: [i8; 3]) -> Answer {
-        match self.diary.page(agent).spoken() {
-            Some((last, false)) if last == operation => {
-                let followed = self.happen(Event::Said { agent, wait, approach, distance })?;
-                let then = match followed {
-                    Followed { anew: true, .. } => "The plan was made anew.",
-                    Followed { moved: true, .. } => "The plan has been adapted.",
-                    _ => "It counts from now on.",
-                };
-                Ok(format!("Thank you. {then}"))
-            }
-            Some((last, _)) if operation <= last => {
-                Ok("Thank you; that was noted before, or is about an earlier service.".into())
-            }
-            _ => Err("That service has not been.".into()),
-        }
-    }
-
-    fn supervisor(&mut self, tells: SupervisorTells) -> Answer {
-        match tells {
-            SupervisorTells::Run {} | SupervisorTells::Stop {} => {
+            Tells::Supervisor(tells @ (SupervisorTells::Run {} | SupervisorTells::Stop {})) => {
                 let now = Instant::now();
                 self.clock.set(matches!(tells, SupervisorTells::Run {}), now);
                 self.advance(self.clock.at(now));
-                let at = written(self.execution.time());
+                let at = written(self.world.time());
                 Ok(if self.clock.runs() {
                     format!("The clock runs from {at}.")
                 } else {
                     format!("The clock stands at {at}.")
                 })
             }
-            SupervisorTells::Replan {} => self.happen(Event::Replan).map(said),
-            SupervisorTells::Lost { robot, agent } => self.happen(Event::Lost { who: who(robot, agent)? }).map(said),
-            SupervisorTells::Back { robot, agent } => self.happen(Event::Back { who: who(robot, agent)? }).map(said),
-            SupervisorTells::Moved { agent, place } => self.happen(Event::Moved { agent, place }).map(said),
-            SupervisorTells::Invite { .. } => Err("That is not the engine's affair.".into()),
+            Tells::Supervisor(SupervisorTells::Invite { .. }) => Err("That is not the engine's affair.".into()),
+            Tells::Supervisor(tells) => world.supervisor(tells, &mut note),
         }
     }
 }
 
-/// What an event led to.
-struct Followed {
-    anew: bool,
-    moved: bool,
-}
-
-fn said(followed: Followed) -> String {
-    match followed {
-        Followed { anew: true, .. } => "Noted; planned anew.".into(),
-        Followed { moved: true, .. } => "Noted; the plan has moved.".into(),
-        _ => "Noted; the plan stays.".into(),
-    }
-}
-
-fn who(robot: Option<usize>, agent: Option<usize>) -> Result<Actor, String> {
-    match (robot, agent) {
-        (Some(robot), None) => Ok(Actor::Robot(robot)),
-        (None, Some(agent)) => Ok(Actor::Agent(agent)),
-        _ => Err("Name a robot or an agent, not both.".into()),
-    }
+/// Writes an entry down, if there is a journal.
+fn write(journal: &mut Option<Journal>, time: f64, entry: Entry) -> Result<(), String> {
+    let Some(journal) = journal else { return Ok(()) };
+    let line = Line { time, entry };
+    journal.add(&line).map_err(|e| format!("Nothing was changed, because it could not be written down: {e}."))
 }

@@ -20,6 +20,8 @@ const LARGEST: u64 = 256 << 20;
 pub enum Entry {
     /// Something was told.
     Event(Event),
+    /// Something was told of a mission of layers.
+    Layered(mission::layers::execution::Event),
     /// A person began to measure a service.
     Serve {
         /// Index of the agent.

@@ -18,15 +18,19 @@ mod diary;
 mod engine;
 mod guard;
 mod journal;
+mod layered;
+mod layered_view;
 mod listen;
 mod overview;
 mod pages;
 mod rate;
 mod routes;
+mod schedule;
 mod stream;
 mod told;
 mod view;
 mod words;
+mod world;
 
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
@@ -35,6 +39,8 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use mission::execution::{Execution, Refusal, Settings};
+use mission::layers;
+use mission::layers::execution::LayeredExecution;
 use mission::schedule::problem::{AgentKind, Problem};
 use tokio::sync::watch;
 use twox_hash::XxHash3_128;
@@ -43,13 +49,16 @@ use self::access::{Access, Role};
 use self::engine::Engine;
 use self::guard::Hosts;
 use self::journal::Journal;
+use self::layered::Layered;
 use self::rate::Bucket;
 use self::routes::App;
+use self::schedule::Schedule;
+use self::world::World;
 
 pub use self::journal::NoJournal;
 pub use self::listen::CONNECTIONS;
 
-/// A mission to be served.
+/// A schedule to be served.
 #[derive(Clone, Debug)]
 pub struct Mission {
     /// Its name.
@@ -58,6 +67,38 @@ pub struct Mission {
     pub problem: Problem,
     /// How it is executed; who ends operations by telling is decided here, by who has a page.
     pub settings: Settings,
+}
+
+/// A mission of layers to be served.
+#[derive(Clone, Debug)]
+pub struct LayersMission {
+    /// Its name.
+    pub name: String,
+    /// What is planned.
+    pub problem: layers::problem::Problem,
+    /// How it is executed; who begins and ends tasks by telling is decided here, by who has a page.
+    pub settings: layers::execution::Settings,
+}
+
+/// A mission of either kind to be served.
+#[derive(Clone, Debug)]
+pub enum Served {
+    /// Robots that serve agents.
+    Schedule(Mission),
+    /// A team that does layers of tasks.
+    Layers(LayersMission),
+}
+
+impl From<Mission> for Served {
+    fn from(mission: Mission) -> Served {
+        Served::Schedule(mission)
+    }
+}
+
+impl From<LayersMission> for Served {
+    fn from(mission: LayersMission) -> Served {
+        Served::Layers(mission)
+    }
 }
 
 /// How a mission is served.
@@ -99,6 +140,8 @@ impl Default for Options {
 pub enum NoServer {
     #[error("the mission cannot be executed: {0}")]
     Mission(#[from] Refusal),
+    #[error("the mission cannot be executed: {0}")]
+    Layers(#[from] layers::execution::Refusal),
     #[error("`--simulate {name}`: the mission has no person of that name; it has {people}")]
     Nobody { name: String, people: String },
     #[error("a speed must be more than 0 and at most 1000, and is {0}")]
@@ -140,14 +183,11 @@ impl Server {
     /// # Errors
     ///
     /// The mission has no plan, an option is wrong, or the system does not let us.
-    pub fn start(mission: Mission, options: &Options) -> Result<Server, NoServer> {
+    pub fn start(mission: impl Into<Served>, options: &Options) -> Result<Server, NoServer> {
         check(options)?;
-        let paged = paged(&mission.problem, &options.simulate)?;
-        let told = paged.iter().enumerate().filter(|(_, has)| **has).map(|(agent, _)| agent).collect();
-        let settings = Settings { told, ..mission.settings };
-        let digest = digest(&mission.problem, &settings);
+        let ready = ready(mission.into(), &options.simulate)?;
         let journal = match &options.journal {
-            Some(path) => Some(Journal::open(path, &mission.name, &digest)?),
+            Some(path) => Some(Journal::open(path, &ready.name, &ready.digest)?),
             None => None,
         };
         let wanted = SocketAddr::new(options.bind, options.port);
@@ -155,9 +195,8 @@ impl Server {
         let listener = std::net::TcpListener::bind(wanted).map_err(bound)?;
         listener.set_nonblocking(true).map_err(bound)?;
         let address = listener.local_addr().map_err(bound)?;
-        let execution = Execution::new(mission.problem, settings)?;
-        let names: Vec<String> = execution.problem().agents.iter().map(|agent| agent.name.clone()).collect();
-        let mut engine = Engine::new(&mission.name, execution, options.speed);
+        let Ready { name, names, paged, plans, .. } = ready;
+        let mut engine = Engine::new(&name, plans()?, options.speed);
         let resumed = match journal {
             Some((journal, said)) => Some(engine.resume(journal, &said)).filter(|_| !said.is_empty()),
             None => None,
@@ -238,23 +277,66 @@ fn check(options: &Options) -> Result<(), NoServer> {
     }
 }
 
-/// For each agent whether it has a page: people that are not simulated.
-fn paged(problem: &Problem, simulate: &[String]) -> Result<Vec<bool>, NoServer> {
-    let people: Vec<&str> =
-        problem.agents.iter().filter(|agent| agent.kind == AgentKind::Human).map(|agent| agent.name.as_str()).collect();
+/// A mission that can be served and has not been planned.
+struct Ready {
+    name: String,
+    digest: String,
+    /// By agent of the pages: its name.
+    names: Vec<String>,
+    /// Whether it has a page.
+    paged: Vec<bool>,
+    /// Plans it, which may take a while.
+    plans: Box<dyn FnOnce() -> Result<Box<dyn World>, NoServer>>,
+}
+
+fn ready(mission: Served, simulate: &[String]) -> Result<Ready, NoServer> {
+    match mission {
+        Served::Schedule(Mission { name, problem, settings }) => {
+            let human = |agent: &mission::schedule::problem::Agent| agent.kind == AgentKind::Human;
+            let agents = problem.agents.iter().map(|agent| (agent.name.as_str(), human(agent))).collect::<Vec<_>>();
+            let paged = paged(&agents, simulate)?;
+            let told = (0..paged.len()).filter(|agent| paged[*agent]).collect();
+            let settings = Settings { told, ..settings };
+            Ok(Ready {
+                name,
+                digest: digest(&(&problem, &settings)),
+                names: problem.agents.iter().map(|agent| agent.name.clone()).collect(),
+                paged,
+                plans: Box::new(move || Ok(Box::new(Schedule::new(Execution::new(problem, settings)?)))),
+            })
+        }
+        Served::Layers(LayersMission { name, problem, settings }) => {
+            let people = layered::people(&problem);
+            let names: Vec<String> = people.iter().map(|agent| problem.agents[*agent].name.clone()).collect();
+            let paged = paged(&names.iter().map(|name| (name.as_str(), true)).collect::<Vec<_>>(), simulate)?;
+            let told = people.iter().zip(&paged).filter(|(_, has)| **has).map(|(agent, _)| *agent).collect();
+            let settings = layers::execution::Settings { told, ..settings };
+            Ok(Ready {
+                name,
+                digest: digest(&("layers", &problem, &settings)),
+                names,
+                paged,
+                plans: Box::new(move || Ok(Box::new(Layered::new(LayeredExecution::new(problem, settings)?)))),
+            })
+        }
+    }
+}
+
+/// For each agent, of which is known whether it is a person, whether it has a page: people that are not simulated.
+fn paged(agents: &[(&str, bool)], simulate: &[String]) -> Result<Vec<bool>, NoServer> {
+    let people: Vec<&str> = agents.iter().filter(|agent| agent.1).map(|agent| agent.0).collect();
     if let Some(name) = simulate.iter().find(|name| !people.contains(&name.as_str())) {
         let people = if people.is_empty() { "none".into() } else { people.join(", ") };
         return Err(NoServer::Nobody { name: name.clone(), people });
     }
-    let has =
-        |agent: &mission::schedule::problem::Agent| agent.kind == AgentKind::Human && !simulate.contains(&agent.name);
-    Ok(problem.agents.iter().map(has).collect())
+    let has = |(name, human): &(&str, bool)| *human && !simulate.iter().any(|other| other == name);
+    Ok(agents.iter().map(has).collect())
 }
 
-/// A number that differs as soon as the mission does.
-fn digest(problem: &Problem, settings: &Settings) -> String {
-    // Both are numbers, texts and lists of them, which JSON has.
-    let text = serde_json::to_string(&(problem, settings)).unwrap_or_default();
+/// A number that differs as soon as the mission does, or is of another kind.
+fn digest(mission: &impl serde::Serialize) -> String {
+    // All of it are numbers, texts and lists of them, which JSON has.
+    let text = serde_json::to_string(mission).unwrap_or_default();
     format!("{:032x}", XxHash3_128::oneshot(text.as_bytes()))
 }
 

@@ -26,11 +26,6 @@ pub fn supervisor(execution: &Execution, diary: &Diary) -> SupervisorView {
         paged: false,
         lost: agent.doing == Doing::Lost,
     });
-    let times = |n: usize| match n {
-        0 => "never".to_string(),
-        1 => "once".to_string(),
-        n => format!("{n} times"),
-    };
     let ends = plan.end().map(|end| format!("ends at {}, ", written(end))).unwrap_or_default();
     SupervisorView {
         status: status(plan),
@@ -40,6 +35,8 @@ pub fn supervisor(execution: &Execution, diary: &Diary) -> SupervisorView {
             Some(why) => Some(format!("There is no plan any more: {why}.")),
             None => None,
         },
+        note: None,
+        map: true,
         agents: agents.collect(),
         robots: robots.collect(),
         events: diary.events(),
@@ -47,7 +44,17 @@ pub fn supervisor(execution: &Execution, diary: &Diary) -> SupervisorView {
     }
 }
 
-fn status(plan: &Plan) -> String {
+/// How often, in words.
+pub fn times(n: usize) -> String {
+    match n {
+        0 => "never".to_string(),
+        1 => "once".to_string(),
+        n => format!("{n} times"),
+    }
+}
+
+/// How good a plan is, in words.
+pub fn status(plan: &Plan) -> String {
     match &plan.status {
         Status::Proven { .. } => format!("cost {:.3}, no plan costs less ({})", plan.cost, plan.engine),
         Status::Gap { gap, .. } => {

@@ -286,7 +286,8 @@ async fn gantt_svg(State(app): Shared, headers: HeaderMap) -> Response {
 async fn map_svg(State(app): Shared, headers: HeaderMap) -> Response {
     picture(&app, &headers, |published| {
         let robots = published.supervisor.robots.iter().filter_map(|robot| robot.at).collect();
-        gantt::map(&published.problem, &published.plan, &gantt::Standing { robots, styled: false })
+        let Some(problem) = &published.problem else { return String::new() };
+        gantt::map(problem, &published.plan, &gantt::Standing { robots, styled: false })
     })
 }
 

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-/// What a person tells. Operations count from 0; each press names its own, so that one that comes twice or late is
+/// What a person tells. Operations count from 0, and of layers are indices of tasks; each press names its own, so that one that comes twice or late is
 /// recognised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(tag = "what", rename_all = "snake_case", deny_unknown_fields)]
@@ -25,6 +25,11 @@ pub enum PersonTells {
     /// The service is finished.
     Served {
         /// Of which operation; of an earlier one where the measurement still ran.
+        operation: usize,
+    },
+    /// The task failed, and is to be done again.
+    Failed {
+        /// Which.
         operation: usize,
     },
     /// What the service was like, each from -2 to 2.

@@ -23,8 +23,8 @@ pub struct Published {
     pub supervisor: SupervisorView,
     /// What the pictures show.
     pub plan: Arc<Plan>,
-    /// The problem that belongs to the plan.
-    pub problem: Arc<Problem>,
+    /// The problem that belongs to the plan, for the map; none where there is none.
+    pub problem: Option<Arc<Problem>>,
 }
 
 /// The clock of a mission.
@@ -55,12 +55,12 @@ pub struct PersonView {
     pub comes: Option<f64>,
     /// What that robot does now.
     pub robot: Option<String>,
-    /// The operation that buttons are about, from 0.
+    /// The operation that buttons are about, from 0; of layers the index of the task.
     pub at: usize,
     /// Words over the buttons.
     pub operation: String,
-    /// See `operation`.
-    pub service: String,
+    /// See `operation`; none where nobody is served.
+    pub service: Option<String>,
     /// What may be told now.
     pub may: May,
     /// What the person measured.
@@ -86,6 +86,8 @@ pub struct May {
     pub serve: bool,
     /// Finish of a service.
     pub served: bool,
+    /// A task failed.
+    pub failed: bool,
 }
 
 /// A time that was measured.
@@ -135,6 +137,10 @@ pub struct SupervisorView {
     pub numbers: String,
     /// Why it is over, if it is.
     pub over: Option<String>,
+    /// What stands above all else of one that goes on.
+    pub note: Option<String>,
+    /// There is a map, on which agents have places that change.
+    pub map: bool,
     /// The agents.
     pub agents: Vec<AgentRow>,
     /// The robots.
@@ -189,6 +195,7 @@ pub fn person(execution: &Execution, diary: &Diary, index: usize, running: bool)
         done: agent.doing == Doing::Working,
         serve: serving && !page.measures(),
         served: serving || page.measures(),
+        failed: false,
     };
     let may = if running { may } else { May::default() };
     PersonView {
@@ -200,10 +207,10 @@ pub fn person(execution: &Execution, diary: &Diary, index: usize, running: bool)
         robot,
         at: agent.operation.unwrap_or(total),
         operation: format!("Operation {} of {total}", number.min(total)),
-        service: format!(
+        service: Some(format!(
             "Service of operation {}",
             page.measured_operation().unwrap_or(number.min(total).max(1) - 1) + 1
-        ),
+        )),
         may,
         measured: page.measured(),
         ask: page.ask(problem),
@@ -225,7 +232,7 @@ fn nothing(name: String) -> PersonView {
         robot: None,
         at: 0,
         operation: "Operation".into(),
-        service: "Service".into(),
+        service: Some("Service".into()),
         may: May::default(),
         measured: Vec::new(),
         ask: None,

@@ -29,10 +29,11 @@ pub const EXAMPLES: &[&str] = &[
     "safety_planner",
     "give_way",
     "beside_harvest",
+    "picker",
 ];
 
 /// Stems of the examples that declare missions and no robot; each exists in both spellings.
-pub const MISSIONS: &[&str] = &["vineyard", "vineyard_day", "letters"];
+pub const MISSIONS: &[&str] = &["vineyard", "vineyard_day", "vineyard_picker", "letters", "letters_day"];
 
 /// A file of the `examples` folder.
 pub fn example(name: &str) -> PathBuf {

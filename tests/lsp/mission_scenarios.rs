@@ -81,3 +81,53 @@ fn completion() {
         ("distance(m1, w1)", "distance(m1, |)", &["m2", "anna"], &["vineyard"]),
     ]);
 }
+
+const LAYERS: &str = r#"hierarq 1
+
+// One letter.
+mission letter : layers {
+  // It picks.
+  robot arm { place [0, 0, 0] m  speed [0.1, 0.4] m/s  skills { pick 2 s }  spread 0.05 }
+  // She helps.
+  human anna { place [1, 0, 0] m  speed 0.5 m/s  skills { pick 3 s } }
+  object red { place [0.3, 0, 0] m  features [cube] }
+  layer base { task foot = pick { features [cube]  to [0.4, 0.2, 0] m } }
+}
+
+scenario slow {
+  mission letter
+  duration 60 s
+  happens [{ at 1 s  late anna  by 6 s }, { at 3 s  lost arm }]
+  expect eventually done
+  expect always letter.layer < 9
+  expect always (anna.workload < 9 kg s and distance(arm, anna) >= 0 m and arm.energy >= 0 J)
+}
+"#;
+
+#[test]
+fn scenarios_of_layers() {
+    let mut doc = Document::open("lsp_layers_scenario.hq", LAYERS);
+    assert_eq!(doc.diagnostics(), Vec::<Json>::new());
+    doc.hovers(&[("  spr|ead", "spread", "operations sampled"), ("late an|na", "anna", "She helps.")]);
+    doc.definitions(&[
+        ("lost a|rm", "robot |arm"),
+        ("(an|na.workload", "human |anna"),
+        ("distance(a|rm", "robot |arm"),
+        ("let|ter.layer", "mission |letter :"),
+    ]);
+    doc.completions(&[
+        ("skills { pick 3 s } }", "skills { pick 3 s }  | }", &["spread", "reach"], &["factor"]),
+        ("late anna", "late |", &["anna", "arm"], &["red", "foot", "letter"]),
+        ("  duration 60 s\n", "  |\n", &["operations", "replan", "step"], &["travel", "feedback", "push"]),
+        ("lost arm }", "| }", &["lost", "failed", "by"], &["moved", "served", "begun", "wait", "to"]),
+        ("(anna.workload", "(anna.|", &["workload", "tasks"], &["waited", "energy", "layer"]),
+        ("arm.energy", "arm.|", &["energy", "worked"], &["workload", "served"]),
+        ("letter.layer", "letter.|", &["layer", "dropped"], &["workloads", "served"]),
+        ("distance(arm, anna)", "distance(arm, |)", &["anna"], &["letter"]),
+    ]);
+    let mut doc = Document::open("lsp_layers_renamed.hq", LAYERS);
+    for (place, old, new) in [("human |anna", "anna", "bert"), ("distance(|arm", "arm", "hand")] {
+        let (renamed, edits) = doc.renamed(place, old, new);
+        assert!(!renamed.contains(old) && edits > 1, "{place}:\n{renamed}");
+    }
+}

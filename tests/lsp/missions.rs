@@ -118,3 +118,34 @@ fn outline() {
     assert_eq!(inside, ["m1", "m2", "anna", "w1", "i"]);
     assert_eq!(under(SPEC, &mission["children"][4]["children"][0]["selectionRange"]), "w${i}");
 }
+
+const JOB: &str = r#"hierarq 1
+
+mission job : layers {
+  // Where boxes wait.
+  place shelf { at [1, 0, 0] m }
+  place table { at [0, 1, 0] m }
+  robot arm { place [0, 0, 0] m  speed 0.1 m/s  skills { pick 2 s } }
+  object box { place shelf  features [box] }
+
+  layer only {
+    task bring = pick { features [box]  via [shelf, [0, 0, 1] m]  to table }
+  }
+}
+"#;
+
+#[test]
+fn places_of_a_job() {
+    let mut doc = Document::open("lsp_job.hq", JOB);
+    assert_eq!(doc.diagnostics(), Vec::<Json>::new());
+    doc.hovers(&[("box { place sh|elf", "shelf", "Where boxes wait.")]);
+    doc.definitions(&[("via [sh|elf", "place |shelf { at"), ("to tab|le", "place |table { at")]);
+    assert_eq!(doc.references("place |shelf { at", true), 3);
+    let (renamed, edits) = doc.renamed("place |shelf { at", "shelf", "rack");
+    assert!(!renamed.contains("shelf") && edits == 3, "{renamed}");
+    doc.completions(&[
+        ("to table", "to |", &["shelf", "table"], &["arm", "box"]),
+        ("via [shelf,", "via [|,", &["shelf", "table"], &["arm"]),
+        ("box { place shelf", "box { place |", &["shelf", "table"], &["arm"]),
+    ]);
+}

@@ -26,6 +26,7 @@ pub static PAGES: LazyLock<Vec<Page>> = LazyLock::new(|| {
         include_str!("scenarios.md"),
         include_str!("missions.md"),
         include_str!("mission_scenarios.md"),
+        include_str!("mission_workers.md"),
     ];
     families.into_iter().flat_map(read).collect()
 });

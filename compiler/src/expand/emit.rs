@@ -311,8 +311,8 @@ impl Expander<'_> {
         if folder.as_os_str().is_empty() {
             return;
         }
-        for e in entries.iter_mut().filter(|e| matches!(e.key.value.as_str(), "urdf" | "package_path" | "layers_from"))
-        {
+        let is_path = |e: &&mut Entry| matches!(e.key.value.as_str(), "urdf" | "package_path" | "layers_from" | "spec");
+        for e in entries.iter_mut().filter(is_path) {
             if let Some(path) = text_of(&e.value) {
                 let path = tidy(&folder.join(Path::new(path)), self.input.folder);
                 let kind = ValueKind::Text(path.to_string_lossy().into_owned());

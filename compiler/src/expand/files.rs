@@ -89,7 +89,7 @@ impl Expander<'_> {
             return refuse(self, Diagnostic::error("HQ0218", at, text).help("bring some of them together in one file"));
         }
         let instead = self.texts.get(&canonical).map(|text| Ok(text.clone().into_bytes()));
-        let bytes = match instead.unwrap_or_else(|| read(&on_disk)) {
+        let bytes = match instead.unwrap_or_else(|| read_file(&on_disk)) {
             Ok(bytes) => bytes,
             Err(e) => return refuse(self, cannot(&e)),
         };
@@ -131,7 +131,7 @@ impl Expander<'_> {
 }
 
 /// The bytes of a file, one more than a text may have at most.
-fn read(path: &Path) -> std::io::Result<Vec<u8>> {
+pub(crate) fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
     if path.is_dir() {
         return Err(std::io::ErrorKind::IsADirectory.into());
     }

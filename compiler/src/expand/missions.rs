@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dsl::Span;
-use dsl::tree::{ItemKind, Mission, MissionMember, MissionRepeat};
+use dsl::tree::{Entry, ItemKind, Mission, MissionMember, MissionRepeat, Value, ValueKind};
 
 use super::fill::Frame;
 use super::module::twice;
@@ -86,6 +86,12 @@ impl Expander<'_> {
         let mut copy = self.copied_mission(&mission, &mut Frame::of(m));
         copy.name.value = self.program_name(m, Class::Mission, &copy.name.value);
         self.paths(m, &mut copy.settings.entries);
+        for member in &mut copy.members {
+            let runs = member.settings.entries.iter_mut().find(|e| e.key.value == "runs");
+            if let Some(Entry { value: Value { kind: ValueKind::Block(runs), .. }, .. }) = runs {
+                self.paths(m, &mut runs.entries);
+            }
+        }
         self.out.missions.push(copy);
     }
 }

@@ -23,7 +23,7 @@ mod stacks;
 mod tasks;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use dsl::tree::{
     Human, Let, Level, Machine, Mission, Param, Robot, Run, SafetyField, Scenario, Signal, Spec, Stack, Task, Value,
@@ -36,6 +36,7 @@ use module::Module;
 
 pub use arguments::parameter_types;
 pub(crate) use arguments::{TYPES, quantity, type_of};
+pub(crate) use files::read_file;
 pub(crate) use fill::parts;
 
 /// Texts in the place of those of imported files, by canonical path: what an editor has open and has not saved.
@@ -190,8 +191,23 @@ pub(crate) fn expand(
 }
 
 /// The files that a spec reads, as far as they can be found: those that it imports, the URDFs and files of layers that are
-/// named, and the recordings of its scenarios.
+/// named, the recordings of its scenarios, and the specs that working robots of its missions run, with all that these read.
 pub fn files(input: &Input) -> Vec<PathBuf> {
+    let (mut files, run) = files_and_specs(input);
+    for path in run {
+        if let (Some(spelling), Ok(bytes)) = (Spelling::of_path(&path), read_file(&path)) {
+            let (name, text) = (path.display().to_string(), String::from_utf8_lossy(&bytes).into_owned());
+            let folder = path.parent().unwrap_or(Path::new(""));
+            // What these run in their turn counts for nothing.
+            files.extend(files_and_specs(&Input { name: &name, text: &text, spelling, folder, set: &[], ..*input }).0);
+        }
+        files.push(path);
+    }
+    files
+}
+
+/// The files that a spec reads but for the specs that it runs, and these.
+fn files_and_specs(input: &Input) -> (Vec<PathBuf>, BTreeSet<PathBuf>) {
     let (mut sources, mut diagnostics, none) = (Sources::default(), Vec::new(), Texts::new());
     let source = sources.add(input.name, input.text);
     let (spec, _) = dsl::parse(source, input.text, input.spelling);
@@ -204,7 +220,10 @@ pub fn files(input: &Input) -> Vec<PathBuf> {
         files.extend(module.missing.iter().cloned());
     }
     files.extend(e.modules.first().into_iter().flat_map(Module::recordings).map(|file| input.folder.join(file)));
-    files
+    let run =
+        |m: &Module| m.workers().into_iter().map(|spec| input.folder.join(&m.folder).join(spec)).collect::<Vec<_>>();
+    let run = e.modules.iter().flat_map(run).collect();
+    (files, run)
 }
 
 impl<'a> Expander<'a> {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use dsl::tree::{Entry, Import, Item, ItemKind, Parameter, Value, ValueKind};
+use dsl::tree::{Entry, Import, Item, ItemKind, MissionMember, MissionRepeat, Parameter, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 
 use super::{Class, Expander, TYPES};
@@ -52,6 +52,24 @@ impl Module {
             ItemKind::Mission(mission) => text_of(&mission.settings.get("layers_from")?.value),
             _ => None,
         })
+    }
+
+    /// The specs that workers of its missions run.
+    pub fn workers(&self) -> Vec<&str> {
+        fn below<'m>(members: &'m [MissionMember], repeats: &'m [MissionRepeat], out: &mut Vec<&'m str>) {
+            for m in members {
+                let runs = m.settings.get("runs").map_or(&[][..], |e| entries(&e.value));
+                out.extend(runs.iter().find(|e| e.key.value == "spec").and_then(|e| text_of(&e.value)));
+            }
+            repeats.iter().for_each(|r| below(&r.members, &r.repeats, out));
+        }
+        let mut out = Vec::new();
+        for item in &self.items {
+            if let ItemKind::Mission(m) = &item.kind {
+                below(&m.members, &m.repeats, &mut out);
+            }
+        }
+        out
     }
 
     /// The recordings of people that its scenarios name.

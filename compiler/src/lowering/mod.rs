@@ -1,6 +1,7 @@
 //! From a tree to a program: declarations collected, names bound, stacks laid out.
 
 mod actions;
+mod compile;
 mod declared;
 mod distances;
 mod expectations;
@@ -20,6 +21,7 @@ mod sensors;
 mod shapes;
 mod signals;
 mod stack;
+mod states;
 mod told;
 mod transitions;
 mod triggers;
@@ -43,14 +45,15 @@ use stdlib_tasks::field::FieldProgram;
 use crate::binding::{Binder, BoundTask, Table};
 use crate::checks;
 use crate::constants::{Constants, Params};
-use crate::expand::{Expanded, Texts, expand};
+use crate::expand::Expanded;
 use crate::expr::Graph;
 use crate::ranges::Ground;
 use crate::report::Report;
 use crate::robot_binding::{self, BoundRobot, Files};
-use crate::spelling::in_yaml;
-use crate::{bounds, follow_ons, overridden, pointless, starts};
+use crate::starts;
 pub use actions::{VERBS, Verb};
+use compile::{Part, compile_part};
+pub use compile::{compile, compile_among};
 use declared::Declared;
 use in_place::definitions;
 pub(crate) use machine::MachinePlaces;
@@ -113,57 +116,6 @@ pub(crate) struct Places {
     pub home: Span,
 }
 
-/// Compiles a spec.
-pub fn compile(input: &Input) -> Compiled {
-    compile_among(input, &Texts::new())
-}
-
-/// Compiles a spec whose imports may have other texts than their files.
-pub fn compile_among(input: &Input, texts: &Texts) -> Compiled {
-    let mut report = Report::default();
-    let source = report.sources.add(input.name, input.text);
-    let (spec, mut diagnostics) = dsl::parse(source, input.text, input.spelling);
-    if let Some(refusal) = bounds::spec(&spec) {
-        return refused(report, diagnostics, refusal);
-    }
-    let (form, whole) = (diagnostics.len(), spec.clone());
-    let empty = spec.items.is_empty();
-    let expanded = expand((input, texts), source, spec, &mut report.sources, &mut diagnostics);
-    if let Some(refusal) = bounds::stacks(&expanded.stacks).filter(|_| expanded.usable) {
-        return refused(report, diagnostics, refusal);
-    }
-    let mut lowerer = Lowerer::new(input, source, &mut report.sources, &mut diagnostics);
-    let program = lowerer.spec(&expanded, empty);
-    let missions = std::mem::take(&mut lowerer.planned);
-    if let Some(program) = &program {
-        pointless::spec(&expanded, program, &mut diagnostics);
-    }
-    follow_ons::remove(&mut diagnostics, form, &whole, &report.sources);
-    for d in &mut diagnostics {
-        let spelling = expanded.spellings.get(&report.sources.text_of(d.primary.span.source));
-        if *spelling.unwrap_or(&input.spelling) == Spelling::Yaml {
-            d.help = d.help.as_deref().map(in_yaml);
-        }
-    }
-    report.diagnostics = diagnostics;
-    report.finish();
-    if overridden::blame(input, &mut report.diagnostics, &report.sources) {
-        report.finish();
-    }
-    if report.errors() > 0 {
-        return Compiled::refused(report);
-    }
-    Compiled { program, missions, report }
-}
-
-/// The outcome for a spec that is too large to be looked at.
-fn refused(mut report: Report, mut diagnostics: Vec<Diagnostic>, refusal: Diagnostic) -> Compiled {
-    diagnostics.push(refusal);
-    report.diagnostics = diagnostics;
-    report.finish();
-    Compiled::refused(report)
-}
-
 struct Lowerer<'a> {
     input: &'a Input<'a>,
     source: SourceId,
@@ -186,6 +138,8 @@ struct Lowerer<'a> {
     starts: Vec<Span>,
     /// Missions.
     planned: Vec<MissionProgram>,
+    /// Specs that working robots of missions run.
+    controllers: missions::controllers::Controllers<'a>,
     /// Parts of expectations so far.
     expected: usize,
     /// Tasks that could not be expanded.
@@ -214,6 +168,7 @@ impl<'a> Lowerer<'a> {
             meant: Vec::new(),
             starts: Vec::new(),
             planned: Vec::new(),
+            controllers: Default::default(),
             expected: 0,
             failed: std::collections::BTreeSet::new(),
         }

@@ -5,12 +5,13 @@ use std::collections::BTreeSet;
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use runtime::FaultKind;
-use runtime::program::{MachineProgram, Measure, Program};
+use runtime::program::{Measure, Program};
 use stdlib_tasks::dimension::{Dimension, NONE, RATE, VELOCITY};
 use stdlib_tasks::task::Nature;
 
 use super::predicates::measure;
 use super::shapes::Shape;
+use super::states::state;
 use crate::binding::TaskScope;
 use crate::constants::joint_dimension;
 use crate::expr::{Axes, Frame, Graph, Kind, Meaning, Now, Scope, Start, Symbol, Typed};
@@ -132,22 +133,11 @@ impl Watch<'_> {
 
     /// A state by its path, or by the end of it where that is said of one state only.
     fn state(&self, path: &str, at: Span) -> Result<Measure, Refused> {
-        let Some(MachineProgram { states, .. }) = &self.program.machine else {
+        let Some(machine) = &self.program.machine else {
             let d = Diagnostic::error("HQ0201", at, "there are no states, because this spec has no machine");
             return refuse(d.help("declare one: `machine NAME { initial STATE  state STATE { .. } }`"));
         };
-        let names = || states.iter().skip(1).map(|s| s.name.as_str());
-        let end = format!(".{path}");
-        let of =
-            |good: &dyn Fn(&str) -> bool| (1..states.len()).filter(|&i| good(&states[i].name)).collect::<Vec<usize>>();
-        match (of(&|n| n == path).as_slice(), of(&|n| n.ends_with(&end)).as_slice()) {
-            ([state], _) | ([], [state]) => Ok(Measure::In(*state)),
-            ([], [_, _, ..]) => {
-                let d = Diagnostic::error("HQ0201", at, format!("several states are called `{path}`"));
-                refuse(d.help("write the path, `OUTER.INNER`"))
-            }
-            _ => refuse(unknown("state", path, at, names())),
-        }
+        state(machine, path, at).map(Measure::In).map_err(Some)
     }
 
     fn speed(&self, path: &str, at: Span) -> Result<(Measure, Dimension), Refused> {

@@ -19,6 +19,10 @@ const APPROACH: Key = Key::optional("approach", Holds::Choice(APPROACHES), "How 
 const DISTANCE: Key =
     Key::optional("distance", Holds::Choice(DISTANCES), "How far away the robot waited; `ok` where left out.");
 
+/// Entries of what happens that only schedules have.
+pub const HAPPENING_OF_SCHEDULES: &[&str] =
+    &["moved", "to", "served", "begun", "feedback", "wait", "approach", "distance"];
+
 /// Something that happens.
 pub static HAPPENING: Section = Section {
     name: "an event of a mission",
@@ -27,22 +31,35 @@ pub static HAPPENING: Section = Section {
         Key::optional(
             "late",
             SOMEBODY,
-            "The operation under way of this agent takes longer than it would have, `by` a time.",
+            "The operation or task under way of this agent takes longer than it would have, `by` a time.",
         ),
         Key::optional("by", Holds::Number(Quantity::any(TIME)), "Of `late`: how much longer; below 0 shorter."),
-        Key::optional("moved", SOMEBODY, "This agent works at another place from then on, `to` a point of the ground."),
+        Key::optional(
+            "moved",
+            SOMEBODY,
+            "Of a schedule: this agent works at another place from then on, `to` a point of the ground.",
+        ),
         Key::optional("to", Holds::Pair(LENGTH), "Of `moved`: the new place."),
         Key::optional("lost", SOMEBODY, "This robot breaks down, or this agent leaves."),
-        Key::optional("back", SOMEBODY, "Who was lost is back: a robot at its depot, an agent at its place."),
+        Key::optional("back", SOMEBODY, "Who was lost is back: a robot at its depot, an agent at its place or base."),
         Key::optional(
             "failed",
             SOMEBODY,
-            "The service that this robot gives, or this agent is given, fails and is done again.",
+            "The service that this robot gives, or this agent is given, fails and is done again; of layers the task under way of \
+             this agent.",
         ),
-        Key::optional("begun", SOMEBODY, "This agent begins its next operation, though the plan lets it begin later."),
-        Key::optional("done", SOMEBODY, "The operation of this agent ends."),
-        Key::optional("served", SOMEBODY, "The service of this agent ends, earlier than its time."),
-        Key::optional("feedback", Holds::Name(Named::Person), "This person says what the last service was like."),
+        Key::optional(
+            "begun",
+            SOMEBODY,
+            "Of a schedule: this agent begins its next operation, though the plan lets it begin later.",
+        ),
+        Key::optional("done", SOMEBODY, "The operation or task of this agent ends."),
+        Key::optional("served", SOMEBODY, "Of a schedule: the service of this agent ends, earlier than its time."),
+        Key::optional(
+            "feedback",
+            Holds::Name(Named::Person),
+            "Of a schedule: this person says what the last service was like.",
+        ),
         WAIT,
         APPROACH,
         DISTANCE,

@@ -10,7 +10,8 @@ const PER_MASS: Dimension = Dimension { kg: -1, ..NONE };
 
 const A_LENGTH: Holds = Holds::Number(Quantity::at_least(LENGTH, 0.0));
 const A_WEIGHT: Holds = Holds::Number(Quantity::at_least(NONE, 0.0));
-const PLACE: Key = Key::required("place", Holds::Vector(LENGTH), "Its base: where every task begins and ends.");
+const PLACE: Key =
+    Key::required("place", Holds::Spot, "Its base, a position or a place: where every task begins and ends.");
 const SKILLS: Key = Key::required(
     "skills",
     Holds::Each(&Holds::Number(Quantity::at_least(TIME, 0.0))),
@@ -25,6 +26,14 @@ const PAYLOAD: Key = Key::optional(
 const CANNOT: Key =
     Key::optional("cannot", Holds::List(&Holds::NewName), "Features of objects that it cannot handle: `[fragile]`.");
 
+const SPREAD: Key = Key::or(
+    "spread",
+    Holds::Number(Quantity::between(NONE, 0.0, 1.0)),
+    "0",
+    "How much its tasks take longer or shorter than planned when they are executed with `operations sampled`: the standard \
+     deviation of their time, relative to it. Plans do not count with it.",
+);
+
 /// A mission of the kind `layers`.
 pub static LAYERS: Section = Section {
     name: "a mission of layers",
@@ -34,6 +43,12 @@ pub static LAYERS: Section = Section {
             "batch",
             Holds::Number(Quantity::at_least(NONE, 1.0)),
             "How many tasks are planned at a time, a whole number; all at once where left out.",
+        ),
+        Key::or(
+            "reallocate_above",
+            A_WEIGHT,
+            "0.1",
+            "While a plan is executed: what has not begun is planned anew when the cost has changed by more than this share.",
         ),
         Key::optional(
             "instruction",
@@ -76,6 +91,13 @@ pub static LAYERS: Section = Section {
         Key::optional("objects", Holds::Each(&Holds::Block(&OBJECT)), "What tasks use, by name; one task uses each.")
             .at(Place::Yaml),
         Key::optional(
+            "place",
+            Holds::Block(&LAYERS_PLACE),
+            "A place with a name: `place NAME { at [x, y, z] m }`. Tasks go there, agents and objects stand there.",
+        )
+        .at(Place::Hq),
+        Key::optional("places", Holds::Each(&Holds::Block(&LAYERS_PLACE)), "Places with names.").at(Place::Yaml),
+        Key::optional(
             "layer",
             Holds::Block(&LAYER),
             "Tasks that may be done in any order: `layer NAME { task NAME = SKILL { .. } }`. It begins when those before it \
@@ -93,7 +115,7 @@ pub static LAYERS: Section = Section {
 
 /// Weights of the cost of a plan of layers.
 pub static LAYERS_WEIGHTS: Section = Section {
-    name: "the weights of layers",
+    name: "`weights` of layers",
     keys: &[
         Key::or("workload", A_WEIGHT, "1", "Of the workload of people, `beta`."),
         Key::or("energy", A_WEIGHT, "1", "Of the energy of robots, `gamma`."),
@@ -115,6 +137,7 @@ pub static LAYERS_ROBOT: Section = Section {
         REACH,
         PAYLOAD,
         CANNOT,
+        SPREAD,
         Key::or(
             "factor",
             Holds::Number(Quantity::above(NONE, 0.0)),
@@ -154,6 +177,7 @@ pub static LAYERS_HUMAN: Section = Section {
         REACH,
         PAYLOAD,
         CANNOT,
+        SPREAD,
     ],
 };
 
@@ -161,11 +185,15 @@ pub static LAYERS_HUMAN: Section = Section {
 pub static OBJECT: Section = Section {
     name: "an object",
     keys: &[
-        Key::required("place", Holds::Vector(LENGTH), "Where it is."),
+        Key::required("place", Holds::Spot, "Where it is, a position or a place."),
         Key::or("mass", Holds::Number(Quantity::at_least(MASS, 0.0)), "0 kg", "How heavy it is."),
         Key::optional("features", Holds::List(&Holds::NewName), "Words for what it is: `[cube, red]`."),
     ],
 };
+
+/// A place with a name.
+pub static LAYERS_PLACE: Section =
+    Section { name: "a place", keys: &[Key::required("at", Holds::Vector(LENGTH), "Where it is.")] };
 
 /// A layer.
 pub static LAYER: Section = Section {
@@ -187,11 +215,15 @@ pub static LAYERS_TASK: Section = Section {
             Holds::List(&Holds::NewName),
             "What the object that is used must be, `[cube, red]`; without it and without `object` none is used.",
         ),
-        Key::optional("to", Holds::Vector(LENGTH), "Where the task ends; where the object is, where left out."),
+        Key::optional(
+            "to",
+            Holds::Spot,
+            "Where the task ends, a position or a place; where the object is, where left out.",
+        ),
         Key::optional(
             "via",
-            Holds::List(&Holds::Vector(LENGTH)),
-            "Places on the way from the object to the end, in their order: `[[0, 0, 1], [1, 0, 1]] m`.",
+            Holds::List(&Holds::Spot),
+            "Where it passes on the way from the object to the end, in order: `[[0, 0, 1], [1, 0, 1]] m`, `[shelf, table]`.",
         ),
         Key::optional(
             "object",

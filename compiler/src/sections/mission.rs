@@ -4,7 +4,7 @@ use stdlib_tasks::dimension::{DAMPING, Dimension, FORCE, LENGTH, NONE, TIME, VEL
 use stdlib_tasks::params::Quantity;
 
 use super::layers::LAYERS;
-use super::{Holds, Key, Place, Section};
+use super::{Holds, Key, Named, Place, Section};
 
 const POWER: Dimension = Dimension { m: 2, kg: 1, s: -3, rad: 0 };
 
@@ -103,7 +103,7 @@ pub static SCHEDULE: Section = Section {
 
 /// Weights of the cost of a schedule.
 pub static SCHEDULE_WEIGHTS: Section = Section {
-    name: "the weights of a schedule",
+    name: "`weights` of a schedule",
     keys: &[
         Key::or("worker_wait", A_WEIGHT, "1", "Of the waits of working robots, `beta`."),
         Key::or("energy", A_WEIGHT, "1", "Of the energy of the robots that serve, `gamma`."),
@@ -229,7 +229,45 @@ pub static SCHEDULE_HUMAN: Section = Section {
 /// A working robot of a schedule.
 pub static SCHEDULE_WORKER: Section = Section {
     name: "a worker of a schedule",
-    keys: &[PLACE, OPERATIONS, DURATION, WAIT_DISTANCE, APPROACH_WEIGHTS, APPROACHES],
+    keys: &[
+        PLACE,
+        OPERATIONS,
+        DURATION,
+        WAIT_DISTANCE,
+        APPROACH_WEIGHTS,
+        APPROACHES,
+        Key::optional(
+            "runs",
+            Holds::Block(&RUNS),
+            "The controller that it runs in scenarios: how long an operation takes is then what its machine makes of it, and \
+             `duration` what is planned with.",
+        ),
+    ],
+};
+
+/// The controller of a working robot.
+pub static RUNS: Section = Section {
+    name: "what a worker runs",
+    keys: &[
+        Key::required("spec", Holds::Spec, "The spec of its controller, `\"picker.hq\"`, which has a machine."),
+        Key::required(
+            "go",
+            Holds::Name(Named::SignalThere),
+            "A signal of that spec, a flag: true while an operation goes on, false between two.",
+        ),
+        Key::required(
+            "done",
+            Holds::Name(Named::StateThere),
+            "A state of its machine: when it is entered, the operation under way has ended.",
+        ),
+        Key::optional(
+            "scenario",
+            Holds::Text,
+            "A scenario of that spec, whose world is around the robot: its start, its simulator, people, signals but `go`, \
+             outcomes of actions. What it expects, and its duration, do not count. Without it nothing happens there, and \
+             every action comes out at once.",
+        ),
+    ],
 };
 
 /// How one robot comes to an agent.

@@ -20,16 +20,18 @@ use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::params::{Presence, Quantity};
 
 pub use field::SAFETY_FIELD;
-pub use happening::{APPROACHES, DISTANCES, HAPPENING, REPLY, WAITS};
+pub use happening::{APPROACHES, DISTANCES, HAPPENING, HAPPENING_OF_SCHEDULES, REPLY, WAITS};
 pub use human::{HUMAN, HUMAN_POINT, HUMAN_SCRIPT};
-pub use layers::{LAYER, LAYERS, LAYERS_HUMAN, LAYERS_ROBOT, LAYERS_TASK, LAYERS_WEIGHTS, OBJECT};
+pub use layers::{LAYER, LAYERS, LAYERS_HUMAN, LAYERS_PLACE, LAYERS_ROBOT, LAYERS_TASK, LAYERS_WEIGHTS, OBJECT};
 pub use machine::{MACHINE, SIGNAL, STATE, TRANSITION, VARIABLE, WRENCH};
 pub use mission::{
-    ADAPTATION, APPROACH, ENERGY, MISSION, SCHEDULE, SCHEDULE_HUMAN, SCHEDULE_ROBOT, SCHEDULE_WEIGHTS, SCHEDULE_WORKER,
+    ADAPTATION, APPROACH, ENERGY, MISSION, RUNS, SCHEDULE, SCHEDULE_HUMAN, SCHEDULE_ROBOT, SCHEDULE_WEIGHTS,
+    SCHEDULE_WORKER,
 };
 pub use robot::{ARM, BASES, LIMIT, POINT, ROBOT, SEGMENT};
 pub use scenario::{
-    LATE, LOST, OF_ALL_SCENARIOS, OF_MISSIONS, OUTCOME, PUSH, SCENARIO, SCENARIO_SIMULATOR, SIGNAL_SCRIPT, WAYPOINT,
+    LATE, LOST, OF_ALL_SCENARIOS, OF_MISSIONS, OF_SCHEDULES, OUTCOME, PUSH, SCENARIO, SCENARIO_SIMULATOR,
+    SIGNAL_SCRIPT, WAYPOINT,
 };
 pub use spec::{PARAM, REPEAT, RUN, SIMULATOR, SPEC};
 pub use stack::{CHANGE, LEVEL, MEMBER, STACK};
@@ -78,12 +80,14 @@ pub static ALL: &[&Section] = &[
     &ENERGY,
     &SCHEDULE_HUMAN,
     &SCHEDULE_WORKER,
+    &RUNS,
     &APPROACH,
     &LAYERS,
     &LAYERS_WEIGHTS,
     &LAYERS_ROBOT,
     &LAYERS_HUMAN,
     &OBJECT,
+    &LAYERS_PLACE,
     &LAYER,
     &LAYERS_TASK,
 ];
@@ -134,6 +138,8 @@ pub enum Holds {
     Numbers(Quantity),
     /// Three constant numbers.
     Vector(Dimension),
+    /// A position of a mission (m), or the name of a place.
+    Spot,
     /// Two constant numbers: a point of the ground.
     Pair(Dimension),
     /// One constant number, or the least and the greatest of a range.
@@ -159,6 +165,8 @@ pub enum Holds {
     Text,
     /// The path of a URDF.
     Urdf,
+    /// The path of a spec.
+    Spec,
     /// True or false.
     Flag,
     /// One of these words.
@@ -218,6 +226,10 @@ pub enum Named {
     Member,
     /// A person of the mission that a scenario executes.
     Person,
+    /// A signal of the spec that is named beside it.
+    SignalThere,
+    /// A state of the spec that is named beside it.
+    StateThere,
 }
 
 impl Key {
@@ -313,7 +325,7 @@ mod tests {
     fn texts_are_those_of_the_readers() {
         let all = ALL.iter().flat_map(|s| s.keys).filter(|k| k.place == Place::Entry);
         let mut texts: Vec<&str> =
-            all.filter(|k| matches!(k.holds, Holds::Text | Holds::Urdf)).map(|k| k.name).collect();
+            all.filter(|k| matches!(k.holds, Holds::Text | Holds::Urdf | Holds::Spec)).map(|k| k.name).collect();
         let mut readers = dsl::vocabulary::TEXT_KEYS.to_vec();
         texts.sort_unstable();
         readers.sort_unstable();

@@ -21,6 +21,9 @@ pub const OF_ALL_SCENARIOS: &[&str] = &["duration", "seed"];
 /// Entries of scenarios of missions alone. All others are of those of robots' controllers alone.
 pub const OF_MISSIONS: &[&str] = &["mission", "operations", "travel", "replan", "step", "happens", "feedback"];
 
+/// Entries of scenarios of missions that only schedules have.
+pub const OF_SCHEDULES: &[&str] = &["travel", "feedback"];
+
 /// A scenario.
 pub static SCENARIO: Section = Section {
     name: "a scenario",
@@ -85,13 +88,13 @@ pub static SCENARIO: Section = Section {
             "operations",
             Holds::Choice(&["sampled", "planned"]),
             "sampled",
-            "Of a mission: operations take as long as drawn from their distributions, or as planned.",
+            "Of a mission: operations, or tasks of layers, take as long as drawn from their distributions, and operations of workers with `runs` as long as their controllers take; or all as long as planned.",
         ),
         Key::or(
             "travel",
             Holds::Choice(&["planned", "bases"]),
             "planned",
-            "Of a mission: robots travel as planned, through each other; or as wheeled bases that follow the plan and keep \
+            "Of a schedule: robots travel as planned, through each other; or as wheeled bases that follow the plan and keep \
              out of each other's way.",
         ),
         Key::or(
@@ -115,7 +118,7 @@ pub static SCENARIO: Section = Section {
         Key::optional(
             "feedback",
             Holds::Each(&Holds::Blocks(&REPLY)),
-            "Of a mission: what people say after they were served, by name. Of the k-th service they say the k-th entry, and \
+            "Of a schedule: what people say after they were served, by name. Of the k-th service they say the k-th entry, and \
              the last entry repeats; an empty one is silence.",
         ),
         Key::optional("expect", Holds::Declarations, "What must hold: `expect \"label\" always margin(TASK) >= 0 m`.")

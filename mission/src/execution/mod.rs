@@ -41,6 +41,8 @@ pub use self::record::{Happening, NoPlan, Record};
 pub use self::settings::{Durations, Obstacle, Potentials, Refusal, Replan, Settings, Travel};
 pub use self::view::{AgentView, Coming, Doing, RobotView, Stage};
 
+pub(crate) use self::stream::{stream, unit};
+
 use self::indices::Indices;
 use self::state::{AgentState, RobotState};
 

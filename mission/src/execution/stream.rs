@@ -4,7 +4,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
 /// The generator of the stream of this name, such as `["duration", "h1", "0"]`.
-pub(super) fn stream(seed: u64, name: &[&str]) -> Pcg64 {
+pub(crate) fn stream(seed: u64, name: &[&str]) -> Pcg64 {
     // FNV-1a, with a separator that no text holds.
     let bytes = name.iter().flat_map(|part| part.bytes().chain([0xff]));
     let hash =
@@ -13,6 +13,6 @@ pub(super) fn stream(seed: u64, name: &[&str]) -> Pcg64 {
 }
 
 /// Between 0 and 1, both excluded.
-pub(super) fn unit(generator: &mut Pcg64) -> f64 {
+pub(crate) fn unit(generator: &mut Pcg64) -> f64 {
     ((generator.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
 }

@@ -61,6 +61,7 @@ pub enum Key {
     Reach,
     Payload,
     Cannot,
+    Spread,
     Mass,
     Features,
     Layer,
@@ -220,6 +221,7 @@ impl Checker<'_> {
                 }
             }
             self.few(of(item, Key::Cannot), agent.cannot.len(), MAX_ENTRIES);
+            self.not_negative(of(item, Key::Spread), agent.spread);
         }
     }
 

@@ -24,6 +24,13 @@ pub const BATCH: usize = 4;
 /// Parts of the branch and bound if nobody says.
 const PARTS: u64 = 20_000;
 
+/// Parts of the branch and bound of a problem that take about a second: fewer of a larger one. A count, so that a search that
+/// it ends ends at the same place in every run.
+pub fn parts_of_a_second(problem: &Problem) -> u64 {
+    let size = problem.tasks.len() * problem.agents.len() * problem.objects.len().max(1);
+    (2_500_000 / size.max(1) as u64).clamp(1, 1000)
+}
+
 /// How a layered plan is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -93,7 +93,12 @@ pub(super) struct Instance<'a> {
 impl<'a> Instance<'a> {
     /// All tasks that have not begun, around those that have.
     pub fn whole(problem: &'a Problem) -> Instance<'a> {
-        let scales = Rc::new(Scales::of(problem));
+        Instance::with_scales(problem, Scales::of(problem))
+    }
+
+    /// The same where the scales are known.
+    pub fn with_scales(problem: &'a Problem, scales: Scales) -> Instance<'a> {
+        let scales = Rc::new(scales);
         let abilities = Abilities::of(problem);
         let weights = problem.weights;
         let mover = |(who, scale): (&Agent, &f64)| match who.body {

@@ -1,7 +1,7 @@
 //! Layered task plans: who of a team performs which task, with which object, when and how fast, thesis chapter 6.
 //!
 //! [`problem::Problem`] says who and what there is, [`check`] what cannot be planned, [`choose::plan`] plans,
-//! [`validate::validate`] checks a plan from the problem alone, [`execute`] carries one out and plans anew where it must.
+//! [`validate::validate`] checks a plan from the problem alone, [`execution`] is the world in which one is carried out, and the plan that follows what happens.
 //! [`json`] reads layers and gives them out.
 
 mod ability;
@@ -13,7 +13,7 @@ pub mod choose;
 pub mod cost;
 mod describe;
 mod dual;
-pub mod execute;
+pub mod execution;
 mod feasible;
 mod improve;
 mod instance;

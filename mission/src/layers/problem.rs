@@ -4,7 +4,7 @@
 //! Lengths are in metres, times in seconds, speeds in metres a second, masses in kilograms.
 //! [`Problem::check`](super::check) says what cannot be planned.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
@@ -59,6 +59,10 @@ pub struct Agent {
     pub payload: Option<f64>,
     /// Features of objects that it cannot handle.
     pub cannot: BTreeSet<String>,
+    /// How much its tasks take longer or shorter than planned: the standard deviation of their time, relative to it. Zero or
+    /// more. Plans do not count with it.
+    #[serde(default)]
+    pub spread: f64,
     /// It takes no part any more: what it has begun stays, and nothing is given to it.
     pub lost: bool,
 }
@@ -130,6 +134,9 @@ pub struct Problem {
     pub agents: Vec<Agent>,
     /// What there is to be used.
     pub objects: Vec<Object>,
+    /// Positions with names (m), for people and for those who write layers; nothing is planned from them.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub places: BTreeMap<String, [f64; 3]>,
     /// Names of the layers `L_1, L_2, ...`, in their order.
     pub layers: Vec<String>,
     /// The tasks, in any order.
@@ -221,6 +228,14 @@ impl Problem {
     /// The mass of an object (kg); none without one.
     pub fn mass(&self, object: Option<usize>) -> Option<f64> {
         object.and_then(|object| self.objects.get(object)).map(|thing| thing.mass)
+    }
+
+    /// A position (m) as people call it: by the name of the place there, the first in the alphabet, or by its numbers.
+    pub fn called(&self, position: &[f64; 3]) -> String {
+        match self.places.iter().find(|(_, at)| *at == position) {
+            Some((name, _)) => name.clone(),
+            None => format!("({:.2}, {:.2}, {:.2}) m", position[0], position[1], position[2]),
+        }
     }
 
     /// What of this task has begun, if it has.

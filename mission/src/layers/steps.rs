@@ -48,6 +48,17 @@ pub fn agent_of(problem: &Problem, of: Actor) -> Option<usize> {
 /// The plan of these steps, whose cost is computed here; a bound above it by rounding is brought down to it.
 pub fn to_plan(problem: &Problem, steps: &[Step], status: Status, engine: String, statistics: Statistics) -> Plan {
     let cost = cost::cost(problem, steps).total();
+    with_cost(problem, (steps, cost), status, engine, statistics)
+}
+
+/// The same where the cost is known.
+pub(super) fn with_cost(
+    problem: &Problem,
+    (steps, cost): (&[Step], f64),
+    status: Status,
+    engine: String,
+    statistics: Statistics,
+) -> Plan {
     let status = match status {
         Status::Proven { bound } => Status::Proven { bound: bound.min(cost) },
         Status::Gap { bound, gap, stopped } => Status::Gap { bound: bound.min(cost), gap, stopped },

@@ -306,7 +306,18 @@ impl<'a> Validator<'a> {
         // Scales, over everything that somebody could do.
         let (mut farthest, mut longest, mut slowest) = (0.0_f64, 0.0_f64, f64::INFINITY);
         let mut most = vec![0.0_f64; problem.agents.len()];
+        let fit = |task: &Task| -> Vec<bool> {
+            problem.objects.iter().map(|thing| task.features.is_subset(&thing.features)).collect()
+        };
+        let fits: Vec<Vec<bool>> = problem.tasks.iter().map(fit).collect();
         for (agent, who) in problem.agents.iter().enumerate() {
+            let near = |place: &[f64; 3]| who.reach.is_none_or(|reach| distance(&who.place, place) <= reach);
+            let grip = |thing: &Object| {
+                near(&thing.place)
+                    && who.payload.is_none_or(|payload| thing.mass <= payload)
+                    && who.cannot.is_disjoint(&thing.features)
+            };
+            let grips: Vec<bool> = problem.objects.iter().map(grip).collect();
             for skill in &who.skills {
                 longest = longest.max(skill.duration);
                 if who.is_human() {
@@ -322,20 +333,15 @@ impl<'a> Validator<'a> {
             for (index, task) in problem.tasks.iter().enumerate() {
                 let Some(skill) = who.skills.iter().find(|skill| skill.action == task.action) else { continue };
                 let wanted = !task.features.is_empty() || task.object.is_some();
+                let reaches = task.path.iter().all(near);
+                let own = problem.begun.iter().find(|begun| begun.task == index && begun.agent == agent);
                 let things = problem.objects.iter().enumerate().map(Some).chain([None]);
                 for object in things.filter(|object| object.is_some() == wanted) {
-                    let begun = problem.begun.iter().any(|begun| {
-                        begun.task == index && begun.agent == agent && begun.object == object.map(|(number, _)| number)
-                    });
-                    let near = |place: &[f64; 3]| who.reach.is_none_or(|reach| distance(&who.place, place) <= reach);
-                    let could = task.path.iter().all(near)
-                        && object.is_none_or(|(number, thing)| {
+                    let begun = own.is_some_and(|begun| begun.object == object.map(|(number, _)| number));
+                    let could = reaches
+                        && object.is_none_or(|(number, _)| {
                             let named = task.features.is_empty() && task.object != Some(number);
-                            !named
-                                && task.features.is_subset(&thing.features)
-                                && near(&thing.place)
-                                && who.payload.is_none_or(|payload| thing.mass <= payload)
-                                && who.cannot.is_disjoint(&thing.features)
+                            !named && fits[index][number] && grips[number]
                         });
                     if !could && !begun {
                         continue;

@@ -8,6 +8,8 @@ use super::instance::Instance;
 pub(crate) struct Bounds {
     /// The earliest start of each job's service by each robot (s).
     pub earliest: Vec<Vec<f64>>,
+    /// The earliest start of each job's service by any robot (s).
+    pub first: Vec<f64>,
     /// The latest start of each job's service (s).
     pub latest: Vec<f64>,
     /// The most trips of each robot.
@@ -66,9 +68,17 @@ impl Bounds {
                 latest[previous] = latest[previous].min(latest[index] - serve - job.nominal);
             }
         }
-        let mut bounds = Bounds { latest, earliest, trips: Vec::new(), end: last, first_end: end, cost };
+        let mut bounds =
+            Bounds { first: first.clone(), latest, earliest, trips: Vec::new(), end: last, first_end: end, cost };
         bounds.trips = (0..robots).map(|m| bounds.trips(instance, m, &first, fixed, known)).collect();
         bounds
+    }
+
+    /// When the last robot is home at the latest (s); finite.
+    pub fn last_end(&self, instance: &Instance) -> f64 {
+        let back = |job: usize, m: usize| instance.serve(m) + instance.jobs[job].ways[m][2].high + instance.deposit(m);
+        let home = |job: usize| self.latest[job] + (0..instance.free.len()).map(|m| back(job, m)).fold(0.0, f64::max);
+        (0..instance.jobs.len()).map(home).fold(instance.problem.start, f64::max).min(self.end)
     }
 
     /// The most trips of a robot in a schedule that costs no more than `known`: the shortest ones, one after the other,

@@ -198,7 +198,7 @@ impl Checker<'_> {
 
     fn near_speeds(&mut self, at: Declaration, range: Range, robot: usize) {
         let cruise = self.problem.robots.get(robot).map(|machine| machine.speed);
-        let outside = |cruise: &Range| range.high < cruise.low || range.low > cruise.high;
+        let outside = |c: &Range| c.low <= c.high && (range.high < c.low || range.low > c.high);
         if self.speeds(at, range) && cruise.as_ref().is_some_and(outside) {
             let reason = Reason::OutsideCruise { low: range.low, high: range.high };
             self.mistakes.push(Mistake { at, against: Some(of(Item::Robot(robot), Key::Speed)), reason });

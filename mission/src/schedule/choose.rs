@@ -3,8 +3,9 @@
 //! | problem | formulation | because |
 //! |---|---|---|
 //! | each agent has one service to come | subsets | robots meet in the sharing and the end alone; weights may be uneven |
-//! | every way takes a fixed time | constraint program | knows the order of an agent's operations |
-//! | speeds are decided, few operations | position form | bounds the cost; re-timing is exact |
+//! | several services of an agent, few operations | orders | proves the vineyard, where the position form does not |
+//! | more of them, or some waits gain by being long, every way takes a fixed time | constraint program | knows the order of an agent's operations; its times are whole |
+//! | some waits gain by being long, few operations | position form | bounds the cost; re-timing is exact |
 //! | more operations than one of these proves | batches | each batch is small; no bound |
 
 use serde::{Deserialize, Serialize};
@@ -19,10 +20,12 @@ use super::constraint::constraint;
 use super::exact::{Found, exact};
 use super::instance::Instance;
 use super::problem::Problem;
-use super::subsets;
+use super::{orders, subsets};
 
 /// The most operations that the constraint program is given at once.
 const MOST_CONSTRAINT: usize = 12;
+/// What solves it.
+const CONSTRAINT: &str = "constraint program, pumpkin";
 /// The most operations that the built-in engine is given at once.
 const MOST_BUILT_IN: usize = 12;
 /// The most operations that HiGHS is given at once.
@@ -40,14 +43,21 @@ pub enum Formulation {
     Constraint,
     /// Dynamic program over sets of operations; for one service to come for each agent.
     Subsets,
+    /// Branch and bound over the order of services; for agents with several.
+    Orders,
     /// Algorithm 4: some operations at a time.
     Batches,
 }
 
 impl Formulation {
     /// All of them.
-    pub const ALL: [Formulation; 4] =
-        [Formulation::Position, Formulation::Constraint, Formulation::Subsets, Formulation::Batches];
+    pub const ALL: [Formulation; 5] = [
+        Formulation::Position,
+        Formulation::Constraint,
+        Formulation::Subsets,
+        Formulation::Orders,
+        Formulation::Batches,
+    ];
 
     /// The name by which it is asked for and printed.
     pub fn name(self) -> &'static str {
@@ -55,6 +65,7 @@ impl Formulation {
             Formulation::Position => "position",
             Formulation::Constraint => "constraint",
             Formulation::Subsets => "subsets",
+            Formulation::Orders => "orders",
             Formulation::Batches => "batches",
         }
     }
@@ -131,6 +142,12 @@ pub enum Refusal {
          two robots"
     )]
     NotSubsets,
+    /// The formulation that was asked for is of another kind of problem.
+    #[error(
+        "a search of orders needs at most twelve services to come, ten with three robots and eight with more, and no wait \
+         that weighs less than the ones before and after it"
+    )]
+    NotOrders,
     /// An engine gave no answer.
     #[error(transparent)]
     Engine(#[from] EngineError),
@@ -156,6 +173,11 @@ fn choice(problem: &Problem, options: &Options) -> Choice {
     if subsets::fits(&instance) {
         let why = format!("each agent has one service to come, {count} in all");
         return chosen(Formulation::Subsets, why);
+    }
+    if orders::fits(&instance) {
+        let speeds = if instance.is_fixed() { "every way takes a fixed time" } else { "speeds are decided" };
+        let why = format!("{speeds}, agents have several services to come, and {count} are few enough");
+        return chosen(Formulation::Orders, why);
     }
     let (exact, most, name) = match options.engine {
         _ if instance.is_fixed() && count <= MOST_CONSTRAINT => {
@@ -220,6 +242,7 @@ impl Solver {
         let asked = self.options.formulation.filter(|formulation| *formulation != Formulation::Batches);
         let formulation = asked.unwrap_or_else(|| match () {
             () if subsets::fits(&instance) => Formulation::Subsets,
+            () if orders::fits(&instance) => Formulation::Orders,
             () if instance.is_fixed() && instance.jobs.len() <= MOST_CONSTRAINT => Formulation::Constraint,
             () => Formulation::Position,
         });
@@ -239,7 +262,17 @@ impl Solver {
                     let found = exact(&instance, self.milp.as_ref(), budget)?;
                     Ok((found, format!("position form, {}", self.milp.name())))
                 }
-                found => Ok((found?, "constraint program, pumpkin".into())),
+                found => Ok((found?, CONSTRAINT.into())),
+            },
+            Formulation::Orders if !orders::fits(&instance) => Err(Refusal::NotOrders),
+            Formulation::Orders => match orders::orders(&instance, budget)? {
+                Some(found) => Ok((found, "branch and bound".into())),
+                None if asked.is_some() => Err(Refusal::NotOrders),
+                None if instance.is_fixed() => Ok((constraint(&instance, budget)?, CONSTRAINT.into())),
+                None => {
+                    let found = exact(&instance, self.milp.as_ref(), budget)?;
+                    Ok((found, format!("position form, {}", self.milp.name())))
+                }
             },
             Formulation::Subsets if !subsets::fits(&instance) => Err(Refusal::NotSubsets),
             Formulation::Subsets => match subsets::best(&instance, budget.gap)? {

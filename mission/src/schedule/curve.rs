@@ -55,7 +55,7 @@ impl Curve {
     }
 
     /// Its value at an instant not before its start.
-    fn at(&self, instant: f64) -> f64 {
+    pub fn at(&self, instant: f64) -> f64 {
         let (mut value, mut left) = (self.value, instant - self.start);
         for &(slope, length) in &self.pieces {
             value += slope * length.min(left);
@@ -65,6 +65,11 @@ impl Curve {
             }
         }
         value
+    }
+
+    /// Its values at instants that rise.
+    pub fn along(&self) -> Along<'_> {
+        Along { rest: &self.pieces, from: self.start, value: self.value }
     }
 
     /// The same, later by `time` and dearer by `cost`.
@@ -104,6 +109,29 @@ impl Curve {
             }
             curve.push(slope + rate, left);
         }
+        curve
+    }
+
+    /// For a function of minus the instant, of what is still to come: something starts as soon as one is there, but not
+    /// before `release`, and each second of its start costs `rate`, zero or more. None if `release` comes too late.
+    pub fn held(&self, release: f64, rate: f64) -> Option<Curve> {
+        if -release < self.start {
+            return None;
+        }
+        let mut curve = Curve::step(self.start, self.value - rate * self.start);
+        let mut left = -release - self.start;
+        for &(slope, length) in &self.pieces {
+            curve.push(slope - rate, length.min(left));
+            left = (left - length).max(0.0);
+        }
+        curve.push(-rate, left);
+        Some(curve)
+    }
+
+    /// A value that falls at this rate for so long, and then stays.
+    pub fn falling(start: f64, value: f64, rate: f64, length: f64) -> Curve {
+        let mut curve = Curve::step(start, value);
+        curve.push(-rate, length);
         curve
     }
 
@@ -154,6 +182,31 @@ impl Curve {
             b.pass(length);
         }
         false
+    }
+}
+
+/// Values of a curve at instants that rise.
+pub(crate) struct Along<'a> {
+    rest: &'a [(f64, f64)],
+    from: f64,
+    value: f64,
+}
+
+impl Along<'_> {
+    /// The value at an instant not before the start nor before the last one.
+    pub fn at(&mut self, instant: f64) -> f64 {
+        while let Some(((slope, length), rest)) = self.rest.split_first() {
+            if instant < self.from + length {
+                return self.value + slope * (instant - self.from);
+            }
+            (self.rest, self.from, self.value) = (rest, self.from + length, self.value + slope * length);
+        }
+        self.value
+    }
+
+    /// No later instant has another value.
+    pub fn is_flat(&self) -> bool {
+        self.rest.is_empty()
     }
 }
 
@@ -258,6 +311,23 @@ mod tests {
             let least = scan(started.start, instant, 1e-3, |s| a.at(s) + rate * s);
             prop_assert!((started.at(instant) - least).abs() < 1e-2);
             prop_assert!(started.at(instant) <= least + 1e-9);
+        }
+
+        #[test]
+        fn what_is_still_to_come_is_held_until_it_may_start(
+            a in curves(), release in -20.0..9.0_f64, rate in 0.0..2.0_f64, more in 0.0..20.0_f64,
+        ) {
+            let Some(held) = a.held(release, rate) else { return Err(TestCaseError::reject("too late")) };
+            prop_assert_eq!(held.start, a.start);
+            // One is there at `-instant`, and starts then or at the release.
+            let instant = a.start + more;
+            let start = (-instant).max(release);
+            prop_assert!((held.at(instant) - a.at(-start) - rate * start).abs() < 1e-9);
+            let mut along = held.along();
+            for step in 0..9 {
+                let instant = a.start + more * f64::from(step) / 8.0;
+                prop_assert!((along.at(instant) - held.at(instant)).abs() < 1e-9);
+            }
         }
 
         #[test]

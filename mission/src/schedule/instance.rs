@@ -43,6 +43,12 @@ impl Way {
         if self.bend == 0.0 { self.low } else { free.clamp(self.low, self.high) }
     }
 
+    /// The shortest duration worth taking where a second later costs at most `price` in all: a shorter one saves less than it
+    /// costs.
+    pub fn shortest_at(&self, price: f64) -> f64 {
+        if self.bend > 0.0 { (self.bend / (self.rate + price)).sqrt().clamp(self.low, self.high) } else { self.low }
+    }
+
     /// Only one duration is possible.
     pub fn is_fixed(&self) -> bool {
         self.high <= self.low
@@ -84,6 +90,7 @@ pub(crate) struct Job {
 pub(crate) type Sequence = Vec<Vec<usize>>;
 
 /// A problem ready to be planned.
+#[derive(Clone)]
 pub(crate) struct Instance<'a> {
     pub problem: &'a Problem,
     /// Index in the problem of each robot that takes services. Here and in all planners a robot is its place in this list.

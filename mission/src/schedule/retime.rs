@@ -22,13 +22,30 @@ pub(crate) struct Timed {
     /// What it costs.
     pub cost: f64,
     pub schedule: Vec<Assistance>,
+    pub prices: Prices,
+}
+
+/// What a second costs in a schedule of the best times: the duals of its constraints.
+#[derive(Clone, Debug)]
+pub(crate) struct Prices {
+    /// By which the service of a job would come sooner after that of the job before it of its agent.
+    pub order: Vec<f64>,
+    /// By which each robot would be home later.
+    pub end: Vec<f64>,
 }
 
 impl Timed {
-    fn new(instance: &Instance, sequence: &Sequence, order: &Order, durations: Durations, starts: &[f64]) -> Timed {
+    fn new(
+        instance: &Instance,
+        sequence: &Sequence,
+        order: &Order,
+        durations: Durations,
+        starts: &[f64],
+        prices: Prices,
+    ) -> Timed {
         let cost = timing::cost(instance, order, &durations, starts);
         let schedule = timing::schedule(instance, order, &durations, starts);
-        Timed { sequence: sequence.clone(), durations, cost, schedule }
+        Timed { sequence: sequence.clone(), durations, cost, schedule, prices }
     }
 }
 
@@ -43,15 +60,17 @@ pub(crate) fn retime(instance: &Instance, sequence: &Sequence) -> Result<Option<
         let only = |(job, robot): (usize, &usize)| instance.jobs[job].ways[*robot].map(|way| way.low);
         let durations: Durations = order.robot.iter().enumerate().map(only).collect();
         let starts = timing::starts(instance, &order, &durations, None);
-        return Ok(Some(Timed::new(instance, sequence, &order, durations, &starts)));
+        let prices = Prices { order: vec![0.0; instance.jobs.len()], end: vec![0.0; instance.free.len()] };
+        return Ok(Some(Timed::new(instance, sequence, &order, durations, &starts, prices)));
     }
     let program = Program::new(instance, &order);
-    let point = program.solve()?;
+    let (point, dual) = program.solve()?;
+    let prices = program.prices(instance, &order, &dual);
     let durations = program.durations(instance, &order, &point);
     let wanted: Option<Vec<f64>> = (!instance.is_regular())
         .then(|| (0..instance.jobs.len()).map(|job| instance.problem.start + program.unit * point[job]).collect());
     let starts = timing::starts(instance, &order, &durations, wanted.as_deref());
-    Ok(Some(Timed::new(instance, sequence, &order, durations, &starts)))
+    Ok(Some(Timed::new(instance, sequence, &order, durations, &starts, prices)))
 }
 
 /// The cone program of a sequence. Columns: the starts of the jobs and the makespan, in units of `unit` seconds from the
@@ -66,6 +85,8 @@ struct Program {
     cones: Vec<(usize, usize)>,
     /// For each job and way: the duration's column and reference, or its fixed value.
     ways: Vec<[Duration; 3]>,
+    /// For each job the rows of its agent's order and of its end.
+    limits: Vec<(usize, usize)>,
 }
 
 /// A duration in the program.
@@ -85,6 +106,7 @@ impl Program {
             rows: Vec::new(),
             cones: Vec::new(),
             ways: Vec::with_capacity(count),
+            limits: Vec::with_capacity(count),
         };
         program.cost.push(instance.makespan_cost * longest);
         for (index, job) in instance.jobs.iter().enumerate() {
@@ -134,6 +156,7 @@ impl Program {
     fn limit(&mut self, instance: &Instance, order: &Order, index: usize) {
         let (job, robot) = (&instance.jobs[index], order.robot[index]);
         let zero = instance.problem.start;
+        let ordered = self.rows.len();
         match job.previous {
             Some(previous) => {
                 self.before(instance.serve(order.robot[previous]) + job.nominal, Some(previous), &[], index);
@@ -149,10 +172,12 @@ impl Program {
             None => self.before(instance.free[robot] - zero, None, &[going, proximity], index),
         }
         let end = instance.jobs.len();
+        self.limits.push((ordered, self.rows.len()));
         self.before(instance.serve(robot) + instance.deposit(robot), Some(index), &[back], end);
     }
 
-    fn solve(&self) -> Result<Vec<f64>, EngineError> {
+    /// The point and the duals of the rows.
+    fn solve(&self) -> Result<(Vec<f64>, Vec<f64>), EngineError> {
         let failed = |message: String| EngineError::Failed { engine: "Clarabel".into(), message };
         let mut entries: Vec<(usize, usize, f64)> = Vec::new();
         let mut bounds = Vec::new();
@@ -187,10 +212,22 @@ impl Program {
         solver.solve();
         match solver.solution.status {
             SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress => {
-                Ok(solver.solution.x.clone())
+                Ok((solver.solution.x.clone(), solver.solution.z.clone()))
             }
             status => Err(failed(format!("{status:?} on a sequence that has times"))),
         }
+    }
+
+    fn prices(&self, instance: &Instance, order: &Order, dual: &[f64]) -> Prices {
+        let price = |row: usize| (dual[row] / self.unit).max(0.0);
+        let mut prices = Prices { order: vec![0.0; instance.jobs.len()], end: vec![0.0; instance.free.len()] };
+        for (index, (ordered, end)) in self.limits.iter().enumerate() {
+            if instance.jobs[index].previous.is_some() {
+                prices.order[index] = price(*ordered);
+            }
+            prices.end[order.robot[index]] += price(*end);
+        }
+        prices
     }
 
     fn durations(&self, instance: &Instance, order: &Order, point: &[f64]) -> Durations {

@@ -4,7 +4,7 @@
 //! times, power and the slowing of people are ours.
 #![allow(dead_code, reason = "each binary uses a part")]
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use hierarq_mission::layers::problem::{Agent, Body, Energy, Object, Problem, Range, Skill, Task, Weights};
 
@@ -48,6 +48,7 @@ pub fn robot(name: &str, place: [f64; 3]) -> Agent {
         reach: None,
         payload: None,
         cannot: BTreeSet::new(),
+        spread: 0.0,
         lost: false,
     }
 }
@@ -92,6 +93,7 @@ pub fn bench(set: u64) -> Problem {
         returns: true,
         start: 0.0,
         begun: vec![],
+        places: BTreeMap::new(),
     }
 }
 

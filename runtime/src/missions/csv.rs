@@ -8,9 +8,12 @@ use mission::schedule::problem::Problem;
 use super::{Instant, MissionRecorder};
 
 /// Writes an instant a line: time in s; of each robot its position in m, its speed in m/s and what it does; of each agent
-/// its place in m, what it does, how many operations were served, and its waits so far in s.
+/// its place in m, what it does, how many operations were served, and its waits so far in s; of each working robot that
+/// runs a controller the state that its machine is in.
 pub struct MissionCsv<W: Write> {
     out: W,
+    /// How many working robots run controllers.
+    running: usize,
 }
 
 /// The word for what a robot does.
@@ -41,11 +44,11 @@ pub fn doing(doing: Doing) -> &'static str {
 }
 
 impl<W: Write> MissionCsv<W> {
-    /// Writes the header.
+    /// Writes the header of a problem whose agents of these indices run controllers.
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn new(mut out: W, problem: &Problem) -> std::io::Result<MissionCsv<W>> {
+    pub fn new(mut out: W, problem: &Problem, running: &[usize]) -> std::io::Result<MissionCsv<W>> {
         write!(out, "time")?;
         for m in &problem.robots {
             let name = &m.name;
@@ -55,8 +58,11 @@ impl<W: Write> MissionCsv<W> {
             let name = &a.name;
             write!(out, ",{name}.x,{name}.y,{name}.doing,{name}.served,{name}.waited")?;
         }
+        for name in running.iter().map(|i| problem.agents.get(*i).map_or("", |a| &a.name)) {
+            write!(out, ",{name}.state")?;
+        }
         writeln!(out)?;
-        Ok(MissionCsv { out })
+        Ok(MissionCsv { out, running: running.len() })
     }
 
     /// Writes what is left.
@@ -82,6 +88,9 @@ impl<W: Write> MissionRecorder for MissionCsv<W> {
             let count = served.agents.get(i).map_or(0, |a| a.served);
             let waited = instant.waited.get(i).copied().unwrap_or(f64::NAN);
             write!(self.out, ",{x},{y},{},{count},{waited}", doing(view.doing))?;
+        }
+        for state in instant.workers.states().take(self.running) {
+            write!(self.out, ",{state}")?;
         }
         writeln!(self.out)
     }

@@ -3,6 +3,7 @@
 use mission::execution::{Doing, Event, Execution, Happening, Outcome, Stage};
 use mission::plan::Actor;
 
+use super::Workers;
 use crate::program::{MissionMeasure, OfAgent, OfMission, OfRobot};
 
 /// What a mission has come to, with what its records say of waits that are not over.
@@ -54,7 +55,7 @@ impl Gauge {
     }
 
     /// The number of a measure at the instant that was looked at last; NaN for nobody's.
-    pub(super) fn value(&self, measure: MissionMeasure, execution: &Execution) -> f64 {
+    pub(super) fn value(&self, measure: MissionMeasure, execution: &Execution, workers: &Workers) -> f64 {
         let truth = |holds: bool| if holds { 1.0 } else { -1.0 };
         let Some(now) = &self.now else { return f64::NAN };
         match measure {
@@ -76,6 +77,7 @@ impl Gauge {
                     OfAgent::Served => so_far.served as f64,
                     OfAgent::Working => truth(view.doing == Doing::Working),
                     OfAgent::Lost => truth(view.doing == Doing::Lost),
+                    OfAgent::Faulted => truth(workers.has_faulted(index)),
                     OfAgent::X => view.place[0],
                     OfAgent::Y => view.place[1],
                     OfAgent::Adaptation => so_far.wait_index,
@@ -84,6 +86,8 @@ impl Gauge {
                     OfAgent::ApproachSatisfaction => execution.satisfaction(index).approach,
                 }
             }
+            // Where operations take as long as planned, no machine is in any state.
+            MissionMeasure::In(index, state) => truth(workers.is_in(index, state).unwrap_or(false)),
             MissionMeasure::Robot(index, of) => {
                 let (Some(view), Some(so_far)) = (execution.robot(index), now.robots.get(index)) else {
                     return f64::NAN;
@@ -99,6 +103,7 @@ impl Gauge {
                     OfRobot::Lost => truth(view.stage == Stage::Lost),
                 }
             }
+            MissionMeasure::Layers(_) | MissionMeasure::Teammate(..) => f64::NAN,
         }
     }
 }

@@ -1,9 +1,7 @@
 //! Judges the expectations of a scenario while its mission is executed.
 
-use mission::execution::Execution;
 use stdlib_tasks::expression::{Expression, Op};
 
-use super::gauge::Gauge;
 use crate::expect::{MAX_KEPT, Monitor, Outcome, PushError, Unit};
 use crate::program::{MissionMeasure, MissionScenarioProgram, PredicateTable, ProgramError, error};
 
@@ -77,12 +75,12 @@ impl MissionJudge {
         })
     }
 
-    /// Takes an instant; `gauge` has looked at the execution.
-    pub(super) fn instant(&mut self, time: f64, execution: &Execution, gauge: &Gauge) -> Result<(), PushError> {
+    /// Takes an instant, at which `value` gives the number of a measure.
+    pub(super) fn instant(&mut self, time: f64, value: &dyn Fn(MissionMeasure) -> f64) -> Result<(), PushError> {
         self.table[PredicateTable::T] = time;
         self.table[PredicateTable::TIME] = time;
         for (k, measure) in self.measures.iter().enumerate() {
-            self.table[self.layout.measure(k)] = gauge.value(*measure, execution);
+            self.table[self.layout.measure(k)] = value(*measure);
         }
         for (ready, out) in self.predicates.iter_mut().zip(&mut self.row) {
             *out = ready.value(&self.table);

@@ -1,5 +1,5 @@
-//! Scenarios of missions: a mission is executed while what the scenario says happens, people answer as it says, and its
-//! expectations are judged at instants that are one step apart.
+//! Scenarios of missions: a mission is executed while what the scenario says happens, people answer as it says, working
+//! robots run their controllers, and its expectations are judged at instants that are one step apart.
 //!
 //! The same scenario with the same seed gives the same records, unless a planner was ended by its wall time. Nothing here
 //! panics: what cannot be planned, or cannot happen when it should, is said in the summary.
@@ -7,19 +7,26 @@
 pub mod csv;
 mod gauge;
 mod judge;
+mod layered;
+pub mod layered_csv;
+mod layered_words;
 mod summary;
 mod words;
+mod workers;
 
 use mission::execution::{Event, EventError, Execution, Happening, Stage};
+use mission::layers::execution::LayeredExecution;
 use mission::plan::{Plan, Target};
 use mission::schedule::problem::Problem;
 
-use crate::program::{MissionProgram, MissionScenarioProgram, Occurrence, ProgramError, error};
+use crate::program::{MissionKind, MissionProgram, MissionScenarioProgram, Occurrence, ProgramError};
 use gauge::Gauge;
 use judge::MissionJudge;
 
+pub use layered_words::{doing as layered_doing, of_event as of_layered_event, of_happening as of_layered_happening};
 pub use summary::{End, Happened, MissionSummary, Untaken};
 pub use words::{of_event, of_happening};
+pub use workers::{BrokeDown, WorkerRecord, Workers};
 
 /// An instant of a run.
 pub struct Instant<'r> {
@@ -29,6 +36,8 @@ pub struct Instant<'r> {
     pub execution: &'r Execution,
     /// Total waits of the agents so far, in s.
     pub waited: &'r [f64],
+    /// Working robots that run controllers.
+    pub workers: &'r Workers,
 }
 
 /// Something that is shown every instant of a run.
@@ -38,6 +47,14 @@ pub trait MissionRecorder {
     /// # Errors
     /// It cannot be written down.
     fn instant(&mut self, instant: &Instant) -> std::io::Result<()>;
+
+    /// An instant of a mission of layers, `time` s after its start.
+    ///
+    /// # Errors
+    /// It cannot be written down.
+    fn layered(&mut self, _time: f64, _execution: &LayeredExecution) -> std::io::Result<()> {
+        Ok(())
+    }
 }
 
 /// A recorder of nothing.
@@ -54,8 +71,8 @@ impl MissionRecorder for Nothing {
 pub struct MissionRun {
     /// What it came to.
     pub summary: MissionSummary,
-    /// The problem as it was at the start.
-    pub problem: Problem,
+    /// The problem of a schedule as it was at the start; none of a mission of layers.
+    pub problem: Option<Problem>,
     /// The plan that was made before anything happened; none where there was none.
     pub planned: Option<Plan>,
     /// What was done, and what is still planned; none where there was no plan.
@@ -105,20 +122,22 @@ pub fn run(
     recorder: &mut dyn MissionRecorder,
     go_on: &mut dyn FnMut(u32) -> bool,
 ) -> Result<MissionRun, MissionError> {
-    let mut judge = MissionJudge::new(scenario)?;
-    let Some(schedule) = mission.schedule() else {
-        return Err(error("scenarios", "only a schedule is executed").into());
+    let schedule = match &mission.kind {
+        MissionKind::Schedule(schedule) => schedule,
+        MissionKind::Layers(layers) => return layered::run((mission, layers), scenario, recorder, go_on),
     };
+    let mut judge = MissionJudge::new(scenario)?;
+    let workers = Workers::new(schedule, scenario)?;
     let problem = schedule.problem.clone();
     let execution = match Execution::new(problem.clone(), scenario.settings(schedule)) {
         Ok(execution) => execution,
         Err(why) => {
             let summary = MissionSummary::refused(mission, scenario, why.to_string(), judge.finish());
-            return Ok(MissionRun { summary, problem, planned: None, executed: None });
+            return Ok(MissionRun { summary, problem: Some(problem), planned: None, executed: None });
         }
     };
     let planned = execution.plan().clone();
-    let mut world = World::new(scenario, execution);
+    let mut world = World::new(scenario, execution, workers);
     let (mut instants, mut interrupted) = (0, false);
     for k in 0..scenario.instants() {
         if !go_on(k) {
@@ -127,23 +146,25 @@ pub fn run(
         }
         let time = f64::from(k) * scenario.step;
         world.drive(time);
-        let World { execution, gauge, .. } = &mut world;
+        let World { execution, gauge, workers, .. } = &mut world;
         gauge.look(execution);
-        judge.instant(time, execution, gauge).map_err(std::io::Error::other)?;
-        recorder.instant(&Instant { time, execution, waited: gauge.waited() })?;
+        judge.instant(time, &|measure| gauge.value(measure, execution, workers)).map_err(std::io::Error::other)?;
+        recorder.instant(&Instant { time, execution, waited: gauge.waited(), workers })?;
         instants = k + 1;
     }
-    let World { execution, untaken, .. } = world;
+    let World { execution, untaken, workers, .. } = world;
     let outcomes = judge.finish();
     let end = if interrupted { End::Interrupted } else { End::of(&execution) };
-    let summary = MissionSummary::new(mission, scenario, (&execution, end, instants), untaken, outcomes);
-    Ok(MissionRun { summary, problem, planned: Some(planned), executed: Some(execution.plan().clone()) })
+    let summary = MissionSummary::new(mission, scenario, (&execution, end, instants), (untaken, &workers), outcomes);
+    let executed = Some(execution.plan().clone());
+    Ok(MissionRun { summary, problem: Some(problem), planned: Some(planned), executed })
 }
 
 /// What happens beside the mission itself.
 struct World<'s> {
     scenario: &'s MissionScenarioProgram,
     execution: Execution,
+    workers: Workers,
     gauge: Gauge,
     /// How much of the script has happened.
     happened: usize,
@@ -155,12 +176,14 @@ struct World<'s> {
 }
 
 impl<'s> World<'s> {
-    fn new(scenario: &'s MissionScenarioProgram, execution: Execution) -> World<'s> {
+    fn new(scenario: &'s MissionScenarioProgram, execution: Execution, mut workers: Workers) -> World<'s> {
         let agents = execution.problem().agents.len();
+        workers.look(&execution);
         World {
             scenario,
             gauge: Gauge::new(agents),
             execution,
+            workers,
             happened: 0,
             heard: 0,
             answers: vec![0; agents],
@@ -173,19 +196,43 @@ impl<'s> World<'s> {
         loop {
             let scripted = self.scenario.happens.get(self.happened).filter(|h| h.at <= to);
             let target = scripted.map_or(to, |h| h.at);
-            // A service that ends on the way is answered when it ends.
             let now = self.execution.time();
+            // What follows at once from what was told comes before anything else.
+            self.advance(now);
+            // A service that ends on the way is answered when it ends.
             let stop = self.execution.next().filter(|t| *t > now && *t < target).unwrap_or(target);
-            self.execution.advance(stop);
-            self.listen();
+            if self.work(stop, false) {
+                continue;
+            }
+            self.advance(stop);
             if stop < target {
                 continue;
             }
-            let Some(happens) = scripted else { return };
-            self.happened += 1;
-            self.occurs(happens.what);
-            self.listen();
+            match scripted {
+                Some(happens) => {
+                    self.happened += 1;
+                    self.occurs(happens.what);
+                    self.listen();
+                }
+                // What is known at an instant is what controllers came to at it.
+                None if self.work(to, true) => {}
+                None => return,
+            }
         }
+    }
+
+    /// Lets controllers tick until a time, or until one of them has something for the mission: true then, and it is told.
+    fn work(&mut self, until: f64, inclusive: bool) -> bool {
+        let Some((at, event)) = self.workers.work(until, inclusive) else { return false };
+        self.advance(at);
+        self.tell(event);
+        self.listen();
+        true
+    }
+
+    fn advance(&mut self, to: f64) {
+        self.execution.advance(to);
+        self.listen();
     }
 
     fn occurs(&mut self, what: Occurrence) {
@@ -198,6 +245,8 @@ impl<'s> World<'s> {
                     None => Err(robot),
                 }
             }
+            // Of a mission of layers, which a checked program does not have here.
+            Occurrence::Layered(_) => return,
         };
         match event {
             Ok(event) => self.tell(event),
@@ -217,8 +266,9 @@ impl<'s> World<'s> {
         }
     }
 
-    /// Lets people who were served say what it was like.
+    /// Lets people who were served say what it was like, and working robots know what goes on.
     fn listen(&mut self) {
+        let from = self.heard;
         while let Some(record) = self.execution.records().get(self.heard) {
             self.heard += 1;
             let Happening::Served { agent, .. } = record.what else { continue };
@@ -229,6 +279,9 @@ impl<'s> World<'s> {
             if let Some(Some(reply)) = reply {
                 self.tell(reply.of(agent));
             }
+        }
+        if self.heard > from {
+            self.workers.look(&self.execution);
         }
     }
 }

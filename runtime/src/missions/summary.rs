@@ -1,18 +1,21 @@
 //! What a scenario of a mission came to.
 
 use mission::execution::{Execution, Happening, Outcome as Numbers};
+use mission::layers::execution::{self as layered, LayeredExecution};
 use serde::Serialize;
 
+use super::layered_words::of_happening as of_layered;
 use super::words::of_happening;
+use super::{WorkerRecord, Workers};
 use crate::expect::{Outcome, Verdict};
-use crate::program::{MissionMeasure, MissionProgram, MissionScenarioProgram, OfMission};
+use crate::program::{MissionMeasure, MissionProgram, MissionScenarioProgram, OfAgent, OfLayers, OfMission};
 use crate::record::expectations::{ExpectationRecord, records_of};
 
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "how")]
 pub enum End {
-    /// Everything was served that could be, and every robot was back.
+    /// Everything was served that could be, and every robot was back; of layers: every task was done.
     Done {
         /// When, in s.
         at_s: f64,
@@ -40,6 +43,18 @@ impl End {
             return End::Stranded { why: why.to_string() };
         }
         let done = execution.records().iter().rev().find(|r| r.what == Happening::Done);
+        match done.filter(|_| execution.done()) {
+            Some(record) => End::Done { at_s: record.time },
+            None => End::Unfinished,
+        }
+    }
+
+    /// The same of a mission of layers.
+    pub(super) fn of_layers(execution: &LayeredExecution) -> End {
+        if let Some(why) = execution.stranded() {
+            return End::Stranded { why: why.to_string() };
+        }
+        let done = execution.records().iter().rev().find(|r| r.what == layered::Happening::Done);
         match done.filter(|_| execution.done()) {
             Some(record) => End::Done { at_s: record.time },
             None => End::Unfinished,
@@ -78,6 +93,30 @@ fn is_notable(what: &Happening) -> bool {
     )
 }
 
+/// Working robots that broke down and whose loss no expectation speaks of.
+fn broken(scenario: &MissionScenarioProgram, (execution, workers): (&Execution, &Workers)) -> Vec<(f64, String)> {
+    let agents = &execution.problem().agents;
+    let spoken = |name: &str| {
+        let of = |measure: &MissionMeasure| match measure {
+            MissionMeasure::Agent(i, OfAgent::Lost | OfAgent::Faulted) => {
+                agents.get(*i).is_some_and(|a| a.name == name)
+            }
+            _ => false,
+        };
+        scenario.measures.iter().any(of)
+    };
+    let all = workers.records().into_iter().filter(|w| !spoken(&w.name));
+    all.filter_map(|w| w.broke_down.map(|b| (b.at_s, format!("{} broke down: {}", w.name, b.why)))).collect()
+}
+
+fn is_notable_of_layers(what: &layered::Happening) -> bool {
+    use layered::Happening as H;
+    matches!(
+        what,
+        H::Told { .. } | H::Dropped { .. } | H::Reallocated { .. } | H::Refused { .. } | H::Stranded { .. } | H::Done
+    )
+}
+
 /// What a scenario of a mission came to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MissionSummary {
@@ -96,9 +135,18 @@ pub struct MissionSummary {
     /// Makespan, waits, ways, energy, how often the plan changed; none where there was no plan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub outcome: Option<Numbers>,
+    /// The same of a mission of layers: makespan, tasks, ways, energy, workload, how often the plan changed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layers: Option<layered::Outcome>,
     /// What could not happen when it should.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub untaken: Vec<Untaken>,
+    /// Working robots that ran controllers.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub workers: Vec<WorkerRecord>,
+    /// Working robots that broke down though nothing is expected of that: when, in s, and what.
+    #[serde(skip)]
+    pub broken: Vec<(f64, String)>,
     /// Expectations, in the order written.
     pub expectations: Vec<ExpectationRecord>,
     /// Everything that happened, in order.
@@ -121,7 +169,10 @@ impl MissionSummary {
             ok: false,
             end: End::Refused { why },
             outcome: None,
+            layers: None,
             untaken: Vec::new(),
+            workers: Vec::new(),
+            broken: Vec::new(),
             expectations: records_of(&scenario.expectations, &outcomes, scenario.step),
             happened: Vec::new(),
         }
@@ -132,24 +183,63 @@ impl MissionSummary {
         mission: &MissionProgram,
         scenario: &MissionScenarioProgram,
         (execution, end, instants): (&Execution, End, u32),
+        (untaken, workers): (Vec<Untaken>, &Workers),
+        outcomes: Vec<Outcome>,
+    ) -> MissionSummary {
+        let said = workers.notes.iter().map(|(at_s, what)| Happened { at_s: *at_s, what: what.clone(), notable: true });
+        let done = execution.records().iter().map(|r| Happened {
+            at_s: r.time,
+            what: of_happening(&r.what, execution.problem()),
+            notable: is_notable(&r.what),
+        });
+        let mut happened: Vec<Happened> = said.chain(done).collect();
+        happened.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
+        let summary = MissionSummary::of(mission, scenario, (end, instants), (untaken, outcomes), happened);
+        let broken = broken(scenario, (execution, workers));
+        let (ok, workers) = (summary.ok && broken.is_empty(), workers.records());
+        MissionSummary { ok, workers, broken, outcome: Some(execution.statistics()), ..summary }
+    }
+
+    /// Of an execution of layers that was judged at so many instants.
+    pub(super) fn layered(
+        mission: &MissionProgram,
+        scenario: &MissionScenarioProgram,
+        (execution, end, instants): (&LayeredExecution, End, u32),
         untaken: Vec<Untaken>,
         outcomes: Vec<Outcome>,
     ) -> MissionSummary {
+        let happened = execution.records().iter().map(|r| Happened {
+            at_s: r.time,
+            what: of_layered(&r.what, execution.problem()),
+            notable: is_notable_of_layers(&r.what),
+        });
+        let happened = happened.collect();
+        let summary = MissionSummary::of(mission, scenario, (end, instants), (untaken, outcomes), happened);
+        MissionSummary { layers: Some(execution.statistics()), ..summary }
+    }
+
+    /// Without the numbers of the kind of mission.
+    fn of(
+        mission: &MissionProgram,
+        scenario: &MissionScenarioProgram,
+        (end, instants): (End, u32),
+        (untaken, outcomes): (Vec<Untaken>, Vec<Outcome>),
+        happened: Vec<Happened>,
+    ) -> MissionSummary {
         let expectations = records_of(&scenario.expectations, &outcomes, scenario.step);
-        let of_end = |of| scenario.measures.contains(&MissionMeasure::Mission(of));
+        let measured = |measure| scenario.measures.contains(&measure);
         let good_end = match &end {
             End::Done { .. } => true,
             End::Refused { .. } | End::Interrupted => false,
             // Who expects something speaks of the end where it matters.
             End::Unfinished => !scenario.expectations.is_empty(),
-            End::Stranded { .. } => of_end(OfMission::Stranded) || of_end(OfMission::Done),
+            End::Stranded { .. } => {
+                let schedule = [OfMission::Stranded, OfMission::Done].map(MissionMeasure::Mission);
+                let layers = [OfLayers::Stranded, OfLayers::Done].map(MissionMeasure::Layers);
+                schedule.into_iter().chain(layers).any(measured)
+            }
         };
         let held = expectations.iter().all(|e| e.verdict == Verdict::Holds);
-        let happened = execution.records().iter().map(|r| Happened {
-            at_s: r.time,
-            what: of_happening(&r.what, execution.problem()),
-            notable: is_notable(&r.what),
-        });
         MissionSummary {
             mission: mission.name.clone(),
             scenario: scenario.name.clone(),
@@ -157,10 +247,13 @@ impl MissionSummary {
             duration_s: f64::from(instants.saturating_sub(1)) * scenario.step,
             ok: held && good_end && untaken.is_empty(),
             end,
-            outcome: Some(execution.statistics()),
+            outcome: None,
+            layers: None,
             untaken,
+            workers: Vec::new(),
+            broken: Vec::new(),
             expectations,
-            happened: happened.collect(),
+            happened,
         }
     }
 
@@ -176,6 +269,7 @@ impl MissionSummary {
         };
         let untaken =
             self.untaken.iter().map(|u| (Some(u.at_s), format!("could not happen: {}, as {}", u.event, u.why)));
-        untaken.chain(end.map(|text| (None, text))).collect()
+        let broken = self.broken.iter().map(|(at, text)| (Some(*at), text.clone()));
+        broken.chain(untaken).chain(end.map(|text| (None, text))).collect()
     }
 }

@@ -96,6 +96,6 @@ pub fn of_happening(what: &Happening, problem: &Problem) -> String {
     }
 }
 
-fn percent(share: f64) -> String {
+pub(super) fn percent(share: f64) -> String {
     format!("{:.1}", 100.0 * share)
 }

@@ -11,7 +11,7 @@ use mission::schedule::problem::Problem;
 use serde::{Deserialize, Serialize};
 
 use super::check::ensure;
-use super::{FORMAT, MissionScenarioProgram, Program, ProgramError, error};
+use super::{FORMAT, MissionScenarioProgram, Program, ProgramError, Running, error};
 
 /// The most operations of a batch; a larger one is never faster.
 pub const MAX_BATCH: usize = 512;
@@ -51,6 +51,9 @@ pub struct ScheduleProgram {
     pub reallocate_above: f64,
     /// Operations that are planned at a time where there are too many for all at once, 1 to [`MAX_BATCH`].
     pub batch: usize,
+    /// Working robots that run controllers of their own in scenarios.
+    #[serde(default, skip_serializing_if = "Running::is_empty")]
+    pub running: Running,
 }
 
 /// Layers of tasks to be planned.
@@ -60,12 +63,19 @@ pub struct LayersProgram {
     pub problem: layers::problem::Problem,
     /// Tasks that are planned at a time, 1 to [`MAX_BATCH`]; none: all at once.
     pub batch: Option<usize>,
+    /// While it is executed: the relative change of its cost above which what has not begun is planned anew. Zero or more.
+    #[serde(default = "a_tenth")]
+    pub reallocate_above: f64,
     /// What is to be done, for a language model that is asked for the layers. With it there may be no tasks yet.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instruction: Option<String>,
     /// What the model must obey, a sentence each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub directives: Vec<String>,
+}
+
+fn a_tenth() -> f64 {
+    0.1
 }
 
 impl MissionProgram {
@@ -86,14 +96,19 @@ impl MissionProgram {
         match &self.kind {
             MissionKind::Schedule(schedule) => {
                 schedule.check().map_err(own)?;
-                let each =
-                    |(i, s): (usize, &MissionScenarioProgram)| s.check(&schedule.problem, &format!("scenarios[{i}]"));
+                let each = |(i, s): (usize, &MissionScenarioProgram)| {
+                    let place = format!("scenarios[{i}]");
+                    s.check(&schedule.problem, &place)?;
+                    schedule.running.check_scenario(s, &place)
+                };
                 self.scenarios.iter().enumerate().try_for_each(each).map_err(own)
             }
-            MissionKind::Layers(_) if !self.scenarios.is_empty() => {
-                Err(error(format!("{}: scenarios", self.name), "scenarios execute schedules"))
+            MissionKind::Layers(layers) => {
+                layers.check().map_err(own)?;
+                let each =
+                    |(i, s): (usize, &MissionScenarioProgram)| s.check_layered(layers, &format!("scenarios[{i}]"));
+                self.scenarios.iter().enumerate().try_for_each(each).map_err(own)
             }
-            MissionKind::Layers(layers) => layers.check().map_err(own),
         }
     }
 }
@@ -105,6 +120,8 @@ impl LayersProgram {
             return Err(error("the mission", mistake.describe(&self.problem).0));
         }
         let good = self.batch.is_none_or(|batch| (1..=MAX_BATCH).contains(&batch));
+        let usual = self.reallocate_above.is_finite() && self.reallocate_above >= 0.0;
+        ensure(usual, "reallocate_above", "it is zero or more")?;
         ensure(good, "batch", "it is a whole number from 1 to 512")
     }
 }
@@ -120,7 +137,8 @@ impl ScheduleProgram {
         let good = share(memory) && share(margin) && usual(wait_gain) && usual(approach_gain);
         ensure(good, "adaptation", "its numbers are zero or more, memory and margin at most 1")?;
         ensure(usual(self.reallocate_above), "reallocate_above", "it is zero or more")?;
-        ensure((1..=MAX_BATCH).contains(&self.batch), "batch", "it is a whole number from 1 to 512")
+        ensure((1..=MAX_BATCH).contains(&self.batch), "batch", "it is a whole number from 1 to 512")?;
+        self.running.check(&self.problem)
     }
 
     /// What a mistake is about, in words.

@@ -4,13 +4,15 @@ use std::time::Duration;
 
 use mission::engine::Budget;
 use mission::execution::{Durations, Event, Potentials, Replan, Settings, Travel};
+use mission::layers;
 use mission::schedule::check::MAX_NUMBER;
 use mission::schedule::choose::Options;
 use mission::schedule::problem::{AgentKind, Problem};
 use serde::{Deserialize, Serialize};
 
 use super::check::ensure;
-use super::{ExpectationProgram, Predicate, PredicateTable, ProgramError, ScheduleProgram, error};
+use super::layers_scenario::{OfLayers, OfTeammate};
+use super::{ExpectationProgram, Predicate, PredicateTable, ProgramError, ScheduleProgram, WorkerProgram, error};
 use crate::expect::Unit;
 
 /// The most instants at which the expectations of a run are judged.
@@ -37,7 +39,8 @@ pub struct MissionScenarioProgram {
     pub step: f64,
     /// Seed of everything random.
     pub seed: u64,
-    /// Whether operations take as long as drawn from their distributions, and not as long as planned.
+    /// Whether operations take as long as drawn from their distributions, or as the controllers of working robots take, and
+    /// not as long as planned.
     pub sampled: bool,
     /// Whether robots are kinematic bases that avoid each other, and not points that pass through each other.
     pub bases: bool,
@@ -78,6 +81,8 @@ pub enum Occurrence {
         /// Index of the robot.
         robot: usize,
     },
+    /// The execution of layers is told this.
+    Layered(layers::execution::Event),
 }
 
 /// What a person says after each service.
@@ -118,6 +123,12 @@ pub enum MissionMeasure {
     Agent(usize, OfAgent),
     /// Of a robot that serves, by index.
     Robot(usize, OfRobot),
+    /// That the machine of a working robot is in a state: index of the agent, and of the state.
+    In(usize, usize),
+    /// Of a mission of layers.
+    Layers(OfLayers),
+    /// Of an agent of a mission of layers, by index.
+    Teammate(usize, OfTeammate),
 }
 
 /// What is measured of a mission.
@@ -152,6 +163,8 @@ pub enum OfAgent {
     Working,
     /// It has left.
     Lost,
+    /// The controller that it runs has broken down.
+    Faulted,
     /// Where it works, in m.
     X,
     /// See `X`.
@@ -214,38 +227,60 @@ impl MissionScenarioProgram {
             reallocate_above: mission.reallocate_above,
             replan: self.replan,
             planning: Options { batch: mission.batch, budget: BUDGET, ..Options::default() },
-            told: Vec::new(),
+            told: self.running(mission).iter().map(|w| w.agent).collect(),
         }
+    }
+
+    /// The working robots that run their controllers in it.
+    pub fn running<'m>(&self, mission: &'m ScheduleProgram) -> &'m [WorkerProgram] {
+        if self.sampled { &mission.running.workers } else { &[] }
     }
 
     /// Makes sure that it can be run; what the compiler gives always can.
     pub(super) fn check(&self, problem: &Problem, place: &str) -> Result<(), ProgramError> {
+        self.check_times(place)?;
+        let wrong = |e: mission::execution::Refusal| error(place, e.to_string());
+        let schedule = ScheduleProgram {
+            problem: problem.clone(),
+            adaptation: Default::default(),
+            reallocate_above: 0.0,
+            batch: 1,
+            running: Default::default(),
+        };
+        self.settings(&schedule).check(problem).map_err(wrong)?;
+        self.check_script(problem, place)?;
+        self.check_expectations(place, &|measure| match measure {
+            MissionMeasure::Mission(_) => true,
+            MissionMeasure::Agent(a, _) | MissionMeasure::In(a, _) => *a < problem.agents.len(),
+            MissionMeasure::Robot(r, _) => *r < problem.robots.len(),
+            MissionMeasure::Layers(_) | MissionMeasure::Teammate(..) => false,
+        })
+    }
+
+    /// How long it runs, and how finely it is judged.
+    pub(super) fn check_times(&self, place: &str) -> Result<(), ProgramError> {
         let inside = |x: f64, most: f64| x > 0.0 && x <= most;
         ensure(inside(self.duration, MAX_MISSION), &format!("{place}.duration"), "is above 0 and at most 1e6 s")?;
         let fine = inside(self.step, MAX_MISSION) && self.duration / self.step <= f64::from(MAX_INSTANTS);
-        ensure(
-            fine,
-            &format!("{place}.step"),
-            "is above 0, and not so small that there are more than 200000 instants",
-        )?;
-        let wrong = |e: mission::execution::Refusal| error(place, e.to_string());
-        let schedule =
-            |adaptation| ScheduleProgram { problem: problem.clone(), adaptation, reallocate_above: 0.0, batch: 1 };
-        self.settings(&schedule(Default::default())).check(problem).map_err(wrong)?;
-        self.check_script(problem, place)?;
-        self.check_expectations(problem, place)
+        ensure(fine, &format!("{place}.step"), "is above 0, and not so small that there are more than 200000 instants")
     }
 
-    fn check_script(&self, problem: &Problem, place: &str) -> Result<(), ProgramError> {
+    /// How much happens, and when.
+    pub(super) fn check_happens(&self, place: &str) -> Result<(), ProgramError> {
         ensure(self.happens.len() <= MAX_HAPPENINGS, &format!("{place}.happens"), "more happens than 200 times")?;
         let rising = self.happens.windows(2).all(|w| w[0].at <= w[1].at);
         let times = self.happens.iter().all(|h| h.at.is_finite() && h.at >= 0.0);
-        ensure(rising && times, &format!("{place}.happens"), "its times are zero or more, and rise")?;
+        ensure(rising && times, &format!("{place}.happens"), "its times are zero or more, and rise")
+    }
+
+    fn check_script(&self, problem: &Problem, place: &str) -> Result<(), ProgramError> {
+        self.check_happens(place)?;
         for happens in &self.happens {
             let known = match happens.what {
                 Occurrence::FailedBy { robot } => robot < problem.robots.len(),
                 Occurrence::Event(Event::Moved { place, .. }) => place.iter().all(|x| x.abs() <= MAX_NUMBER),
                 Occurrence::Event(_) => true,
+                Occurrence::Layered(_) => false,
             };
             ensure(
                 known,
@@ -264,14 +299,14 @@ impl MissionScenarioProgram {
         Ok(())
     }
 
-    fn check_expectations(&self, problem: &Problem, place: &str) -> Result<(), ProgramError> {
+    /// What is expected; `known` tells of a measure whether there is what it is of.
+    pub(super) fn check_expectations(
+        &self,
+        place: &str,
+        known: &dyn Fn(&MissionMeasure) -> bool,
+    ) -> Result<(), ProgramError> {
         for (i, measure) in self.measures.iter().enumerate() {
-            let good = match measure {
-                MissionMeasure::Mission(_) => true,
-                MissionMeasure::Agent(a, _) => *a < problem.agents.len(),
-                MissionMeasure::Robot(r, _) => *r < problem.robots.len(),
-            };
-            ensure(good, &format!("{place}.measures[{i}]"), "measures somebody who does not exist")?;
+            ensure(known(measure), &format!("{place}.measures[{i}]"), "measures somebody who does not exist")?;
         }
         let width = self.table().width();
         for (i, p) in self.predicates.iter().enumerate() {

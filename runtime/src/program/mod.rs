@@ -8,6 +8,7 @@ mod alike;
 mod check;
 mod check_machine;
 mod check_scenario;
+mod layers_scenario;
 mod machine;
 mod mission;
 mod mission_scenario;
@@ -15,6 +16,7 @@ mod scenario;
 mod signal;
 mod tape;
 mod trajectory;
+mod worker;
 
 use robot::Model;
 use serde::{Deserialize, Serialize};
@@ -24,6 +26,7 @@ use stdlib_tasks::field::FieldProgram;
 
 pub use check::ProgramError;
 pub(crate) use check::error;
+pub use layers_scenario::{OfLayers, OfTeammate};
 pub use machine::{ActionProgram, FaultPattern, MachineProgram, OwnAction, StateProgram, TransitionProgram, Trigger};
 pub use mission::{CompiledFile, LayersProgram, MAX_BATCH, MissionKind, MissionProgram, ScheduleProgram};
 pub use mission_scenario::{
@@ -37,6 +40,7 @@ pub use scenario::{
 pub use signal::{Conditioning, HumanProgram, Initial, Interface, Lost, MAX_SIGNAL, SignalProgram, Tracking, Velocity};
 pub use tape::{Op, Output, Tape, Times};
 pub use trajectory::{MAX_POINTS, Motion, Shape, TrajectoryProgram};
+pub use worker::{ControllerProgram, MAX_RUNNING, MAX_TICKS, Running, WorkerProgram};
 
 /// The version of the format; a program of another version is refused.
 pub const FORMAT: u32 = 4;

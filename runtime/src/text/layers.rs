@@ -46,7 +46,7 @@ pub(super) fn layers(name: &str, of: &LayersProgram, out: &mut String) -> std::f
     if let Ok(choice) = choose(p, &options) {
         writeln!(out, "\n  planned by {}: {}", choice.formulation.name(), choice.why)?;
     }
-    Ok(())
+    writeln!(out, "  planned anew above a change of cost of {}", number(of.reallocate_above))
 }
 
 fn point(p: &[f64; 3]) -> String {
@@ -76,6 +76,7 @@ fn one(a: &Agent, out: &mut String) -> std::fmt::Result {
     said.extend(a.reach.map(|r| format!("reaches {} m", number(r))));
     said.extend(a.payload.map(|m| format!("carries {} kg", number(m))));
     said.extend(a.cannot.iter().map(|f| format!("nothing {f}")));
+    said.extend((a.spread > 0.0).then(|| format!("times spread by {}", number(a.spread))));
     wrapped("", &said.iter().map(String::as_str).collect::<Vec<_>>(), out)
 }
 

@@ -2,12 +2,13 @@
 
 use std::fmt::Write;
 
+use mission::layers::problem::Problem as Team;
 use mission::schedule::chance::nominal;
 use mission::schedule::choose::{Options, choose};
 use mission::schedule::problem::{AgentKind, Distances, Problem, Range, Scales};
 
 use super::{layers, number, wrapped};
-use crate::missions::of_event;
+use crate::missions::{of_event, of_layered_event};
 use crate::program::{MissionKind, MissionProgram, MissionScenarioProgram, Occurrence, ScheduleProgram};
 
 /// The text of a mission, for people to review and for snapshots to hold.
@@ -17,7 +18,8 @@ pub fn mission(mission: &MissionProgram) -> String {
     let _ = match &mission.kind {
         MissionKind::Schedule(of) => schedule(&mission.name, of, &mut out)
             .and_then(|()| mission.scenarios.iter().try_for_each(|s| scenario(s, &of.problem, &mut out))),
-        MissionKind::Layers(of) => layers::layers(&mission.name, of, &mut out),
+        MissionKind::Layers(of) => layers::layers(&mission.name, of, &mut out)
+            .and_then(|()| mission.scenarios.iter().try_for_each(|s| scenario_of_layers(s, &of.problem, &mut out))),
     };
     out
 }
@@ -68,7 +70,28 @@ fn schedule(name: &str, of: &ScheduleProgram, out: &mut String) -> std::fmt::Res
         number(a.wait_gain),
         number(a.approach_gain),
         number(a.margin)
-    )
+    )?;
+    running(of).iter().try_for_each(|line| writeln!(out, "  {line}"))
+}
+
+/// Which working robots run controllers, a sentence each.
+pub fn running(of: &ScheduleProgram) -> Vec<String> {
+    let mut all = Vec::new();
+    for w in &of.running.workers {
+        let (Some(who), Some(c)) = (of.problem.agents.get(w.agent), of.running.controller(w)) else { continue };
+        let go = c.program.interface.signals.get(w.go).map_or("?", |s| &s.name);
+        let machine = c.program.machine.as_ref();
+        let done = machine.and_then(|m| m.states.get(w.done)).map_or("?", |s| &s.name);
+        let world =
+            if w.world.name.is_empty() { String::new() } else { format!(", in the world of \"{}\"", w.world.name) };
+        all.push(format!(
+            "{} runs {} at {} Hz in scenarios{world}: go is `{go}`, done is `{done}`",
+            who.name,
+            c.spec,
+            number(1.0 / c.program.robot.period)
+        ));
+    }
+    all
 }
 
 /// How a mission is executed in a scenario, what happens there, and what is expected.
@@ -87,6 +110,7 @@ fn scenario(s: &MissionScenarioProgram, p: &Problem, out: &mut String) -> std::f
             Occurrence::FailedBy { robot } => {
                 format!("the service that {} gives fails", p.robots.get(robot).map_or("?", |m| &m.name))
             }
+            Occurrence::Layered(_) => continue,
         };
         writeln!(out, "  at {} s: {what}", number(happens.at))?;
     }
@@ -97,6 +121,27 @@ fn scenario(s: &MissionScenarioProgram, p: &Problem, out: &mut String) -> std::f
             }
         }
     }
+    expectations(s, out)
+}
+
+/// The same of a mission of layers.
+fn scenario_of_layers(s: &MissionScenarioProgram, p: &Team, out: &mut String) -> std::fmt::Result {
+    let durations = if s.sampled { "sampled" } else { "planned" };
+    let (duration, step) = (number(s.duration), number(s.step));
+    writeln!(
+        out,
+        "\nscenario \"{}\": for {duration} s in steps of {step} s, seed {}, tasks take as long as {durations}",
+        s.name, s.seed
+    )?;
+    for happens in &s.happens {
+        if let Occurrence::Layered(event) = happens.what {
+            writeln!(out, "  at {} s: {}", number(happens.at), of_layered_event(&event, p))?;
+        }
+    }
+    expectations(s, out)
+}
+
+fn expectations(s: &MissionScenarioProgram, out: &mut String) -> std::fmt::Result {
     for e in &s.expectations {
         let label = e.label.as_ref().map(|l| format!("\"{l}\" ")).unwrap_or_default();
         writeln!(out, "  expect {label}{}", e.text)?;

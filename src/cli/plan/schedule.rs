@@ -19,7 +19,11 @@ pub(super) fn plan(a: &Arguments, mission: &MissionProgram, of: &ScheduleProgram
     let planned = planned::schedule(&of.problem, &options).map_err(|why| refused(&why))?;
     let standing = gantt::Standing { styled: true, ..gantt::Standing::default() };
     draw(a, &planned.plan, Some(&|| gantt::map(&of.problem, &planned.plan, &standing)))?;
-    Ok(if a.json { format!("{:#}\n", data(a, mission, &planned)) } else { text(mission, &planned) })
+    Ok(if a.json {
+        format!("{:#}\n", data(a, mission, &planned))
+    } else {
+        text(mission, &planned, &runtime::text::running(of))
+    })
 }
 
 /// The plan as data.
@@ -42,13 +46,16 @@ fn data(a: &Arguments, mission: &MissionProgram, p: &Planned) -> serde_json::Val
 }
 
 /// The plan for people.
-fn text(mission: &MissionProgram, p: &Planned) -> String {
+fn text(mission: &MissionProgram, p: &Planned, runs: &[String]) -> String {
     let mut out = format!("mission {}: {}\n", mission.name, mission_end(p));
     let _ = writeln!(out, "planned by {} ({}): {}", p.choice.formulation.name(), p.plan.engine, p.choice.why);
     let _ = writeln!(out, "{}", status(&p.plan.status));
     let _ = writeln!(out, "checked: it keeps to everything that the mission says\n");
     out.push_str(&gantt::text(&p.plan, output::width(), coloured()));
     let _ = writeln!(out, "\n{}\n{}", services(p), cost(&p.cost));
+    for line in runs {
+        let _ = writeln!(out, "{line}");
+    }
     out
 }
 

@@ -35,7 +35,11 @@ function show(state) {
   byId('doing').textContent = person.doing;
   byId('next').textContent = person.next;
   byId('operation').textContent = person.operation;
-  byId('service').textContent = person.service;
+  // Where nobody is served, tasks may fail.
+  const served = person.service !== null;
+  byId('services').hidden = !served;
+  byId('failed').hidden = served;
+  byId('service').textContent = person.service ?? '';
   for (const [button, yes] of Object.entries(person.may)) may(byId(button), yes);
   byId('measured').textContent = person.measured.map(
     (m) => `${m.name}: ${m.seconds === null ? 'runs' : clock(m.seconds)}`).join(', ');
@@ -76,7 +80,7 @@ byId('feedback').addEventListener('submit', (event) => {
   tell({ what: 'feedback', operation: person.ask.operation, ...Object.fromEntries(said) }).then(ready);
 });
 
-for (const what of ['begin', 'done', 'serve', 'served']) {
+for (const what of ['begin', 'done', 'failed', 'serve', 'served']) {
   byId(what).addEventListener('click', () => {
     if (!person) return;
     may(byId(what), false);

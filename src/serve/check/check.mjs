@@ -1,4 +1,5 @@
-// Two people and a supervisor in two browsers: presses, feedback, a reload, a lost connection, a link used twice.
+// Two people and a supervisor in two browsers: presses, feedback, a reload, a lost connection, a link used twice. Then a
+// mission of layers: begun, failed, done.
 
 import { spawn } from 'node:child_process';
 import { mkdir } from 'node:fs/promises';
@@ -19,8 +20,8 @@ function check(what, good, more = '') {
 }
 
 /** A server; `links` by name. */
-async function serve(...more) {
-  const child = spawn(resolve(binary), ['serve', join(here, 'field.hq'), '--speed', '10', ...more], { stdio: ['ignore', 'pipe', 'inherit'] });
+async function serve(spec, ...more) {
+  const child = spawn(resolve(binary), ['serve', join(here, spec), '--speed', '10', ...more], { stdio: ['ignore', 'pipe', 'inherit'] });
   const links = {};
   for await (const line of createInterface({ input: child.stdout })) {
     const found = /^\s+(\S+)\s+(http:\S+)/.exec(line);
@@ -47,7 +48,7 @@ async function enter(browser, link, look) {
   return page;
 }
 
-const server = await serve();
+const server = await serve('field.hq');
 const [first, second] = [await launch(), await launch()];
 const phone = { width: 390, height: 844, mobile: true };
 const anna = await enter(first, server.links.anna, phone);
@@ -143,6 +144,35 @@ for (const [name, page] of Object.entries({ anna, ben, boss })) {
   const elsewhere = page.requests.filter((url) => !url.startsWith(new URL(server.links.anna).origin));
   check(`nothing from elsewhere: ${name}`, elsewhere.length === 0, elsewhere.join(' '));
 }
+
+// Layers: nobody is served, and tasks may fail.
+const layers = await serve('box.hq');
+const she = await enter(second, layers.links.anna, phone);
+const over = await enter(first, layers.links.supervisor, { width: 1200, height: 900 });
+check('nobody is served in layers', await she.until(`document.getElementById('services').hidden && !document.getElementById('failed').hidden`));
+check('there is no map of layers', await over.until(`document.getElementById('places').hidden`));
+await press(over, 'run');
+check('it is her turn', await she.until(enabled('begin')) && (await text(she, 'doing')).startsWith('Your turn: lid: open'), await text(she, 'doing'));
+await press(she, 'begin');
+check('a task begins', await she.until(enabled('failed')), await text(she, 'said'));
+await shot(she, 'layers');
+await press(she, 'failed');
+check('a task fails', await she.until(`document.getElementById('said').textContent.startsWith('Noted: lid failed.')`), await text(she, 'said'));
+await she.until(enabled('begin'));
+await press(she, 'begin');
+await she.until(enabled('done'));
+await press(she, 'done');
+check('a task is done', await she.until(`document.getElementById('said').textContent.startsWith('Noted: lid was done')`), await text(she, 'said'));
+check('what comes then is asked for', await she.until(`document.getElementById('doing').textContent.startsWith('Your turn: two: pick block_')`), await text(she, 'doing'));
+check('the chart of layers is drawn', await over.until(`document.querySelectorAll('#gantt svg').length === 1 && document.getElementById('gantt').textContent.includes('anna')`));
+check('the supervisor reads of layers', await over.until(`document.getElementById('events').textContent.includes('layer opened is done')`));
+check('and what the arm does', await over.until(`document.getElementById('robots').textContent.includes('one: pick block_')`), await text(over, 'robots'));
+await shot(over, 'layers_supervisor');
+for (const [name, page] of Object.entries({ she, over })) {
+  const problems = page.problems.filter((problem) => !expected.test(problem));
+  check(`nothing to complain of: ${name}`, problems.length === 0, problems.join(' | '));
+}
+await layers.end();
 
 await server.end();
 check('the end of the server is seen', await longer(ben, `document.getElementById('link').textContent === 'not connected'`));

@@ -2,20 +2,22 @@
 
 use dsl::tree::{BinaryOp, Expect, Value, ValueKind};
 use dsl::{Diagnostic, Span};
-use mission::schedule::problem::Problem;
 use runtime::expect::Unit;
-use runtime::program::{MissionMeasure, MissionScenarioProgram, OfMission, Op, PredicateTable};
+use runtime::program::{MissionMeasure, MissionScenarioProgram, Op, PredicateTable};
 
 use super::super::Lowerer;
 use super::super::formulas::{Source, Ticks};
 use super::super::predicates::{Graphs, measure, number, predicate};
+use super::executed::Executed;
+use super::runs::Machines;
 use super::watch::Watch;
 use crate::expr::Graph;
 
 /// What the expectations of a scenario speak of.
 struct OfMissions<'b> {
     mission: &'b str,
-    problem: &'b Problem,
+    of: Executed<'b>,
+    machines: &'b Machines,
     scenario: &'b mut MissionScenarioProgram,
     /// Everything that was measured for any of them.
     measures: Vec<MissionMeasure>,
@@ -26,12 +28,12 @@ impl Lowerer<'_> {
     pub(super) fn mission_expectations(
         &mut self,
         written: (&[Expect], &[String]),
-        (mission, problem): (&str, &Problem),
+        (mission, of, machines): (&str, Executed, &Machines),
         scenario: &mut MissionScenarioProgram,
         at: Span,
     ) {
         let ticks = Ticks { period: scenario.step, count: scenario.instants(), at };
-        let mut source = OfMissions { mission, problem, scenario, measures: Vec::new() };
+        let mut source = OfMissions { mission, of, machines, scenario, measures: Vec::new() };
         let expectations = self.formulas(written, ticks, &mut source);
         scenario.expectations = expectations;
     }
@@ -57,9 +59,10 @@ impl Source for OfMissions<'_> {
     fn predicate(&mut self, lowerer: &mut Lowerer, value: &Value) -> Option<usize> {
         let width = lowerer.interface.width();
         let Lowerer { graph, table, params, diagnostics, .. } = lowerer;
-        let done = measure(graph, width, &mut self.measures, MissionMeasure::Mission(OfMission::Done));
-        let (mission, problem, measures) = (self.mission, self.problem, &mut self.measures);
-        let mut scope = Watch { params, mission, problem, measures, width, done };
+        let done = measure(graph, width, &mut self.measures, self.of.done());
+        let (mission, of, measures) = (self.mission, self.of, &mut self.measures);
+        let machines = (self.machines, self.scenario.sampled);
+        let mut scope = Watch { params, mission, of, machines, measures, width, done };
         let (node, unit) = number(value, graph, &mut scope, diagnostics)?;
         let node = if is_strict(value) && matches!(unit, Unit::Quantity(_)) { strictly(graph, node) } else { node };
         let before = self.scenario.measures.len();
@@ -69,7 +72,9 @@ impl Source for OfMissions<'_> {
             self.scenario.measures.truncate(before);
             let text = "what one robot's controller knows has no meaning in a scenario of a mission";
             let d = Diagnostic::error("HQ0312", value.span, text);
-            lowerer.push(d.help("compare what is measured of the mission, `h1.waited`, with constants"));
+            let example = self.of.example().0;
+            lowerer
+                .push(d.help(format!("compare what is measured of the mission, `{example}.position`, with constants")));
             return None;
         };
         let known = self.scenario.predicates.iter().position(|k| *k == p);

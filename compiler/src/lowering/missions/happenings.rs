@@ -11,6 +11,7 @@ use stdlib_tasks::dimension::TIME;
 use stdlib_tasks::params::Quantity;
 
 use super::super::Lowerer;
+use super::executed::Executed;
 use super::reading::Keys;
 use crate::forms::{block_of, check_keys, items_of, text_of};
 use crate::names::{list, suggest};
@@ -31,7 +32,7 @@ const EVENTS: [(&str, &[&str]); 9] = [
 
 impl Lowerer<'_> {
     /// What happens, by time.
-    pub(super) fn happenings(&mut self, keys: Keys, problem: &Problem, duration: f64) -> Vec<Happens> {
+    pub(super) fn happenings(&mut self, keys: Keys, of: Executed, duration: f64) -> Vec<Happens> {
         let Some(e) = keys.entry("happens") else { return Vec::new() };
         let mut all: Vec<Happens> = Vec::new();
         let items = items_of(&e.value);
@@ -46,7 +47,10 @@ impl Lowerer<'_> {
             check_keys(block, &HAPPENING, self.diagnostics);
             let keys = Keys { block, section: &HAPPENING, at: item.span };
             let at = self.happens_at(keys, duration);
-            let what = self.happening(block, keys, problem);
+            let what = match of {
+                Executed::Schedule(problem) => self.happening(block, keys, problem),
+                Executed::Layers(problem) => self.happening_of_layers(block, keys, problem),
+            };
             if let (Some(at), Some(what)) = (at, what) {
                 all.push(Happens { at, what });
             }
@@ -57,6 +61,9 @@ impl Lowerer<'_> {
 
     fn happens_at(&mut self, keys: Keys, duration: f64) -> Option<f64> {
         let Some(e) = keys.entry("at") else {
+            if keys.misspells("at") {
+                return None;
+            }
             let d = Diagnostic::error("HQ0206", keys.at, "nothing says when this happens");
             self.push(d.help("write for instance `at 120 s`"));
             return None;
@@ -73,12 +80,19 @@ impl Lowerer<'_> {
 
     /// What happens, of which a block says one thing.
     fn happening(&mut self, block: &Block, keys: Keys, problem: &Problem) -> Option<Occurrence> {
+        let names: Vec<&str> = EVENTS.iter().map(|(name, _)| *name).collect();
+        let e = self.said(block, keys, &names)?;
+        let actor = self.actor(&e.value, problem)?;
+        self.event_of(e, actor, keys, problem)
+    }
+
+    /// The one entry that says what happens. `names` are the events that there are.
+    pub(super) fn said<'b>(&mut self, block: &'b Block, keys: Keys, names: &[&str]) -> Option<&'b Entry> {
         let event = |e: &&Entry| EVENTS.iter().any(|(name, _)| e.key.value == *name);
         let mut events = block.entries.iter().filter(event);
-        let names = || EVENTS.iter().map(|(name, _)| *name);
         let Some(e) = events.next() else {
             let d = Diagnostic::error("HQ0922", keys.at, "nothing happens here");
-            self.push(d.help(format!("say what, and to whom: {}", list(names(), 9))));
+            self.push(d.help(format!("say what, and to whom: {}", list(names.iter().copied(), 9))));
             return None;
         };
         if let Some(other) = events.next() {
@@ -102,8 +116,7 @@ impl Lowerer<'_> {
             self.push(d.label(e.key.span, "what happens").help(has));
             return None;
         }
-        let actor = self.actor(&e.value, problem)?;
-        self.event_of(e, actor, keys, problem)
+        Some(e)
     }
 
     /// The event of an actor, where that makes sense for it.
@@ -130,15 +143,14 @@ impl Lowerer<'_> {
             "failed" => Event::Failed { agent },
             "late" => {
                 let Some(by) = keys.entry("by") else {
-                    self.needs(e, "by", "by 60 s");
+                    self.needs(e, keys, "by", "by 60 s");
                     return None;
                 };
-                let within = Quantity { min: -MAX_NUMBER, max: MAX_NUMBER, ..Quantity::any(TIME) };
-                Event::Late { agent, by: self.number_within(&by.value, "by", &within)? }
+                Event::Late { agent, by: self.delay(by)? }
             }
             "moved" => {
                 if keys.entry("to").is_none() {
-                    self.needs(e, "to", "to [2, 0] m");
+                    self.needs(e, keys, "to", "to [2, 0] m");
                     return None;
                 }
                 let place = self.key_pair(keys, "to")?;
@@ -176,7 +188,10 @@ impl Lowerer<'_> {
         );
     }
 
-    fn needs(&mut self, e: &Entry, part: &str, example: &str) {
+    pub(super) fn needs(&mut self, e: &Entry, keys: Keys, part: &str, example: &str) {
+        if keys.misspells(part) {
+            return;
+        }
         let d = Diagnostic::error("HQ0206", e.key.span, format!("`{}` needs `{part}`", e.key.value));
         self.push(d.help(format!("write for instance `{example}` behind it")));
     }
@@ -189,16 +204,28 @@ impl Lowerer<'_> {
         person
     }
 
+    /// By how much something is late, in s.
+    pub(super) fn delay(&mut self, by: &Entry) -> Option<f64> {
+        let within = Quantity { min: -MAX_NUMBER, max: MAX_NUMBER, ..Quantity::any(TIME) };
+        self.number_within(&by.value, "by", &within)
+    }
+
     /// Who is named.
     fn actor(&mut self, value: &Value, problem: &Problem) -> Option<Actor> {
-        let Some(name) = text_of(value) else {
-            if !matches!(value.kind, ValueKind::Missing) {
-                let d = Diagnostic::error("HQ0304", value.span, "the name of a robot or an agent is needed here");
-                self.push(d.help("write it as the mission declares it"));
-            }
-            return None;
-        };
-        self.actor_named(&Spanned::new(name.to_string(), value.span), problem)
+        let name = self.somebody(value)?;
+        self.actor_named(&name, problem)
+    }
+
+    /// A name where one is needed.
+    pub(super) fn somebody(&mut self, value: &Value) -> Option<Spanned<String>> {
+        if let Some(name) = text_of(value) {
+            return Some(Spanned::new(name.to_string(), value.span));
+        }
+        if !matches!(value.kind, ValueKind::Missing) {
+            let d = Diagnostic::error("HQ0304", value.span, "the name of a robot or an agent is needed here");
+            self.push(d.help("write it as the mission declares it"));
+        }
+        None
     }
 
     fn actor_named(&mut self, name: &Spanned<String>, problem: &Problem) -> Option<Actor> {
@@ -206,14 +233,20 @@ impl Lowerer<'_> {
         let agent = || problem.agents.iter().position(|a| a.name == name.value).map(Actor::Agent);
         let found = robot.or_else(agent);
         if found.is_none() {
-            let names = || problem.robots.iter().map(|m| &m.name).chain(problem.agents.iter().map(|a| &a.name));
-            let d = Diagnostic::error("HQ0201", name.span, format!("nobody in the mission is called `{}`", name.value));
-            self.push(match suggest(&name.value, names().map(String::as_str)) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
-                None => d.help(format!("there are {}", list(names().map(String::as_str), 12))),
-            });
+            self.nobody_called(name, Executed::Schedule(problem));
         }
         found
+    }
+
+    /// Reports a name that nobody has.
+    pub(super) fn nobody_called(&mut self, name: &Spanned<String>, of: Executed) {
+        let members = of.members();
+        let names = || members.iter().map(|member| member.0);
+        let d = Diagnostic::error("HQ0201", name.span, format!("nobody in the mission is called `{}`", name.value));
+        self.push(match suggest(&name.value, names()) {
+            Some(near) => d.help(format!("did you mean `{near}`?")),
+            None => d.help(format!("there are {}", list(names(), 12))),
+        });
     }
 
     /// What is said of a service; `Some(None)` where nothing is.

@@ -7,13 +7,13 @@ use dsl::{Diagnostic, Spanned};
 use mission::layers::check::{Item, Key};
 use mission::layers::problem::{Agent, Object, Problem, Task, Weights};
 use runtime::program::LayersProgram;
-use stdlib_tasks::dimension::LENGTH;
 
 use super::super::Lowerer;
 use super::super::declared::twice;
 use super::places::OfLayers as Places;
 use super::reading::Keys;
-use crate::constants::{Constants, with_units};
+use super::spots::Spots;
+use crate::constants::with_units;
 use crate::forms::{check_keys, items_of, text_of};
 use crate::sections::{LAYER, LAYERS, LAYERS_TASK, LAYERS_WEIGHTS};
 
@@ -34,9 +34,10 @@ impl Lowerer<'_> {
             Some(_) => self.batch(keys).map(Some),
             None => Some(None),
         };
+        let reallocate_above = self.key_number(keys, "reallocate_above").ok().flatten();
         let returns = keys.entry("returns").map_or(Some(true), |e| self.flag(&e.value, "returns"));
-        let (agents, objects) = self.layers_team(m, &mut places);
-        let (layers, tasks) = self.layers_tasks(m, (&agents, &objects), &mut places);
+        let (spots, agents, objects) = self.layers_team(m, &mut places);
+        let (layers, tasks) = self.layers_tasks(m, (&agents, &objects, &spots), &mut places);
         let instruction = keys.entry("instruction").and_then(|e| self.sentence(&e.value, "instruction"));
         let directives = keys.entry("directives").map_or(&[][..], |e| items_of(&e.value));
         let directives = directives.iter().filter_map(|item| self.sentence(item, "directives")).collect();
@@ -49,6 +50,7 @@ impl Lowerer<'_> {
             returns: returns.unwrap_or(true),
             start: 0.0,
             begun: Vec::new(),
+            places: spots,
         };
         if let Some(e) = keys.entry("layers_from") {
             // The file is held against the team, which must be good for that.
@@ -62,7 +64,7 @@ impl Lowerer<'_> {
         if self.errors() > before {
             return None;
         }
-        Some(LayersProgram { problem, batch: batch?, instruction, directives })
+        Some(LayersProgram { problem, batch: batch?, reallocate_above: reallocate_above?, instruction, directives })
     }
 
     fn layers_weights(&mut self, keys: Keys) -> Option<Weights> {
@@ -101,8 +103,8 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Who takes part and what is there: robots, then people; objects; each in the order written.
-    fn layers_team(&mut self, m: &Mission, places: &mut Places) -> (Vec<Agent>, Vec<Object>) {
+    /// Who takes part and what is there: places; robots, then people; objects; each in the order written.
+    fn layers_team(&mut self, m: &Mission, places: &mut Places) -> (Spots, Vec<Agent>, Vec<Object>) {
         let mut names: BTreeMap<&str, &MissionMember> = BTreeMap::new();
         let mut known: Vec<&MissionMember> = Vec::new();
         for member in &m.members {
@@ -126,15 +128,16 @@ impl Lowerer<'_> {
             }
         }
         let of = |role: &str| known.iter().filter(|k| k.role.value == role).copied().collect::<Vec<_>>();
+        let spots = self.spots(&of("place"));
         let mut agents = Vec::new();
         for member in of("robot").into_iter().chain(of("human")) {
-            agents.push(self.layers_agent(agents.len(), member, places));
+            agents.push(self.layers_agent(agents.len(), member, &spots, places));
         }
         let mut objects = Vec::new();
         for member in of("object") {
-            objects.push(self.object(objects.len(), member, places));
+            objects.push(self.object(objects.len(), member, &spots, places));
         }
-        (agents, objects)
+        (spots, agents, objects)
     }
 
     /// The names of the layers, and all tasks in their order. A task is called after its layer too where another one has
@@ -142,7 +145,7 @@ impl Lowerer<'_> {
     fn layers_tasks(
         &mut self,
         m: &Mission,
-        team: (&[Agent], &[Object]),
+        team: (&[Agent], &[Object], &Spots),
         places: &mut Places,
     ) -> (Vec<String>, Vec<Task>) {
         let all: Vec<&MissionMember> = m.members.iter().filter(|k| k.role.value == "layer").collect();
@@ -169,7 +172,7 @@ impl Lowerer<'_> {
         &mut self,
         (number, layer): (usize, usize),
         (name, member): (String, &MissionMember),
-        (agents, objects): (&[Agent], &[Object]),
+        (agents, objects, spots): (&[Agent], &[Object], &Spots),
         places: &mut Places,
     ) -> Task {
         let item = Item::Task(number);
@@ -189,12 +192,12 @@ impl Lowerer<'_> {
         let action = member.action.as_ref();
         action.iter().for_each(|a| places.note(item, Some(Key::Action), a.span));
         let features = self.words(keys, "features");
-        let path = self.path_of_task(keys);
+        let path = self.path_of_task(keys, spots);
         let object = self.member_named(keys, "object", objects.iter().map(|o| o.name.as_str()));
         let agent = self.member_named(keys, "agent", agents.iter().map(|a| a.name.as_str()));
         let wrong = [
             (action.is_none(), Key::Action),
-            (features.is_none(), Key::Features),
+            (features.is_none() || keys.misspells("features"), Key::Features),
             (path.is_none(), Key::Path),
             (object.is_err(), Key::Object),
             (agent.is_err(), Key::Agent),
@@ -212,24 +215,18 @@ impl Lowerer<'_> {
     }
 
     /// The places on the way of a task and its end.
-    fn path_of_task(&mut self, keys: Keys) -> Option<Vec<[f64; 3]>> {
+    fn path_of_task(&mut self, keys: Keys, spots: &Spots) -> Option<Vec<[f64; 3]>> {
         let mut path = Vec::new();
         if let Some(e) = keys.entry("via") {
             let items = with_units(&e.value).unwrap_or_else(|| items_of(&e.value).to_vec());
             for item in &items {
-                path.push(self.position(item)?);
+                path.push(self.position(item, spots)?);
             }
         }
         if let Some(e) = keys.entry("to") {
-            path.push(self.position(&e.value)?);
+            path.push(self.position(&e.value, spots)?);
         }
         Some(path)
-    }
-
-    /// A constant position (m).
-    pub(super) fn position(&mut self, value: &Value) -> Option<[f64; 3]> {
-        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-        constants.vector(value, LENGTH, self.diagnostics)
     }
 
     /// Words of a list; none where the key is left out.

@@ -1,7 +1,5 @@
 //! Layers that stand in a file of their own, as JSON. What is wrong with it is shown in the file itself.
 
-use std::collections::BTreeMap;
-
 use dsl::tree::{Entry, Mission};
 use dsl::{Diagnostic, SourceId, Span};
 use mission::layers::json::{Fault, FaultKind, Mode, Position, import};
@@ -39,7 +37,7 @@ impl Lowerer<'_> {
             }
         };
         let source = self.sources.add(path, text.clone());
-        match import(&text, &problem, &BTreeMap::new(), Mode::Context) {
+        match import(&text, &problem, Mode::Context) {
             Ok(imported) => Some(imported.problem),
             Err(faults) => {
                 for fault in faults.iter().take(MOST) {

@@ -1,13 +1,14 @@
 //! What a planner of layers says of a problem that it cannot plan, at the text that it is about.
 
-use dsl::Diagnostic;
 use dsl::tree::Mission;
+use dsl::{Diagnostic, Span};
 use mission::layers::check::{Item, Key, Mistake};
 use mission::layers::problem::Problem;
 use mission::layers::reason::Reason;
 
 use super::super::Lowerer;
 use super::places::OfLayers as Places;
+use crate::forms::{items_of, text_of};
 use crate::names::suggest;
 
 /// So many other tasks of a mistake are underlined.
@@ -51,6 +52,15 @@ fn is_of_all(reason: &Reason) -> bool {
     )
 }
 
+/// Where a task asks for a feature.
+fn feature(m: &Mission, task: Item, word: &str) -> Option<Span> {
+    let Item::Task(number) = task else { return None };
+    let layers = m.members.iter().filter(|k| k.role.value == "layer");
+    let task = layers.flat_map(|layer| &layer.members).filter(|t| t.role.value == "task").nth(number)?;
+    let words = items_of(&task.settings.get("features")?.value);
+    words.iter().find(|item| text_of(item) == Some(word)).map(|item| item.span)
+}
+
 /// A mistake as the reader of the spec is told of it.
 fn told(m: &Mission, problem: &Problem, mistake: &Mistake, places: &Places) -> Diagnostic {
     let at = places.of(mistake.at.item, mistake.at.key);
@@ -90,9 +100,12 @@ fn told(m: &Mission, problem: &Problem, mistake: &Mistake, places: &Places) -> D
             d.help(fix)
         }
         Reason::NoObject { features, nearest } => {
-            let d = Diagnostic::error("HQ0911", at, what);
             let known = || problem.objects.iter().flat_map(|o| &o.features).map(String::as_str);
             let slip = features.iter().find(|f| !known().any(|k| k == f.as_str()));
+            let d = match slip.and_then(|f| Some((f, feature(m, mistake.at.item, f)?))) {
+                Some((f, at)) => Diagnostic::error("HQ0911", at, format!("no object is `{f}`")),
+                None => Diagnostic::error("HQ0911", at, what),
+            };
             let d = match nearest {
                 Some(object) => d.label(places.of(Item::Object(*object), Some(Key::Features)), "the nearest"),
                 None => d,

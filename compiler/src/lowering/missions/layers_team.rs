@@ -11,6 +11,7 @@ use stdlib_tasks::params::Quantity;
 use super::super::Lowerer;
 use super::places::OfLayers as Places;
 use super::reading::Keys;
+use super::spots::Spots;
 use crate::forms::{block_of, check_keys};
 use crate::sections::{LAYERS_HUMAN, LAYERS_ROBOT, OBJECT};
 
@@ -19,7 +20,13 @@ const SOME_SPEED: f64 = 1.0;
 
 impl Lowerer<'_> {
     /// The agent of this number. Where something of it is wrong, a usual value stands in its place, and `places` knows.
-    pub(super) fn layers_agent(&mut self, number: usize, member: &MissionMember, places: &mut Places) -> Agent {
+    pub(super) fn layers_agent(
+        &mut self,
+        number: usize,
+        member: &MissionMember,
+        spots: &Spots,
+        places: &mut Places,
+    ) -> Agent {
         let item = Item::Agent(number);
         places.note(item, None, member.name.span);
         let is_robot = member.role.value == "robot";
@@ -36,14 +43,16 @@ impl Lowerer<'_> {
             ("reach", Key::Reach),
             ("payload", Key::Payload),
             ("cannot", Key::Cannot),
+            ("spread", Key::Spread),
         ] {
             keys.entry(name).iter().for_each(|e| places.note(item, Some(key), e.value.span));
         }
-        let place = self.base_of(keys);
+        let place = self.base_of(keys, spots);
         let body = if is_robot { self.robot_body(keys) } else { self.human_body(keys) };
         let skills = self.skills(keys);
         let (reach, payload) = (self.key_number(keys, "reach"), self.key_number(keys, "payload"));
         let cannot = self.words(keys, "cannot");
+        let spread = self.key_number(keys, "spread");
         let wrong = [
             (place.is_none(), Key::Place),
             (body.is_none(), Key::Speed),
@@ -53,6 +62,7 @@ impl Lowerer<'_> {
             (reach.is_err(), Key::Reach),
             (payload.is_err(), Key::Payload),
             (cannot.is_none(), Key::Cannot),
+            (spread.is_err(), Key::Spread),
         ];
         wrong.into_iter().filter(|w| w.0).for_each(|(_, key)| places.spoil(item, key));
         let some = Body::Human { speed: SOME_SPEED, slowing: 0.0 };
@@ -64,14 +74,16 @@ impl Lowerer<'_> {
             reach: reach.ok().flatten(),
             payload: payload.ok().flatten(),
             cannot: cannot.unwrap_or_default(),
+            spread: spread.ok().flatten().unwrap_or(0.0),
             lost: false,
         }
     }
 
     /// A position behind `place`, which must be there.
-    fn base_of(&mut self, keys: Keys) -> Option<[f64; 3]> {
+    fn base_of(&mut self, keys: Keys, spots: &Spots) -> Option<[f64; 3]> {
         match keys.entry("place") {
-            Some(e) => self.position(&e.value),
+            Some(e) => self.position(&e.value, spots),
+            None if keys.misspells("place") => None,
             None => {
                 let d = Diagnostic::error("HQ0206", keys.at, format!("{} needs `place`", keys.section.name));
                 self.push(d.help("write for instance `place [0.4, 0, 0.1] m`"));
@@ -125,7 +137,13 @@ impl Lowerer<'_> {
     }
 
     /// The object of this number.
-    pub(super) fn object(&mut self, number: usize, member: &MissionMember, places: &mut Places) -> Object {
+    pub(super) fn object(
+        &mut self,
+        number: usize,
+        member: &MissionMember,
+        spots: &Spots,
+        places: &mut Places,
+    ) -> Object {
         let item = Item::Object(number);
         places.note(item, None, member.name.span);
         check_keys(&member.settings, &OBJECT, self.diagnostics);
@@ -133,9 +151,10 @@ impl Lowerer<'_> {
         for (name, key) in [("place", Key::Place), ("mass", Key::Mass), ("features", Key::Features)] {
             keys.entry(name).iter().for_each(|e| places.note(item, Some(key), e.value.span));
         }
-        let (place, mass) = (self.base_of(keys), self.key_number(keys, "mass"));
+        let (place, mass) = (self.base_of(keys, spots), self.key_number(keys, "mass"));
         let features = self.words(keys, "features");
-        let wrong = [(place.is_none(), Key::Place), (mass.is_err(), Key::Mass), (features.is_none(), Key::Features)];
+        let featureless = features.is_none() || keys.misspells("features");
+        let wrong = [(place.is_none(), Key::Place), (mass.is_err(), Key::Mass), (featureless, Key::Features)];
         wrong.into_iter().filter(|w| w.0).for_each(|(_, key)| places.spoil(item, key));
         Object {
             name: member.name.value.clone(),

@@ -1,8 +1,11 @@
 //! Missions: problems about teams, read from what a spec says of them, checked, and made data for the planners.
 
 mod agents;
+pub(super) mod controllers;
+mod executed;
 mod expectations;
 mod happenings;
+mod happenings_layers;
 mod layers;
 mod layers_file;
 mod layers_mistakes;
@@ -11,8 +14,10 @@ mod mistakes;
 mod places;
 mod reading;
 mod robots;
+mod runs;
 pub(super) mod scenario;
 mod schedule;
+mod spots;
 mod warnings;
 mod watch;
 

@@ -12,6 +12,7 @@ use super::super::Lowerer;
 use crate::constants::{Constants, with_units};
 use crate::expr::FUNCTIONS;
 use crate::fitting::one_unit;
+use crate::forms::misspelt;
 use crate::sections::{Holds, Key, Section};
 use crate::units;
 
@@ -30,6 +31,11 @@ impl<'b> Keys<'b> {
     /// What was written behind a key.
     pub fn entry(&self, key: &str) -> Option<&'b Entry> {
         self.block.get(key)
+    }
+
+    /// Whether the key is written with a slip, which is reported as one.
+    pub fn misspells(&self, key: &str) -> bool {
+        misspelt(self.block, self.section, key)
     }
 
     /// The key in the table.
@@ -202,6 +208,9 @@ impl Lowerer<'_> {
 
     /// Reports a key that must be there.
     pub(super) fn lacks(&mut self, keys: Keys, name: &str) {
+        if keys.misspells(name) {
+            return;
+        }
         let d = Diagnostic::error("HQ0206", keys.at, format!("{} needs `{name}`", keys.section.name));
         self.push(d.help(format!("write for instance `{}`", example(name))));
     }
@@ -213,7 +222,11 @@ fn example(name: &str) -> String {
         "speed" | "proximity_speed" => "[0.05, 0.2] m/s",
         "duration" => "normal(204 s, 20 s)",
         "serve" => "20 s",
+        "spec" => "\"picker.hq\"",
+        "go" => "box_in_place",
+        "done" => "waiting",
         "skills" => "{ pick_and_place 2 s }",
+        "at" => "[0.4, 0, 0.1] m",
         _ => "[4, -1.5] m",
     };
     format!("{name} {value}")

@@ -4,12 +4,14 @@
 use dsl::tree::{Block, Entry, Scenario};
 use dsl::{Diagnostic, Span};
 use mission::execution::Replan;
-use mission::schedule::problem::{Distances, Problem};
-use runtime::program::{MAX_INSTANTS, MAX_MISSION, MissionScenarioProgram};
+use mission::schedule::problem::Distances;
+use runtime::program::{MAX_INSTANTS, MAX_MISSION, MissionKind, MissionScenarioProgram};
 
 use super::super::Lowerer;
 use super::super::scenario::whole_seed;
+use super::executed::Executed;
 use super::reading::Keys;
+use super::runs::Machines;
 use crate::expand::Expanded;
 use crate::forms::{text_of, unknown_key};
 use crate::names::{list, suggest};
@@ -54,19 +56,24 @@ impl Lowerer<'_> {
             check_scenario_keys(&s.body, true, self.diagnostics);
             let Some(index) = self.mission_of(s, expanded) else { continue };
             let Some(of) = self.planned.get(index) else { continue };
-            let Some(schedule) = of.schedule() else {
+            let (name, kind) = (of.name.clone(), of.kind.clone());
+            let of = Executed::of(&kind);
+            if matches!(of, Executed::Layers(problem) if problem.tasks.is_empty()) {
                 let at = s.body.get("mission").map_or(s.name.span, |e| e.value.span);
-                let d = Diagnostic::error(
-                    "HQ0924",
-                    at,
-                    format!("`{}` is no schedule, and only these are executed", of.name),
-                );
-                self.push(d.help("name a mission of the kind `schedule`; others are planned: `hierarq plan`"));
+                let d = Diagnostic::error("HQ0924", at, format!("`{name}` has no layers yet, and nothing can be done"));
+                self.push(d.help("ask a language model for them, `hierarq context`, or write them"));
                 continue;
+            }
+            let (machines, per_second) = match &kind {
+                MissionKind::Schedule(schedule) => (Machines::of(schedule), schedule.running.ticks(1.0)),
+                MissionKind::Layers(_) => (Machines::default(), 0.0),
             };
-            let (name, problem) = (of.name.clone(), schedule.problem.clone());
-            let Some((mut scenario, at)) = self.mission_scenario(s, &problem) else { continue };
-            self.mission_expectations((&s.expects, texts), (&name, &problem), &mut scenario, at);
+            let Some((mut scenario, at)) = self.mission_scenario(s, of) else { continue };
+            let duration = s.body.get("duration").map_or(s.name.span, |e| e.value.span);
+            if !self.ticks_fit(&scenario, per_second, duration) {
+                continue;
+            }
+            self.mission_expectations((&s.expects, texts), (&name, of, &machines), &mut scenario, at);
             if let Some(of) = self.planned.get_mut(index) {
                 of.scenarios.push(scenario);
             }
@@ -111,7 +118,7 @@ impl Lowerer<'_> {
     }
 
     /// A scenario without its expectations, and where its step was written.
-    fn mission_scenario(&mut self, s: &Scenario, problem: &Problem) -> Option<(MissionScenarioProgram, Span)> {
+    fn mission_scenario(&mut self, s: &Scenario, of: Executed) -> Option<(MissionScenarioProgram, Span)> {
         let before = self.errors();
         let keys = Keys { block: &s.body, section: &SCENARIO, at: s.name.span };
         let at = |name: &str| keys.entry(name).map_or(s.name.span, |e| e.value.span);
@@ -126,7 +133,7 @@ impl Lowerer<'_> {
             Some("reschedule") => Replan::Reschedule,
             _ => Replan::Both,
         };
-        if bases && problem.distances != Distances::Straight {
+        if bases && matches!(of, Executed::Schedule(problem) if problem.distances != Distances::Straight) {
             let d = Diagnostic::error("HQ0924", at("travel"), "bases need to know where things are")
                 .note("the lengths of the ways come from `distances`, and a length says nothing of what lies where");
             self.push(d.help("leave `distances` out of the mission, or write `travel planned`"));
@@ -138,8 +145,14 @@ impl Lowerer<'_> {
             let d = keys.entry("step").iter().fold(d, |d, e| d.label(e.value.span, "from one instant to the next"));
             self.push(d.help("shorten the run, or write a longer `step`"));
         }
-        let happens = self.happenings(keys, problem, duration);
-        let replies = self.replies(keys, problem);
+        let happens = self.happenings(keys, of, duration);
+        let replies = match of {
+            Executed::Schedule(problem) => self.replies(keys, problem),
+            Executed::Layers(_) => {
+                self.nobody_serves(keys);
+                Vec::new()
+            }
+        };
         if self.errors() > before {
             return None;
         }
@@ -162,6 +175,9 @@ impl Lowerer<'_> {
 
     fn mission_duration(&mut self, keys: Keys) -> Option<f64> {
         if keys.entry("duration").is_none() {
+            if keys.misspells("duration") {
+                return None;
+            }
             let d = Diagnostic::error("HQ0206", keys.at, "a scenario of a mission needs `duration`");
             let d = d.note("a mission may wait for somebody who never comes back");
             self.push(d.help("write how long it runs, for instance `duration 4000 s`: longer than the plan"));

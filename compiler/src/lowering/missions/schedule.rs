@@ -54,12 +54,19 @@ impl Lowerer<'_> {
             absent: Vec::new(),
             scales: None,
         };
+        let running = self.running(m, &problem);
         self.mistakes(m, &problem, &places);
         if self.errors() > before {
             return None;
         }
         self.schedule_warnings(m, &problem, &places);
-        Some(ScheduleProgram { problem, adaptation: adaptation?, reallocate_above: reallocate_above?, batch: batch? })
+        Some(ScheduleProgram {
+            problem,
+            adaptation: adaptation?,
+            reallocate_above: reallocate_above?,
+            batch: batch?,
+            running,
+        })
     }
 
     /// Who takes part: robots, then people, then working robots, each in the order written.

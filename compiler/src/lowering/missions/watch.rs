@@ -1,15 +1,17 @@
 //! The scope of an expectation of a mission: what is measured of it, of its agents and of its robots.
 
-use dsl::tree::Value;
+use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
-use mission::schedule::problem::Problem;
-use runtime::program::{MissionMeasure, Op};
+use runtime::program::{MachineProgram, MissionMeasure, Op};
 use stdlib_tasks::dimension::{Dimension, LENGTH, NONE};
 
 use super::super::predicates::measure;
+use super::super::states::state;
+use super::executed::Executed;
+use super::runs::Machines;
 use crate::constants::Params;
 use crate::expr::{Axes, Frame, Graph, Kind, Meaning, Now, Scope, Start, Symbol, Typed};
-use crate::forms::{text_of, written};
+use crate::forms::{path_of, text_of, written};
 use crate::names::{list, suggest};
 use crate::quantities::{Form, MissionQuantity, Whose, find, instead};
 
@@ -19,8 +21,10 @@ pub(super) struct Watch<'s> {
     pub params: &'s mut Params,
     /// The name of the mission in the spec.
     pub mission: &'s str,
-    /// What is planned.
-    pub problem: &'s Problem,
+    /// What is executed.
+    pub of: Executed<'s>,
+    /// The machines that working robots run, and whether they do in this scenario.
+    pub machines: (&'s Machines, bool),
     /// What is measured. The numbers of measures stand behind those of signals.
     pub measures: &'s mut Vec<MissionMeasure>,
     /// Numbers of the table of signals.
@@ -34,52 +38,120 @@ const PRESENT: &str = "of a mission is measured what its agents and robots come 
 impl Watch<'_> {
     /// Who is called so.
     fn who(&self, name: &str) -> Option<(Whose, usize)> {
-        let robot = self.problem.robots.iter().position(|m| m.name == name).map(|i| (Whose::Robot, i));
-        let agent = || self.problem.agents.iter().position(|a| a.name == name).map(|i| (Whose::Agent, i));
-        robot.or_else(agent).or((name == self.mission).then_some((Whose::Mission, 0)))
+        let found = self.of.members().into_iter().find(|member| member.0 == name);
+        found.map(|(_, whose, i)| (whose, i)).or((name == self.mission).then_some((self.of.whole(), 0)))
     }
 
-    fn members(&self) -> impl Iterator<Item = &str> + Clone {
-        let robots = self.problem.robots.iter().map(|m| m.name.as_str());
-        robots.chain(self.problem.agents.iter().map(|a| a.name.as_str())).chain([self.mission])
+    fn members(&self) -> Vec<&str> {
+        self.of.members().into_iter().map(|member| member.0).chain([self.mission]).collect()
     }
 
     fn unknown(&self, what: &str, name: &str, at: Span) -> Diagnostic {
         let d = Diagnostic::error("HQ0201", at, format!("there is no {what} `{name}` in mission `{}`", self.mission));
-        match suggest(name, self.members()) {
+        match suggest(name, self.members().iter().copied()) {
             Some(near) => d.help(format!("did you mean `{near}`?")),
-            None => d.help(format!("there is {}", list(self.members(), 12))),
+            None => d.help(format!("there is {}", list(self.members().iter().copied(), 12))),
         }
     }
 
     fn quantity(&mut self, graph: &mut Graph, q: &MissionQuantity, index: usize, span: Span) -> Typed {
-        let (first, second) = q.measures(index);
-        let mut number = |wanted| measure(graph, self.width, self.measures, wanted);
-        let first = number(first);
-        let second = second.map(&mut number);
+        let measures = q.measures(index).into_iter().flatten();
+        let mut nodes: Vec<usize> = measures.map(|wanted| measure(graph, self.width, self.measures, wanted)).collect();
         let (kind, dimension) = match q.form {
             Form::Number(dimension) => (Kind::Scalar, dimension),
             Form::Truth => (Kind::Truth, NONE),
             Form::Point => (Kind::Vector, LENGTH),
         };
-        let mut nodes = vec![first];
-        if let Some(second) = second {
-            nodes.extend([second, graph.number(0.0)]);
+        if nodes.len() == 2 {
+            nodes.push(graph.number(0.0));
         }
         typed(nodes, kind, dimension, span)
+    }
+
+    /// The machine of an agent whose controller runs.
+    fn machine(&self, agent: usize, at: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<&MachineProgram> {
+        let (machines, run) = self.machines;
+        let machine = machines.of_agent(agent);
+        if machine.is_some() && run {
+            return machine;
+        }
+        let members = self.of.members();
+        let who = members.iter().find(|m| m.1 == Whose::Agent && m.2 == agent).map_or("", |m| m.0);
+        let d = Diagnostic::error("HQ0312", at, format!("`{who}` runs no controller in this scenario"));
+        diagnostics.push(match machine {
+            Some(_) => d
+                .note("operations take as long as planned here")
+                .help("leave `operations planned` out, or expect something of the mission"),
+            None => d.help("a worker with `runs` does; others only work, `w1.working`"),
+        });
+        None
+    }
+
+    /// `in(w1.picking)`: that the machine of a working robot is in a state.
+    fn state_of(
+        &mut self,
+        graph: &mut Graph,
+        args: &[Value],
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Typed> {
+        const FORM: &str = "write `in(WORKER.STATE)`, with a worker that runs a controller";
+        let [argument] = args else {
+            let text = format!("`in` takes one name, not {} arguments", args.len());
+            diagnostics.push(Diagnostic::error("HQ0310", span, text).help(FORM));
+            return None;
+        };
+        let path = path_of(argument);
+        let Some((who, path)) = path.as_deref().and_then(|p| p.split_once('.')) else {
+            if !matches!(argument.kind, ValueKind::Missing) {
+                let text = "a worker and a state of its machine are needed here";
+                diagnostics.push(Diagnostic::error("HQ0304", argument.span, text).help(FORM));
+            }
+            return None;
+        };
+        let agent = match self.who(who) {
+            Some((Whose::Agent, agent)) => agent,
+            Some(_) => {
+                let text = format!("`{who}` is no worker, and has no states");
+                diagnostics.push(Diagnostic::error("HQ0312", argument.span, text).help(FORM));
+                return None;
+            }
+            None => {
+                diagnostics.push(self.unknown("worker", who, argument.span));
+                return None;
+            }
+        };
+        let machine = self.machine(agent, argument.span, diagnostics)?;
+        match state(machine, path, argument.span) {
+            Ok(state) => {
+                let node = measure(graph, self.width, self.measures, MissionMeasure::In(agent, state));
+                Some(typed(vec![node], Kind::Truth, NONE, span))
+            }
+            Err(d) => {
+                diagnostics.push(*d);
+                None
+            }
+        }
     }
 
     /// Where somebody is, from a name.
     fn position(&mut self, graph: &mut Graph, value: &Value, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
         let Some(name) = text_of(value) else {
             let d = Diagnostic::error("HQ0304", value.span, "the name of a robot or an agent is needed here");
-            diagnostics.push(d.help("write for instance `distance(m1, m2)`"));
+            let (a, b) = self.of.example();
+            diagnostics.push(d.help(format!("write for instance `distance({a}, {b})`")));
             return None;
         };
-        let who = self.who(name).filter(|who| who.0 != Whose::Mission);
+        let who = self.who(name).filter(|who| !who.0.is_mission());
         let found = who.and_then(|(whose, index)| Some((find(whose, "position")?, index)));
         match found {
             Some((q, index)) => Some(self.quantity(graph, q, index, value.span)),
+            None if self.who(name).is_some() => {
+                let (a, b) = self.of.example();
+                let d = Diagnostic::error("HQ0304", value.span, format!("`{name}` is a mission, which has no place"));
+                diagnostics.push(d.help(format!("write for instance `distance({a}, {b})`")));
+                None
+            }
             None => {
                 diagnostics.push(self.unknown("robot or agent", name, value.span));
                 None
@@ -111,9 +183,9 @@ impl Scope for Watch<'_> {
 
     fn instead(&self, name: &str) -> Option<String> {
         let example = match self.who(name)?.0 {
-            Whose::Mission => "makespan",
+            Whose::Mission | Whose::Layers => "makespan",
             Whose::Agent => "waited",
-            Whose::Robot => "position",
+            Whose::Robot | Whose::LayersRobot | Whose::LayersHuman => "position",
         };
         Some(format!("name what of it is meant, for instance `{name}.{example}`"))
     }
@@ -142,6 +214,9 @@ impl Scope for Watch<'_> {
             diagnostics.push(Diagnostic::error("HQ0201", field.span, text).help(instead(whose, &field.value)));
             return Some(None);
         };
+        if q.name == "faulted" && self.machine(index, at.to(field.span), diagnostics).is_none() {
+            return Some(None);
+        }
         Some(Some(self.quantity(graph, q, index, at.to(field.span))))
     }
 
@@ -159,7 +234,9 @@ impl Scope for Watch<'_> {
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Start> {
         let d = Diagnostic::error("HQ0312", span, "a trajectory has no meaning in an expectation");
-        diagnostics.push(d.note(PRESENT).help("expect something of where a robot is: `m1.position`"));
+        diagnostics.push(
+            d.note(PRESENT).help(format!("expect something of where a robot is: `{}.position`", self.of.example().0)),
+        );
         None
     }
 
@@ -172,8 +249,9 @@ impl Scope for Watch<'_> {
     fn now(&mut self, graph: &mut Graph, what: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
         let Now::Distance(a, b) = what else {
             let d = Diagnostic::error("HQ0312", span, "what a robot's links and joints do has no meaning in a mission");
+            let (a, b) = self.of.example();
             diagnostics
-                .push(d.note(PRESENT).help("write for instance `m1.position`, `m1.speed` or `distance(m1, m2)`"));
+                .push(d.note(PRESENT).help(format!("write for instance `{a}.position` or `distance({a}, {b})`")));
             return None;
         };
         let (a, b) = (self.position(graph, a, diagnostics), self.position(graph, b, diagnostics));
@@ -183,22 +261,31 @@ impl Scope for Watch<'_> {
             graph.push(Op::Mul(d, d))
         };
         let (x, y) = (squared(0), squared(1));
-        let sum = graph.push(Op::Add(x, y));
+        let height = matches!(self.of, Executed::Layers(_)).then(|| squared(2));
+        let mut sum = graph.push(Op::Add(x, y));
+        if let Some(z) = height {
+            sum = graph.push(Op::Add(sum, z));
+        }
         let node = graph.push(Op::Sqrt(sum));
         Some(typed(vec![node], Kind::Scalar, LENGTH, span))
     }
 
     fn measured(
         &mut self,
-        _: &mut Graph,
+        graph: &mut Graph,
         function: &Spanned<String>,
-        _: &[Value],
+        args: &[Value],
         span: Span,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Typed> {
+        if function.value == "in" {
+            return self.state_of(graph, args, span, diagnostics);
+        }
         let text = format!("`{}(..)` has no meaning in a scenario of a mission", function.value);
         let d = Diagnostic::error("HQ0312", span, text).note(PRESENT);
-        diagnostics.push(d.help("write for instance `h1.waited`, `m1.speed` or `distance(m1, m2)`"));
+        let (a, b) = self.of.example();
+        let of_state = if matches!(self.of, Executed::Schedule(_)) { " or `in(w1.STATE)`" } else { "" };
+        diagnostics.push(d.help(format!("write for instance `{a}.position`, `distance({a}, {b})`{of_state}")));
         None
     }
 }

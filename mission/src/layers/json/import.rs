@@ -24,20 +24,15 @@ pub struct Imported {
 }
 
 /// Reads layers for the agents, objects and weights of a problem; its own layers, tasks and what has begun are replaced.
-/// `places` are names that may stand for positions (m).
+/// Names of its places may stand for positions.
 ///
 /// # Errors
 ///
 /// Every mistake in the text, by place. Where the text is no JSON from some place on, the mistakes before that place are
 /// told too.
-pub fn import(
-    text: &str,
-    problem: &Problem,
-    places: &BTreeMap<String, [f64; 3]>,
-    mode: Mode,
-) -> Result<Imported, Vec<Fault>> {
+pub fn import(text: &str, problem: &Problem, mode: Mode) -> Result<Imported, Vec<Fault>> {
     let (root, fault) = read(text);
-    let mut reader = Reader { problem, places, mode, faults: fault.into_iter().collect() };
+    let mut reader = Reader { problem, mode, faults: fault.into_iter().collect() };
     let tree = root.map(|root| tree(&mut reader, &root)).unwrap_or_default();
     if reader.faults.is_empty() {
         let problem = Problem {

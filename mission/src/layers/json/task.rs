@@ -14,7 +14,6 @@ const MAX_FAULTS: usize = 100;
 /// What the texts of a mission may speak of, and the mistakes so far.
 pub(super) struct Reader<'a> {
     pub problem: &'a Problem,
-    pub places: &'a BTreeMap<String, [f64; 3]>,
     pub mode: Mode,
     pub faults: Vec<Fault>,
 }
@@ -131,12 +130,12 @@ impl Reader<'_> {
     /// A position (m): three numbers, or the name of a place.
     fn position(&mut self, node: &Node, path: &str) -> Option<[f64; 3]> {
         if let Value::Text(name) = &node.value {
-            let found = self.places.get(name).copied();
+            let found = self.problem.places.get(name).copied();
             if found.is_none() {
-                let fix = if self.places.is_empty() {
+                let fix = if self.problem.places.is_empty() {
                     "give a position as [x, y, z] in metres".into()
                 } else {
-                    suggest(name, self.places.keys().map(String::as_str))
+                    suggest(name, self.problem.places.keys().map(String::as_str))
                 };
                 self.fault(node.at, path, FaultKind::UnknownName, format!("there is no place `{name}`"), fix);
             }

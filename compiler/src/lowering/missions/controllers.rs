@@ -1,0 +1,144 @@
+//! The specs that working robots of a mission run: read and compiled once each, what is wrong with them shown in their own
+//! files.
+//!
+//! Of such a spec only its controller counts, and the scenarios of that, in whose worlds it may run: its missions are left
+//! out, so that no two specs run each other in a circle.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use dsl::{Diagnostic, SourceId, Span, Spelling};
+use runtime::Program;
+use runtime::program::{MAX_RUNNING, Subject};
+
+use super::super::{Input, Lowerer, Part, compile_part};
+use crate::expand::{Texts, read_file};
+use crate::paths::{instead_of, io_reason, tidy};
+use crate::report::Report;
+
+/// The specs that were compiled for working robots.
+#[derive(Default)]
+pub(in crate::lowering) struct Controllers<'a> {
+    /// Texts that stand for those of files.
+    pub texts: Option<&'a Texts>,
+    /// By the place of the file; none where something is wrong with one, which was reported.
+    known: BTreeMap<PathBuf, Option<Program>>,
+    /// There were too many, which was reported.
+    full: bool,
+    /// Their texts: what is said of them was said in their own spelling.
+    pub foreign: BTreeSet<SourceId>,
+}
+
+impl Lowerer<'_> {
+    /// The controller of a spec whose machine runs; `None` where it cannot be had, and the diagnostics say why.
+    pub(super) fn controller_of(&mut self, path: &str, at: Span) -> Option<Program> {
+        let from_spec = tidy(Path::new(path), self.input.folder);
+        let on_disk = self.input.folder.join(&from_spec);
+        let refused = |text: String| Diagnostic::error("HQ0931", at, text);
+        let Some(spelling) = Spelling::of_path(&from_spec) else {
+            let text = format!("`{path}` is no spec: its name ends neither in .hq nor in .yaml");
+            self.push(refused(text).help("name the spec of a robot's controller"));
+            return None;
+        };
+        let cannot = |e: &std::io::Error| {
+            refused(format!("cannot read `{path}`: {}", io_reason(e)))
+                .note("paths are relative to the file that names them")
+                .help(instead_of(&on_disk))
+        };
+        let canonical = match on_disk.canonicalize() {
+            Ok(canonical) => canonical,
+            Err(e) => {
+                self.push(cannot(&e));
+                return None;
+            }
+        };
+        if let Some(known) = self.controllers.known.get(&canonical) {
+            return known.clone();
+        }
+        if self.controllers.known.len() >= MAX_RUNNING {
+            if !std::mem::replace(&mut self.controllers.full, true) {
+                let d = Diagnostic::error(
+                    "HQ0933",
+                    at,
+                    format!("the workers of this spec run more than {MAX_RUNNING} specs"),
+                );
+                self.push(d.help("let several workers run the same one, or leave `runs` out of some"));
+            }
+            return None;
+        }
+        let instead = self.controllers.texts.and_then(|texts| texts.get(&canonical));
+        let bytes = match instead.map_or_else(|| read_file(&on_disk), |text| Ok(text.clone().into_bytes())) {
+            Ok(bytes) => bytes,
+            Err(e) => {
+                self.push(cannot(&e));
+                return None;
+            }
+        };
+        let text = match dsl::limits::decode(SourceId::default(), &bytes) {
+            Ok(text) => text.to_string(),
+            Err(d) => {
+                self.push(refused(format!("`{path}` cannot be read: {}", d.message)).help("name another file"));
+                return None;
+            }
+        };
+        let program = self.compiled((&from_spec, &text, spelling), at);
+        self.controllers.known.insert(canonical, program.clone());
+        program
+    }
+
+    /// Compiles a spec; its diagnostics become ours.
+    fn compiled(&mut self, (path, text, spelling): (&Path, &str, Spelling), at: Span) -> Option<Program> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        let input = Input {
+            name: &name,
+            text,
+            spelling,
+            folder: &self.input.folder.join(folder),
+            set: &[],
+            package_paths: self.input.package_paths,
+        };
+        let none = Texts::new();
+        let compiled = compile_part(&input, self.controllers.texts.unwrap_or(&none), Part::Controller);
+        self.adopt(compiled.report, folder, at);
+        let program = compiled.program?;
+        if program.run.subject != Subject::Machine {
+            let name = path.display();
+            let text = match &program.machine {
+                None => format!("`{name}` has no machine, which could begin and end operations"),
+                Some(_) => format!("`{name}` runs a stack, and not its machine"),
+            };
+            let d = Diagnostic::error("HQ0931", at, text).note("an operation ends when a machine enters a state").help(
+                "name a spec with a `machine` that runs, or leave `runs` out: operations then take their `duration`",
+            );
+            self.push(d);
+            return None;
+        }
+        Some(program)
+    }
+
+    /// Takes over what was said of another spec, which lies in a folder and is named at a place.
+    fn adopt(&mut self, report: Report, folder: &Path, at: Span) {
+        let mut ours: Vec<SourceId> = Vec::new();
+        for (_, source) in report.sources.iter() {
+            let there = tidy(&folder.join(&source.name), self.input.folder);
+            let name = match self.input.folder.join(&there).is_file() {
+                true => there.to_string_lossy().into_owned(),
+                false => source.name.clone(),
+            };
+            ours.push(self.sources.add(name, source.text.clone()));
+        }
+        self.controllers.foreign.extend(&ours);
+        let place = |span: Span| match ours.get(span.source.0 as usize) {
+            Some(source) => Span { source: *source, ..span },
+            None => at,
+        };
+        for mut d in report.diagnostics {
+            d.primary.span = place(d.primary.span);
+            for label in &mut d.labels {
+                label.span = place(label.span);
+            }
+            self.push(d.label(at, "a worker runs this spec"));
+        }
+    }
+}

@@ -1,0 +1,232 @@
+//! Working robots that run controllers: what a worker says with `runs`.
+
+use dsl::tree::{Entry, Mission, MissionMember};
+use dsl::{Diagnostic, Span};
+use mission::schedule::problem::{AgentKind, Problem};
+use runtime::Program;
+use runtime::program::{
+    ControllerProgram, MAX_RUNNING, MAX_TICKS, MachineProgram, MissionScenarioProgram, Running, ScenarioProgram,
+    ScheduleProgram, Subject, Trigger, WorkerProgram, WorldProgram,
+};
+
+use super::super::Lowerer;
+use super::super::states::state;
+use super::reading::Keys;
+use crate::forms::{block_of, check_keys, path_of, text_of};
+use crate::names::{list, suggest};
+use crate::sections::RUNS;
+
+/// The machines of working robots, by agent: what expectations may name states of.
+#[derive(Default)]
+pub(super) struct Machines(Vec<(usize, MachineProgram)>);
+
+impl Machines {
+    /// Of a schedule.
+    pub fn of(schedule: &ScheduleProgram) -> Machines {
+        let running = &schedule.running;
+        let one = |w: &WorkerProgram| Some((w.agent, running.controller(w)?.program.machine.clone()?));
+        Machines(running.workers.iter().filter_map(one).collect())
+    }
+
+    /// That of an agent.
+    pub fn of_agent(&self, agent: usize) -> Option<&MachineProgram> {
+        self.0.iter().find(|m| m.0 == agent).map(|m| &m.1)
+    }
+}
+
+impl Lowerer<'_> {
+    /// The working robots of a mission that run controllers; without those in which something is wrong.
+    pub(super) fn running(&mut self, m: &Mission, problem: &Problem) -> Running {
+        let mut running = Running::default();
+        for member in m.members.iter().filter(|member| member.role.value == "worker") {
+            let Some(e) = member.settings.get("runs") else { continue };
+            let is = |a: &mission::schedule::problem::Agent| a.kind == AgentKind::Worker && a.name == *member.name;
+            let Some(agent) = problem.agents.iter().position(is) else { continue };
+            if running.workers.len() == MAX_RUNNING {
+                let text = format!("more than {MAX_RUNNING} workers of this mission run controllers");
+                let d = Diagnostic::error("HQ0933", e.key.span, text);
+                self.push(d.help("leave `runs` out of some: their operations then take their `duration`"));
+                break;
+            }
+            self.runs(member, (e, agent, problem), &mut running);
+        }
+        running
+    }
+
+    fn runs(&mut self, member: &MissionMember, (e, agent, problem): (&Entry, usize, &Problem), into: &mut Running) {
+        let Some(block) = block_of(&e.value, "`runs`", self.diagnostics) else { return };
+        check_keys(block, &RUNS, self.diagnostics);
+        let keys = Keys { block, section: &RUNS, at: e.key.span };
+        for key in ["spec", "go", "done"] {
+            if keys.entry(key).is_none() {
+                self.lacks(keys, key);
+            }
+        }
+        let Some((spec, at)) = self.key_text(keys, "spec") else { return };
+        let Some(program) = self.controller_of(spec, at) else { return };
+        let operations = problem.agents.get(agent).map_or(0, |a| a.operations);
+        let go = self.go(keys, &program, spec);
+        let done = self.done(keys, &program, (spec, operations, member));
+        let world = self.world_of(keys, &program, spec);
+        let (Some(go), Some(done), Some(mut world)) = (go, done, world) else { return };
+        // What is told of operations is told by the mission alone.
+        world.world.signals.retain(|s| s.signal != go);
+        let known = into.controllers.iter().position(|c| c.spec == spec);
+        let controller = known.unwrap_or_else(|| {
+            let program = Program { scenarios: Vec::new(), ..program };
+            into.controllers.push(ControllerProgram { spec: spec.to_string(), program });
+            into.controllers.len() - 1
+        });
+        into.workers.push(WorkerProgram { agent, controller, go, done, world });
+    }
+
+    /// A text or a name behind a key.
+    fn key_text<'b>(&mut self, keys: Keys<'b>, name: &str) -> Option<(&'b str, Span)> {
+        let e = keys.entry(name)?;
+        let found = text_of(&e.value);
+        if found.is_none() && !matches!(e.value.kind, dsl::tree::ValueKind::Missing) {
+            let d = Diagnostic::error("HQ0304", e.value.span, format!("`{name}` is a text"));
+            self.push(d.help("write it in quotes"));
+        }
+        Some((found?, e.value.span))
+    }
+
+    /// The signal that says that an operation goes on.
+    fn go(&mut self, keys: Keys, program: &Program, spec: &str) -> Option<usize> {
+        let (name, at) = self.key_text(keys, "go")?;
+        let signals = || program.interface.signals.iter().filter(|s| !s.is_variable());
+        let flags: Vec<&str> = signals().filter(|s| s.kind == "flag").map(|s| s.name.as_str()).collect();
+        let Some(signal) = program.interface.signals.iter().position(|s| s.name == name) else {
+            let d = Diagnostic::error("HQ0201", at, format!("`{spec}` has no signal `{name}`"));
+            self.push(match suggest(name, flags.iter().copied()) {
+                Some(near) => d.help(format!("did you mean `{near}`?")),
+                None if flags.is_empty() => d.help(format!("declare it there: `signal {name} : flag`")),
+                None => d.help(format!("flags there are {}", list(flags, 12))),
+            });
+            return None;
+        };
+        let s = &program.interface.signals[signal];
+        if s.is_variable() || s.kind != "flag" {
+            let what = if s.is_variable() { "a variable of the machine" } else { "no flag" };
+            let d = Diagnostic::error("HQ0932", at, format!("`{name}` of `{spec}` is {what}"))
+                .note("it is told whether an operation goes on: true or false, by the mission");
+            self.push(match flags.is_empty() {
+                true => d.help(format!("declare a signal for it there: `signal work : flag  # in {spec}`")),
+                false => d.help(format!("flags there are {}", list(flags, 12))),
+            });
+            return None;
+        }
+        if program.machine.as_ref().is_some_and(|m| !reads(m, program, s.at)) {
+            let d =
+                Diagnostic::warning("HQ0934", at, format!("no transition of the machine of `{spec}` reads `{name}`"))
+                    .note("it begins to work, or not, whatever the mission says");
+            self.push(d.help(format!("let the state in which it waits be left by it: `when {name} -> STATE`")));
+        }
+        Some(signal)
+    }
+
+    /// The state that ends an operation.
+    fn done(
+        &mut self,
+        keys: Keys,
+        program: &Program,
+        (spec, operations, member): (&str, usize, &MissionMember),
+    ) -> Option<usize> {
+        let e = keys.entry("done")?;
+        let machine = program.machine.as_ref()?;
+        let Some(path) = path_of(&e.value) else {
+            if !matches!(e.value.kind, dsl::tree::ValueKind::Missing) {
+                let d = Diagnostic::error("HQ0304", e.value.span, "`done` is the name of a state");
+                self.push(d.help(format!("name a state of the machine of `{spec}`")));
+            }
+            return None;
+        };
+        let done = match state(machine, &path, e.value.span) {
+            Ok(done) => done,
+            Err(mut d) => {
+                d.message = format!("{} in `{spec}`", d.message);
+                self.push(*d);
+                return None;
+            }
+        };
+        if operations > 1 && !is_left(machine, done) {
+            let d = Diagnostic::error("HQ0932", e.value.span, format!("the machine of `{spec}` never leaves `{path}`"))
+                .note(format!(
+                    "`{}` has {operations} operations, and each ends when that state is entered",
+                    *member.name
+                ))
+                .help("name the state in which the robot waits for its next operation, or let this one be left");
+            self.push(d);
+            return None;
+        }
+        Some(done)
+    }
+
+    /// The world around the robot: that of a scenario of its spec, or one in which nothing happens.
+    fn world_of(&mut self, keys: Keys, program: &Program, spec: &str) -> Option<ScenarioProgram> {
+        let empty = ScenarioProgram {
+            name: String::new(),
+            run: program.run.clone(),
+            start: program.robot.home.clone(),
+            world: WorldProgram::default(),
+            measures: Vec::new(),
+            predicates: Vec::new(),
+            expectations: Vec::new(),
+        };
+        if keys.entry("scenario").is_none() {
+            return Some(empty);
+        }
+        let (name, at) = self.key_text(keys, "scenario")?;
+        let names = || program.scenarios.iter().map(|s| s.name.as_str());
+        let Some(found) = program.scenarios.iter().find(|s| s.name == name) else {
+            let d = Diagnostic::error("HQ0201", at, format!("`{spec}` has no scenario `{name}` of its robot"));
+            self.push(match suggest(name, names()) {
+                Some(near) => d.help(format!("did you mean `{near}`?")),
+                None if names().next().is_none() => d.help("leave it out: then nothing happens around the robot"),
+                None => d.help(format!("there is {}", list(names(), 12))),
+            });
+            return None;
+        };
+        if found.run.subject != Subject::Machine {
+            let d = Diagnostic::error("HQ0932", at, format!("the scenario `{name}` of `{spec}` runs a stack"))
+                .note("an operation ends when a machine enters a state");
+            self.push(d.help("name a scenario that runs the machine, or leave it out"));
+            return None;
+        }
+        let ScenarioProgram { name, run, start, world, .. } = found.clone();
+        Some(ScenarioProgram { name, run, start, world, ..empty })
+    }
+
+    /// Refuses a run in which controllers would have too many ticks; `at` is where its duration was written.
+    pub(super) fn ticks_fit(&mut self, scenario: &MissionScenarioProgram, per_second: f64, at: Span) -> bool {
+        let fits = !scenario.sampled || per_second * scenario.duration <= MAX_TICKS;
+        if !fits {
+            let text = format!("the controllers of working robots would have more than {MAX_TICKS} ticks together");
+            let d = Diagnostic::error("HQ0933", at, text);
+            let longest = (MAX_TICKS / per_second).floor();
+            self.push(d.help(format!("shorten the run to {longest} s, or write `operations planned`: then none runs")));
+        }
+        fits
+    }
+}
+
+/// True where a transition of a machine reads the signal whose place in the table of signals is `at`.
+fn reads(machine: &MachineProgram, program: &Program, at: usize) -> bool {
+    let conditions = machine.states.iter().flat_map(|s| &s.transitions).filter_map(|t| match &t.trigger {
+        Trigger::When { condition, .. } => Some(condition),
+        _ => None,
+    });
+    let wanted = conditions.flat_map(|c| c.inputs.iter().copied()).collect();
+    program.values.tape.only(&wanted).signals().iter().any(|k| (at..=at + 1).contains(k))
+}
+
+/// True where a transition that answers no fault leads out of a state.
+fn is_left(machine: &MachineProgram, state: usize) -> bool {
+    let holds = |outer: usize, inner: usize| machine.path(inner).any(|s| s == outer);
+    if machine.path(state).any(|s| machine.states[s].is_final) {
+        return false;
+    }
+    let inside = (0..machine.states.len()).filter(|&s| holds(state, s) || holds(s, state));
+    let mut ways = inside.flat_map(|s| &machine.states[s].transitions);
+    ways.any(|t| !matches!(t.trigger, Trigger::Fault(_)) && !holds(state, t.target))
+}

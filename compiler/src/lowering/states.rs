@@ -1,0 +1,32 @@
+//! States by their paths.
+
+use dsl::{Diagnostic, Span};
+use runtime::program::MachineProgram;
+
+use crate::names::{list, suggest};
+
+/// The index of a state by its path, or by the end of it where that is said of one state only.
+///
+/// # Errors
+/// There is none, or there are several.
+pub(super) fn state(machine: &MachineProgram, path: &str, at: Span) -> Result<usize, Box<Diagnostic>> {
+    let states = &machine.states;
+    let names = || states.iter().skip(1).map(|s| s.name.as_str());
+    let end = format!(".{path}");
+    let of = |good: &dyn Fn(&str) -> bool| (1..states.len()).filter(|&i| good(&states[i].name)).collect::<Vec<usize>>();
+    match (of(&|n| n == path).as_slice(), of(&|n| n.ends_with(&end)).as_slice()) {
+        ([state], _) | ([], [state]) => Ok(*state),
+        ([], [_, _, ..]) => {
+            let d = Diagnostic::error("HQ0201", at, format!("several states are called `{path}`"));
+            Err(Box::new(d.help("write the path, `OUTER.INNER`")))
+        }
+        _ => {
+            let d = Diagnostic::error("HQ0201", at, format!("there is no state `{path}`"));
+            Err(Box::new(match suggest(path, names()) {
+                Some(near) => d.help(format!("did you mean `{near}`?")),
+                None if names().next().is_none() => d.help("this spec has no state"),
+                None => d.help(format!("there is {}", list(names(), 12))),
+            }))
+        }
+    }
+}

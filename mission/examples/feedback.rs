@@ -1,0 +1,111 @@
+//! The experiment of thesis 5.7.3 (Table 5.2, Figs. 5.7 and 5.8): does the next plan follow what three people say of their
+//! first service?
+//!
+//! For each person the wait after the first operation, what the plan says of the wait and the approach of the second
+//! before and after what was said is taken in, and what they become.
+//!
+//! `cargo run --release -p hierarq-mission --example feedback -- [THRESHOLD] [SEED]`; without a seed operations take as long
+//! as planned.
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use std::time::Duration;
+
+use hierarq_mission::engine::Budget;
+use hierarq_mission::execution::{Durations, Event, Execution, Happening, Settings};
+use hierarq_mission::schedule::assistance::from_plan;
+use hierarq_mission::schedule::choose::Options;
+use hierarq_mission::schedule::cost::wait;
+use hierarq_mission::schedule::problem::{Problem, Range};
+
+/// Steps of Fig. 5.5 that the people of Table 5.2 choose for wait, approach and distance.
+const SAID: [(i8, i8, i8); 3] = [(1, 1, -1), (-1, 0, 0), (-1, 1, 0)];
+
+/// `iota_t` of (5.19) if nobody says: what is said is answered by a new plan.
+const THRESHOLD: f64 = 0.003;
+
+/// `examples/vineyard.hq`.
+fn vineyard() -> Problem {
+    let mut problem = common::vineyard(3);
+    for robot in &mut problem.robots {
+        robot.proximity = Some(Range::new(0.05, 0.15));
+        (robot.serve, robot.deposit) = (20.0, 10.0);
+    }
+    problem.agents[3].duration.sigma = 0.0;
+    problem
+}
+
+/// Robot, wait (s), waiting distance (m), time (s) and speed (m/s) of the approach of an operation in the plan.
+fn planned(execution: &Execution, agent: usize, operation: usize) -> Option<(usize, f64, f64, f64, f64)> {
+    let schedule = from_plan(execution.plan()).ok()?;
+    let at = schedule.iter().find(|at| (at.agent, at.operation) == (agent, operation))?;
+    let (length, time) =
+        (execution.problem().lengths(agent, at.robot).proximity, at.times.serving - at.times.proximity);
+    Some((at.robot, wait(&schedule, at), length, time, length / time))
+}
+
+fn show(name: &str, of: Option<(usize, f64, f64, f64, f64)>) {
+    if let Some((robot, wait, length, time, speed)) = of {
+        println!("  {name:<22} m{}  wait {wait:6.1} s  {length:.2} m in {time:5.1} s, {speed:.3} m/s", robot + 1);
+    }
+}
+
+fn main() {
+    let seed = std::env::args().nth(2).and_then(|word| word.parse().ok());
+    let reallocate_above = std::env::args().nth(1).and_then(|word| word.parse().ok()).unwrap_or(THRESHOLD);
+    let durations = seed.map_or(Durations::Planned, |seed| Durations::Sampled { seed });
+    let budget = Budget { time: Duration::from_secs(120), ..Budget::default() };
+    let planning = Options { budget, ..Options::default() };
+    let problem = vineyard();
+    let settings = Settings { durations, planning, reallocate_above, ..Settings::default() };
+    let mut execution = match Execution::new(problem, settings) {
+        Ok(execution) => execution,
+        Err(refusal) => return println!("{refusal}"),
+    };
+    println!("first plan: cost {:.4}, {:?}", execution.plan().cost, execution.plan().status);
+    for agent in 0..3 {
+        show(&format!("h{} first, planned", agent + 1), planned(&execution, agent, 0));
+        show(&format!("h{} second, planned", agent + 1), planned(&execution, agent, 1));
+    }
+    while let Some(next) = execution.next() {
+        let served = execution.advance(next).iter().filter_map(|record| match record.what {
+            Happening::Served { agent, operation: 0, .. } => Some(agent),
+            _ => None,
+        });
+        for agent in served.collect::<Vec<_>>() {
+            let Some((wait, approach, distance)) = SAID.get(agent).copied() else { continue };
+            println!("{:.1} s: h{} has been served and says {:?}", execution.time(), agent + 1, SAID[agent]);
+            show("first, as it was", planned(&execution, agent, 0));
+            show("second, before", planned(&execution, agent, 1));
+            if let Err(error) = execution.tell(Event::Said { agent, wait, approach, distance }) {
+                println!("  not taken: {error}");
+            }
+            show("second, after", planned(&execution, agent, 1));
+            println!(
+                "  planned anew so far: {} times; cost now {:.4}",
+                execution.statistics().reallocations,
+                execution.plan().cost
+            );
+            println!(
+                "  alpha {:.2}, zeta {:.2}",
+                execution.problem().wait_weight(agent, 1),
+                execution.problem().approach_weight(agent, 1)
+            );
+        }
+    }
+    for agent in &execution.statistics().agents {
+        let rounded = |values: &[f64], digits: usize| {
+            values.iter().map(|value| format!("{value:.digits$}")).collect::<Vec<_>>().join(", ")
+        };
+        println!(
+            "{}: waits {} s, speeds {} m/s, index of waits {:.2}, of speeds {:.2}",
+            agent.name,
+            rounded(&agent.waits, 1),
+            rounded(&agent.speeds, 3),
+            agent.wait_index,
+            agent.speed_index
+        );
+    }
+    println!("end after {:.1} s", execution.statistics().makespan);
+}

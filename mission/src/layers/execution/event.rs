@@ -1,0 +1,81 @@
+//! What an execution of layers is told from outside, and why it may not take it.
+
+use serde::{Deserialize, Serialize};
+
+/// Something that happens at the present time. Agents are named by index.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Event {
+    /// An agent that is waited for begins its next task.
+    Began {
+        /// The agent, which does nothing; the layer of its next task has begun.
+        agent: usize,
+    },
+    /// An agent's task is done.
+    Done {
+        /// The agent, which is at work.
+        agent: usize,
+    },
+    /// The task under way takes longer than was expected.
+    Late {
+        /// The agent, which is at work.
+        agent: usize,
+        /// By how much (s); less than 0: it takes shorter.
+        by: f64,
+    },
+    /// The task under way failed, and is done again from its beginning; its object is where it was.
+    Failed {
+        /// The agent, which is at work.
+        agent: usize,
+    },
+    /// An agent takes no part any more. What it does is dropped, the object where it was.
+    Lost {
+        /// The agent.
+        agent: usize,
+    },
+    /// Who was lost is back at its base.
+    Back {
+        /// The agent.
+        agent: usize,
+    },
+    /// What has not begun is planned anew, however little the cost has changed; if the settings allow it.
+    Replan,
+}
+
+impl Event {
+    /// The agent that it is of, if it is of one.
+    pub fn agent(self) -> Option<usize> {
+        match self {
+            Event::Began { agent }
+            | Event::Done { agent }
+            | Event::Late { agent, .. }
+            | Event::Failed { agent }
+            | Event::Lost { agent }
+            | Event::Back { agent } => Some(agent),
+            Event::Replan => None,
+        }
+    }
+}
+
+/// Why an event is not taken. Nothing has changed then.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "the message says what each field is")]
+pub enum EventError {
+    #[error("there is no agent with number {agent}")]
+    NoAgent { agent: usize },
+    #[error("{name} is lost")]
+    IsLost { name: String },
+    #[error("{name} is not lost")]
+    NotLost { name: String },
+    #[error("{name} is not at work")]
+    NotWorking { name: String },
+    #[error("{name} is at work already")]
+    Working { name: String },
+    #[error("{name} has no task to begin")]
+    NoTask { name: String },
+    #[error("the layer before the next task of {name} is not done")]
+    NotOpen { name: String },
+    #[error("a time must be a number of at most a million seconds, and is {value}")]
+    Time { value: f64 },
+}

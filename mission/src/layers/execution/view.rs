@@ -1,0 +1,94 @@
+//! What can be seen of an execution: what every agent does now and where it is, and what comes next.
+
+use serde::{Deserialize, Serialize};
+
+use super::{LayeredExecution, way};
+
+/// What an agent does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Doing {
+    /// It is at its base, and does nothing.
+    Idle,
+    /// It is at work.
+    Working,
+    /// It takes no part any more.
+    Lost,
+}
+
+/// A task that an agent performs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct UnderWay {
+    /// Index of the task.
+    pub task: usize,
+    /// Index of the object; none: it needs none.
+    pub object: Option<usize>,
+    /// When it began (s).
+    pub start: f64,
+    /// When it is expected to end (s).
+    pub expected: f64,
+}
+
+/// A task that is planned for an agent.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NextTask {
+    /// Index of the task.
+    pub task: usize,
+    /// Index of the object; none: it needs none.
+    pub object: Option<usize>,
+    /// When it is planned to begin (s).
+    pub start: f64,
+    /// When it is planned to end (s).
+    pub end: f64,
+    /// Its layer has begun: every task of the layers before is done.
+    pub open: bool,
+}
+
+/// An agent now.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AgentView {
+    /// What it does.
+    pub doing: Doing,
+    /// Since when (s).
+    pub since: f64,
+    /// The task under way.
+    pub work: Option<UnderWay>,
+    /// The next task.
+    pub next: Option<NextTask>,
+    /// Where it is (m): on its way from its base to the object, along the path and back, or at its base; one that is lost
+    /// is where it was lost.
+    pub position: [f64; 3],
+    /// How many tasks it has done.
+    pub tasks: usize,
+}
+
+impl LayeredExecution {
+    /// What this agent does; none if there is no such agent.
+    pub fn agent(&self, agent: usize) -> Option<AgentView> {
+        let state = self.agents.get(agent)?;
+        let work = state.task.as_ref().map(|running| UnderWay {
+            task: running.step.task,
+            object: running.step.object,
+            start: running.step.start,
+            expected: running.expected,
+        });
+        let next = self.ahead.iter().find(|step| step.agent == agent).map(|step| NextTask {
+            task: step.task,
+            object: step.object,
+            start: step.start.max(self.time),
+            end: step.end + (self.time - step.start).max(0.0),
+            open: self.open == self.problem.tasks.get(step.task).map(|task| task.layer),
+        });
+        let position = self.position(agent)?;
+        Some(AgentView { doing: state.doing, since: state.since, work, next, position, tasks: state.tasks })
+    }
+
+    /// Where an agent is now (m); none if there is no such agent.
+    pub fn position(&self, agent: usize) -> Option<[f64; 3]> {
+        let state = self.agents.get(agent)?;
+        Some(match &state.task {
+            Some(running) => way::place(&self.problem, &running.step, running.share(self.time)),
+            None => state.place,
+        })
+    }
+}

@@ -1,0 +1,125 @@
+//! Prices in place of the order of an agent's operations.
+//!
+//! That order is what couples robots: who serves an operation late makes the next one late, whoever serves that. A price
+//! for each second by which a service comes too early after the one before it of its agent takes the place of the order
+//! (Lagrangian relaxation): the start of a service then costs more by the price of the order to the next one, and less by
+//! the price of the order from the one before. For any prices of zero or more the least cost bounds that of every schedule
+//! from below.
+
+use crate::engine::EngineError;
+
+use super::bounds::Bounds;
+use super::instance::{Begin, Instance, Sequence};
+use super::retime::retime;
+
+/// Rounds in which prices are raised and lowered.
+const ROUNDS: usize = 12;
+/// How much more than the best bound a round aims at, as a share of the cost.
+const AIM: f64 = 0.005;
+
+/// Costs of jobs under prices.
+#[derive(Clone, Debug)]
+pub(crate) struct Priced {
+    /// Cost of a second of the start of each job's service. Zero or more.
+    pub start: Vec<f64>,
+    /// Cost of a second of serving.
+    pub serve: Vec<f64>,
+    /// Cost that no decision changes.
+    pub constant: f64,
+}
+
+impl Priced {
+    /// `prices[j]` is that of the order between `j` and the job before it of its agent. Prices that would pay for starting
+    /// late are lowered.
+    pub fn new(instance: &Instance, prices: &[f64]) -> Priced {
+        let jobs = &instance.jobs;
+        let mut priced = Priced {
+            start: jobs.iter().map(|job| job.start_cost).collect(),
+            serve: jobs.iter().map(|job| job.serve_cost).collect(),
+            constant: instance.constant,
+        };
+        // Jobs of an agent stand in order, so that what comes after a job is known before it.
+        for (index, job) in jobs.iter().enumerate().rev() {
+            if let Some(previous) = job.previous {
+                let price = prices[index].min(priced.start[index]).max(0.0);
+                priced.start[index] -= price;
+                priced.start[previous] += price;
+                priced.serve[previous] += price;
+                priced.constant += price * job.nominal;
+            }
+        }
+        priced
+    }
+
+    /// The problem under these prices, in which every job may come as early as in the other.
+    fn instance<'a>(&self, instance: &Instance<'a>, bounds: &Bounds) -> Instance<'a> {
+        let mut relaxed = instance.clone();
+        for (index, job) in relaxed.jobs.iter_mut().enumerate() {
+            job.previous = None;
+            job.begin = Begin::Late;
+            job.release = bounds.first[index];
+            (job.start_cost, job.serve_cost) = (self.start[index], self.serve[index]);
+        }
+        relaxed.constant = self.constant;
+        relaxed
+    }
+}
+
+/// Prices by which the services of an agent all cost the same.
+pub(crate) fn even(instance: &Instance) -> Vec<f64> {
+    let jobs = &instance.jobs;
+    let mut prices = vec![0.0; jobs.len()];
+    for agent in 0..instance.problem.agents.len() {
+        let own: Vec<usize> = (0..jobs.len()).filter(|job| jobs[*job].agent == agent).collect();
+        let mean = own.iter().map(|job| jobs[*job].start_cost).sum::<f64>() / own.len().max(1) as f64;
+        let mut sum = 0.0;
+        for job in own.into_iter().rev() {
+            sum += jobs[job].start_cost - mean;
+            prices[job] = sum.max(0.0);
+        }
+    }
+    prices
+}
+
+/// The best prices of some rounds of a subgradient method. `solve` gives for prices the least cost and its sequence, or
+/// none if that is too much work; so does this.
+///
+/// # Errors
+///
+/// The cone solver failed.
+pub(crate) fn raise(
+    instance: &Instance,
+    bounds: &Bounds,
+    known: f64,
+    mut solve: impl FnMut(&Priced) -> Option<(f64, Sequence)>,
+) -> Result<Option<Vec<f64>>, EngineError> {
+    let mut prices = even(instance);
+    let mut best = (f64::NEG_INFINITY, prices.clone());
+    for _ in 0..ROUNDS {
+        let priced = Priced::new(instance, &prices);
+        let Some((bound, sequence)) = solve(&priced) else { return Ok(None) };
+        if bound > best.0 {
+            best = (bound, prices.clone());
+        }
+        let relaxed = priced.instance(instance, bounds);
+        let Some(timed) = retime(&relaxed, &sequence)? else { break };
+        let times = |job: usize| {
+            let target = (relaxed.jobs[job].agent, relaxed.jobs[job].operation);
+            let found = timed.schedule.iter().find(|done| (done.agent, done.operation) == target);
+            found.map_or((0.0, 0.0), |done| (done.times.serving, done.times.depositing))
+        };
+        // How much too early each service comes.
+        let early = |job: usize| {
+            let previous = instance.jobs[job].previous?;
+            Some(times(previous).1 + instance.jobs[job].nominal - times(job).0)
+        };
+        let early: Vec<f64> = (0..instance.jobs.len()).map(|job| early(job).unwrap_or(0.0)).collect();
+        let square: f64 = early.iter().map(|seconds| seconds * seconds).sum();
+        let step = (best.0 + AIM * known.abs() - bound).max(0.0) / square;
+        if !step.is_finite() {
+            break;
+        }
+        prices.iter_mut().zip(&early).for_each(|(price, seconds)| *price = (*price + step * seconds).max(0.0));
+    }
+    Ok(Some(best.1))
+}

@@ -1,0 +1,67 @@
+//! What happens in a mission of layers, in words.
+
+use mission::layers::execution::{Doing, Event, Happening};
+use mission::layers::problem::Problem;
+
+use super::words::percent;
+use crate::text::number;
+
+fn name(problem: &Problem, agent: usize) -> &str {
+    problem.agents.get(agent).map_or("somebody", |who| &who.name)
+}
+
+/// The word for what an agent does.
+pub fn doing(doing: Doing) -> &'static str {
+    match doing {
+        Doing::Idle => "idle",
+        Doing::Working => "working",
+        Doing::Lost => "lost",
+    }
+}
+
+/// An event in words.
+pub fn of_event(event: &Event, problem: &Problem) -> String {
+    let name = |agent: usize| name(problem, agent);
+    match *event {
+        Event::Began { agent } => format!("{} begins", name(agent)),
+        Event::Done { agent } => format!("{} is done", name(agent)),
+        Event::Late { agent, by } => format!("{} is late by {} s", name(agent), number(by)),
+        Event::Failed { agent } => format!("the task of {} fails", name(agent)),
+        Event::Lost { agent } => format!("{} is lost", name(agent)),
+        Event::Back { agent } => format!("{} is back", name(agent)),
+        Event::Replan => "a new plan is asked for".to_string(),
+    }
+}
+
+/// Something that happened, in words.
+pub fn of_happening(what: &Happening, problem: &Problem) -> String {
+    let by = |agent: usize| name(problem, agent);
+    let task = |task: usize| problem.tasks.get(task).map_or("a task", |what| &what.name);
+    match what {
+        Happening::Began { agent, task: of, object } => match object.and_then(|object| problem.objects.get(object)) {
+            Some(thing) => format!("{} begins {} with {}", by(*agent), task(*of), thing.name),
+            None => format!("{} begins {}", by(*agent), task(*of)),
+        },
+        Happening::TaskLate { agent, task: of, expected } => {
+            format!("{} is late with {}, expected at {} s", by(*agent), task(*of), number(*expected))
+        }
+        Happening::Ended { agent, task: of } => format!("{} has done {}", by(*agent), task(*of)),
+        Happening::Dropped { agent, task: of } => {
+            format!("{} drops {}, which is to be done again", by(*agent), task(*of))
+        }
+        Happening::LayerDone { layer } => {
+            format!("layer {} is done", problem.layers.get(*layer).map_or("", String::as_str))
+        }
+        Happening::Told { event } => of_event(event, problem),
+        Happening::Rescheduled { index } => {
+            format!("times of the plan move; its cost has changed by {} %", percent(*index))
+        }
+        Happening::Reallocated { index: Some(index), .. } => {
+            format!("planned anew; the cost had changed by {} %", percent(*index))
+        }
+        Happening::Reallocated { index: None, .. } => "planned anew".to_string(),
+        Happening::Refused { why } => format!("no better plan: {why}"),
+        Happening::Stranded { why } => format!("there is no plan for everything any more: {why}"),
+        Happening::Done => "everything is done".to_string(),
+    }
+}

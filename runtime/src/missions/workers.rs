@@ -1,0 +1,283 @@
+//! Working robots that run their controllers while a mission is executed.
+//!
+//! Each has a simulated robot and a world of its own, and ticks in step with the time of the mission. A signal tells its
+//! machine that an operation goes on; when the machine enters a state, the operation has ended. What keeps a robot from
+//! ever going on makes it lost. Nothing ticks while a robot is lost, or behind the end of the mission.
+
+use mission::execution::{Doing, Event, Execution};
+use mission::plan::Actor;
+use mission::schedule::problem::Problem;
+use serde::Serialize;
+
+use crate::closed_loop::ClosedLoop;
+use crate::controller::Controller;
+use crate::fault::Fault;
+use crate::program::{MissionScenarioProgram, ProgramError, Running, ScheduleProgram, WorkerProgram, error};
+
+/// The most faults of a controller that are told of.
+const MOST_FAULTS: usize = 100;
+
+/// What became of the controller of a working robot.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WorkerRecord {
+    /// The working robot.
+    pub name: String,
+    /// The spec whose controller it ran.
+    pub spec: String,
+    /// How many ticks the controller had.
+    pub ticks: u64,
+    /// How long each operation took that it ended, in s.
+    pub operations_s: Vec<f64>,
+    /// The state that its machine was in at the end.
+    pub state: String,
+    /// Why it could not go on, if so; the last time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub broke_down: Option<BrokeDown>,
+}
+
+/// Why a working robot could not go on.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BrokeDown {
+    /// When, in s.
+    pub at_s: f64,
+    /// Why, in words.
+    pub why: String,
+}
+
+/// What a tick of a controller comes to for its mission.
+enum Came {
+    Ended,
+    Broken(String),
+}
+
+/// What the mission knows of a working robot, as far as its controller needs it.
+#[derive(Clone, Copy, PartialEq)]
+enum Standing {
+    /// An operation goes on.
+    Works,
+    /// None does, and one is to come.
+    Waits,
+    /// None is to come any more.
+    Over,
+    Lost,
+}
+
+/// A working robot.
+struct Worker {
+    agent: usize,
+    name: String,
+    spec: String,
+    closed: ClosedLoop,
+    go: usize,
+    /// For each state of the machine, whether the one that ends an operation is it, or is around it.
+    ends: Vec<bool>,
+    period: f64,
+    /// When its clock showed 0, in s of the mission.
+    base: f64,
+    ticks: u64,
+    standing: Standing,
+    /// When the operation under way began, in s.
+    began: f64,
+    /// It stood in the state that ends an operation at the last tick, or has not ticked yet.
+    inside: bool,
+    /// There was a fault at the last tick.
+    faulty: bool,
+    operations: Vec<f64>,
+    broke_down: Option<BrokeDown>,
+    faults: usize,
+}
+
+/// All of them.
+pub struct Workers {
+    all: Vec<Worker>,
+    /// What their controllers say, beside what the mission does: when, in s, and in words.
+    pub(super) notes: Vec<(f64, String)>,
+    /// The mission is at its end.
+    still: bool,
+}
+
+/// The seed of the world around an agent.
+fn seed_of(seed: u64, agent: usize) -> u64 {
+    let mut x = seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (agent as u64).wrapping_add(1);
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+impl Worker {
+    fn new(w: &WorkerProgram, running: &Running, (seed, problem): (u64, &Problem)) -> Result<Worker, ProgramError> {
+        let missing = || error("workers", "a controller does not exist");
+        let of = running.controller(w).ok_or_else(missing)?;
+        let mut world = w.world.clone();
+        world.run.simulator.seed = seed_of(seed, w.agent);
+        let program = world.program(&of.program);
+        let closed = ClosedLoop::new(&program, Some(&world))?;
+        let machine = closed.controller.machine();
+        Ok(Worker {
+            agent: w.agent,
+            name: problem.agents.get(w.agent).map(|a| a.name.clone()).unwrap_or_default(),
+            spec: of.spec.clone(),
+            go: w.go,
+            ends: (0..machine.states.len()).map(|s| machine.path(s).any(|s| s == w.done)).collect(),
+            period: program.robot.period,
+            base: 0.0,
+            ticks: 0,
+            standing: Standing::Waits,
+            began: 0.0,
+            inside: true,
+            faulty: false,
+            operations: Vec::new(),
+            broke_down: None,
+            faults: 0,
+            closed,
+        })
+    }
+
+    /// When its next tick is, in s of the mission; none while it is lost.
+    fn next(&self) -> Option<f64> {
+        (self.standing != Standing::Lost).then_some(self.base + self.ticks as f64 * self.period)
+    }
+
+    /// Its clock, which stood for a time, goes on at this time of the mission.
+    fn resume(&mut self, now: f64) {
+        self.base = self.base.max(now - self.ticks as f64 * self.period);
+    }
+
+    fn tick(&mut self, notes: &mut Vec<(f64, String)>) -> Option<Came> {
+        let (now, time) = (self.next()?, self.ticks as f64 * self.period);
+        self.ticks += 1;
+        let (works, go) = (self.standing == Standing::Works, self.go);
+        self.closed.tick(time, &mut || 0.0, |controller| {
+            controller.signals().set(go, &[if works { 1.0 } else { -1.0 }], time);
+        });
+        let controller = &self.closed.controller;
+        let inside = self.ends.get(controller.state_index()).copied().unwrap_or(false);
+        let before = std::mem::replace(&mut self.inside, inside);
+        let entered = inside && !before;
+        let fault = self.closed.fault;
+        let faulty = std::mem::replace(&mut self.faulty, fault.is_some());
+        let text = fault.filter(|_| !faulty).map(|fault| controller.describe(&fault));
+        let came = match self.standing {
+            Standing::Works if entered => Some(Came::Ended),
+            Standing::Over => None,
+            _ => broken(controller, fault),
+        };
+        if let Some(text) = text.filter(|_| self.faults < MOST_FAULTS) {
+            self.faults += 1;
+            notes.push((now, format!("the controller of {} has a fault: {text}", self.name)));
+        }
+        self.closed.apply();
+        came
+    }
+}
+
+/// Why a controller never goes on, if so. `fault` is that of this tick.
+fn broken(controller: &Controller, fault: Option<Fault>) -> Option<Came> {
+    if let Some(fault) = fault.filter(|_| controller.is_halted()) {
+        return Some(Came::Broken(controller.describe(&fault)));
+    }
+    let ended = || format!("its machine has come to its end in `{}`", controller.state());
+    controller.is_final().then(|| Came::Broken(ended()))
+}
+
+impl Workers {
+    /// Of a scenario of a checked mission.
+    ///
+    /// # Errors
+    /// A controller cannot be run; those of compiled missions always can.
+    pub(super) fn new(schedule: &ScheduleProgram, scenario: &MissionScenarioProgram) -> Result<Workers, ProgramError> {
+        let one = |w| Worker::new(w, &schedule.running, (scenario.seed, &schedule.problem));
+        let all = scenario.running(schedule).iter().map(one).collect::<Result<_, _>>()?;
+        Ok(Workers { all, notes: Vec::new(), still: false })
+    }
+
+    /// The states that their machines are in, in the order of [`MissionScenarioProgram::running`].
+    pub fn states(&self) -> impl Iterator<Item = &str> {
+        self.all.iter().map(|w| w.closed.controller.state())
+    }
+
+    /// Whether the machine of an agent is in a state, or in one inside it; none where it runs none.
+    pub(super) fn is_in(&self, agent: usize, state: usize) -> Option<bool> {
+        let controller = &self.of(agent)?.closed.controller;
+        Some(controller.machine().path(controller.state_index()).any(|s| s == state))
+    }
+
+    /// Whether the controller of an agent has broken down.
+    pub(super) fn has_faulted(&self, agent: usize) -> bool {
+        self.of(agent).is_some_and(|w| w.broke_down.is_some() && w.standing == Standing::Lost)
+    }
+
+    fn of(&self, agent: usize) -> Option<&Worker> {
+        self.all.iter().find(|w| w.agent == agent)
+    }
+
+    /// Looks at what the mission has come to.
+    pub(super) fn look(&mut self, execution: &Execution) {
+        let now = execution.time();
+        let went = std::mem::replace(&mut self.still, execution.done()) && !self.still;
+        for w in &mut self.all {
+            let Some(view) = execution.agent(w.agent) else { continue };
+            let operations = execution.problem().agents.get(w.agent).map_or(0, |a| a.operations);
+            let last = view.operation.is_none_or(|o| o + 1 >= operations);
+            let standing = match view.doing {
+                Doing::Working => Standing::Works,
+                Doing::Lost => Standing::Lost,
+                Doing::Finished => Standing::Over,
+                Doing::Waiting | Doing::Served if last => Standing::Over,
+                _ => Standing::Waits,
+            };
+            let before = std::mem::replace(&mut w.standing, standing);
+            if standing == Standing::Works && before != Standing::Works {
+                w.began = view.since;
+            }
+            if before == Standing::Lost && standing != Standing::Lost {
+                // Whoever brought it back has mended it, and started it anew.
+                w.closed.controller.restart();
+                (w.inside, w.faulty) = (true, false);
+                w.resume(now);
+            } else if went {
+                w.resume(now);
+            }
+        }
+    }
+
+    /// Lets controllers tick that are due before a time, or at it where `inclusive`; ends at the first tick that the mission
+    /// must know of, and gives when that was, in s, and what it is to be told.
+    pub(super) fn work(&mut self, until: f64, inclusive: bool) -> Option<(f64, Event)> {
+        if self.still {
+            return None;
+        }
+        loop {
+            let due = self.all.iter().enumerate().filter_map(|(i, w)| Some((w.next()?, i)));
+            let (now, i) = due.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
+            if now > until || (now == until && !inclusive) {
+                return None;
+            }
+            let w = self.all.get_mut(i)?;
+            match w.tick(&mut self.notes) {
+                None => {}
+                Some(Came::Ended) => {
+                    w.operations.push(now - w.began);
+                    return Some((now, Event::Done { agent: w.agent }));
+                }
+                Some(Came::Broken(why)) => {
+                    w.broke_down = Some(BrokeDown { at_s: now, why });
+                    return Some((now, Event::Lost { who: Actor::Agent(w.agent) }));
+                }
+            }
+        }
+    }
+
+    /// What became of each.
+    pub(super) fn records(&self) -> Vec<WorkerRecord> {
+        let one = |w: &Worker| WorkerRecord {
+            name: w.name.clone(),
+            spec: w.spec.clone(),
+            ticks: w.ticks,
+            operations_s: w.operations.clone(),
+            state: w.closed.controller.state().to_string(),
+            broke_down: w.broke_down.clone(),
+        };
+        self.all.iter().map(one).collect()
+    }
+}

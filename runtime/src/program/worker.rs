@@ -1,0 +1,119 @@
+//! Working robots of a schedule that run controllers of their own while the mission is executed.
+
+use mission::schedule::problem::{AgentKind, Problem};
+use serde::{Deserialize, Serialize};
+
+use super::check::ensure;
+use super::{MissionMeasure, MissionScenarioProgram, Program, ProgramError, ScenarioProgram, Subject, error};
+
+/// The most working robots of a mission that run controllers.
+pub const MAX_RUNNING: usize = 16;
+
+/// The most ticks of all controllers of a scenario together.
+pub const MAX_TICKS: f64 = 2e7;
+
+/// A controller that working robots run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ControllerProgram {
+    /// The spec that it comes from, as the mission names it.
+    pub spec: String,
+    /// It: its machine runs.
+    pub program: Program,
+}
+
+/// A working robot that runs a controller.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WorkerProgram {
+    /// Index of the agent, a worker.
+    pub agent: usize,
+    /// Index of the controller among those of the mission.
+    pub controller: usize,
+    /// The signal of the controller, a flag, that is true while an operation goes on.
+    pub go: usize,
+    /// The state of its machine that ends an operation when it is entered.
+    pub done: usize,
+    /// The world around the robot, its start and its simulator; nothing is expected there, and its duration does not count.
+    pub world: ScenarioProgram,
+}
+
+/// How a schedule is executed beside its planning.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Running {
+    /// Controllers, each of another spec.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub controllers: Vec<ControllerProgram>,
+    /// Who runs which, by agent; each agent at most once.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub workers: Vec<WorkerProgram>,
+}
+
+impl Running {
+    /// True where nobody runs a controller.
+    pub fn is_empty(&self) -> bool {
+        self.workers.is_empty()
+    }
+
+    /// The controller of a working robot.
+    pub fn controller(&self, worker: &WorkerProgram) -> Option<&ControllerProgram> {
+        self.controllers.get(worker.controller)
+    }
+
+    /// The working robot that is this agent, with its controller.
+    pub fn of(&self, agent: usize) -> Option<(&WorkerProgram, &ControllerProgram)> {
+        let worker = self.workers.iter().find(|w| w.agent == agent)?;
+        Some((worker, self.controller(worker)?))
+    }
+
+    /// How many ticks all controllers have together in so many seconds.
+    pub fn ticks(&self, duration: f64) -> f64 {
+        let rate = |w| self.controller(w).map_or(0.0, |c| 1.0 / c.program.robot.period);
+        self.workers.iter().map(rate).sum::<f64>() * duration
+    }
+
+    /// Makes sure that all can be run; what the compiler gives always can.
+    pub(super) fn check(&self, problem: &Problem) -> Result<(), ProgramError> {
+        ensure(self.workers.len() <= MAX_RUNNING, "workers", "more than 16 run controllers")?;
+        for (i, c) in self.controllers.iter().enumerate() {
+            let own = |e: ProgramError| error(format!("controllers[{i}].{}", e.place), e.message);
+            c.program.check().map_err(own)?;
+            ensure(c.program.run.subject == Subject::Machine, &format!("controllers[{i}]"), "runs no machine")?;
+        }
+        for (i, w) in self.workers.iter().enumerate() {
+            let place = format!("workers[{i}]");
+            let known = problem.agents.get(w.agent).is_some_and(|a| a.kind == AgentKind::Worker);
+            let again = self.workers[..i].iter().any(|o| o.agent == w.agent);
+            ensure(known && !again, &place, "is no worker, or another one too")?;
+            let controller = self.controller(w).ok_or_else(|| error(&place, "its controller does not exist"))?;
+            w.check(&controller.program, &place)?;
+        }
+        Ok(())
+    }
+
+    /// Makes sure that a scenario of a checked mission can be run with these.
+    pub(super) fn check_scenario(&self, scenario: &MissionScenarioProgram, place: &str) -> Result<(), ProgramError> {
+        let few = !scenario.sampled || self.ticks(scenario.duration) <= MAX_TICKS;
+        ensure(few, &format!("{place}.duration"), "the controllers of working robots would have more than 2e7 ticks")?;
+        for measure in &scenario.measures {
+            let MissionMeasure::In(agent, state) = *measure else { continue };
+            let machine = self.of(agent).and_then(|(_, c)| c.program.machine.as_ref());
+            let good = machine.is_some_and(|m| state < m.states.len());
+            ensure(good, &format!("{place}.measures"), "measures a state that does not exist")?;
+        }
+        Ok(())
+    }
+}
+
+impl WorkerProgram {
+    fn check(&self, program: &Program, place: &str) -> Result<(), ProgramError> {
+        let flag = program.interface.signals.get(self.go).is_some_and(|s| s.len == 1 && !s.is_variable());
+        ensure(flag, &format!("{place}.go"), "is no signal that can be true")?;
+        let state = program.machine.as_ref().is_some_and(|m| (1..m.states.len()).contains(&self.done));
+        ensure(state, &format!("{place}.done"), "is no state")?;
+        let world = &self.world;
+        let bare = world.measures.is_empty() && world.predicates.is_empty() && world.expectations.is_empty();
+        let machine = world.run.subject == Subject::Machine;
+        ensure(bare && machine, &format!("{place}.world"), "expects something, or runs no machine")?;
+        let alone = Program { scenarios: vec![world.clone()], ..program.clone() };
+        alone.check().map_err(|e| error(format!("{place}.world: {}", e.place), e.message))
+    }
+}

@@ -1,0 +1,187 @@
+//! A mission of layers as the engine carries it on: people tell when tasks begin, are done, or failed.
+//!
+//! Pages number robots and people apart, as plans do; the execution numbers both together.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use mission::layers::execution::{AgentView, Doing, Event, Happening, LayeredExecution, Record};
+use mission::layers::problem::Problem;
+use mission::layers::steps::agent_of;
+use mission::plan::Actor;
+use runtime::missions::of_layered_happening;
+
+use super::engine::Answer;
+use super::journal::Entry;
+use super::layered_view::{for_one, person, supervisor};
+use super::schedule::{Followed, said};
+use super::told::{PersonTells, SupervisorTells};
+use super::view::Message;
+use super::words::written;
+use super::world::{Note, Shown, World};
+
+/// Messages of one person's page.
+const MESSAGES: usize = 12;
+/// Events of the supervisor's page.
+const EVENTS: usize = 80;
+
+/// A mission of layers under way, with what pages remember of it.
+pub struct Layered {
+    execution: LayeredExecution,
+    /// By person, the latest first.
+    messages: Vec<VecDeque<Message>>,
+    /// Of all, the latest first.
+    events: VecDeque<Message>,
+    /// Records that pages have taken note of.
+    noted: usize,
+}
+
+/// The people of a mission, each with the index that the execution gives it.
+pub fn people(problem: &Problem) -> Vec<usize> {
+    let number = |person| agent_of(problem, Actor::Agent(person));
+    (0..).map_while(number).collect()
+}
+
+/// The robots.
+pub fn robots(problem: &Problem) -> Vec<usize> {
+    let number = |robot| agent_of(problem, Actor::Robot(robot));
+    (0..).map_while(number).collect()
+}
+
+impl Layered {
+    /// Stands at the start of an execution.
+    pub fn new(execution: LayeredExecution) -> Layered {
+        let messages = people(execution.problem()).iter().map(|_| VecDeque::new()).collect();
+        Layered { execution, messages, events: VecDeque::new(), noted: 0 }
+    }
+
+    fn remember(&mut self) {
+        let problem = self.execution.problem();
+        for record in self.execution.records().iter().skip(self.noted) {
+            latest(&mut self.events, record, of_layered_happening(&record.what, problem), EVENTS);
+            for (agent, messages) in people(problem).into_iter().zip(&mut self.messages) {
+                if let Some(text) = for_one(problem, agent, record) {
+                    latest(messages, record, text, MESSAGES);
+                }
+            }
+        }
+        self.noted = self.execution.records().len();
+    }
+
+    /// Writes an event down and lets it happen. Gives whether the plan has moved, or was made anew.
+    fn happen(&mut self, event: Event, note: &mut Note<'_>) -> Result<Followed, String> {
+        note(Entry::Layered(event))?;
+        let followed = self.execution.tell(event).map(|records| Followed {
+            anew: records.iter().any(|record| matches!(record.what, Happening::Reallocated { .. })),
+            moved: records.iter().any(|record| matches!(record.what, Happening::Rescheduled { .. })),
+        });
+        self.remember();
+        followed.map_err(|refused| format!("That cannot be now: {refused}."))
+    }
+
+    fn task(&self, task: usize) -> String {
+        self.execution.problem().tasks.get(task).map_or_else(String::new, |what| what.name.clone())
+    }
+
+    /// Who has done a task.
+    fn did(&self, agent: usize, task: usize) -> bool {
+        let done = Happening::Ended { agent, task };
+        self.execution.records().iter().any(|record| record.what == done)
+    }
+}
+
+fn latest(list: &mut VecDeque<Message>, record: &Record, text: String, most: usize) {
+    list.push_front(Message { at: record.time, text });
+    list.truncate(most);
+}
+
+impl World for Layered {
+    fn time(&self) -> f64 {
+        self.execution.time()
+    }
+
+    fn records(&self) -> usize {
+        self.execution.records().len()
+    }
+
+    fn advance(&mut self, to: f64) {
+        self.execution.advance(to);
+        self.remember();
+    }
+
+    fn replay(&mut self, entry: &Entry) {
+        if let Entry::Layered(event) = entry {
+            // What was refused then is refused now.
+            let _ = self.execution.tell(*event);
+            self.remember();
+        }
+    }
+
+    fn shown(&self, running: bool) -> Shown {
+        let execution = &self.execution;
+        let pages = people(execution.problem()).into_iter().zip(&self.messages);
+        Shown {
+            people: pages.map(|(agent, messages)| person(execution, agent, messages, running)).collect(),
+            supervisor: supervisor(execution, &self.events),
+            plan: Arc::new(execution.plan().clone()),
+            problem: None,
+        }
+    }
+
+    fn person(&mut self, person: usize, tells: PersonTells, note: &mut Note<'_>) -> Answer {
+        let agent = people(self.execution.problem()).get(person).copied().ok_or("There is no such person.")?;
+        let view: AgentView = self.execution.agent(agent).ok_or("There is no such person.")?;
+        let now = written(self.execution.time());
+        let at = |task: usize| view.work.is_some_and(|work| work.task == task);
+        let next = |task: usize| view.doing == Doing::Idle && view.next.is_some_and(|next| next.task == task);
+        match tells {
+            PersonTells::Begin { operation: task } if next(task) => {
+                self.happen(Event::Began { agent }, note)?;
+                Ok(format!("Noted: {} began at {now}.", self.task(task)))
+            }
+            PersonTells::Begin { operation: task } if at(task) => Ok(format!("{} has begun already.", self.task(task))),
+            PersonTells::Done { operation: task } if at(task) => {
+                self.happen(Event::Done { agent }, note)?;
+                Ok(format!("Noted: {} was done at {now}.", self.task(task)))
+            }
+            PersonTells::Failed { operation: task } if at(task) => {
+                let followed = self.happen(Event::Failed { agent }, note)?;
+                let then = if followed.anew { "The plan was made anew." } else { "It is to be done again." };
+                Ok(format!("Noted: {} failed. {then}", self.task(task)))
+            }
+            PersonTells::Begin { operation: task } | PersonTells::Done { operation: task } if self.did(agent, task) => {
+                Ok(format!("{} is done already.", self.task(task)))
+            }
+            PersonTells::Begin { .. } | PersonTells::Done { .. } | PersonTells::Failed { .. } => {
+                Err("That task is not yours now: look at the page.".into())
+            }
+            PersonTells::Serve { .. } | PersonTells::Served { .. } | PersonTells::Feedback { .. } => {
+                Err("In this mission nobody is served.".into())
+            }
+        }
+    }
+
+    fn supervisor(&mut self, tells: SupervisorTells, note: &mut Note<'_>) -> Answer {
+        let problem = self.execution.problem();
+        let who = |robot: Option<usize>, person: Option<usize>| {
+            let actor = match (robot, person) {
+                (Some(robot), None) => Actor::Robot(robot),
+                (None, Some(person)) => Actor::Agent(person),
+                _ => return Err("Name a robot or an agent, not both."),
+            };
+            agent_of(problem, actor).ok_or("There is nobody of that number.")
+        };
+        let event = match tells {
+            SupervisorTells::Replan {} => Event::Replan,
+            SupervisorTells::Lost { robot, agent } => Event::Lost { agent: who(robot, agent)? },
+            SupervisorTells::Back { robot, agent } => Event::Back { agent: who(robot, agent)? },
+            SupervisorTells::Moved { .. } => {
+                return Err("Tasks begin and end at the bases of their agents, which stay where they are.".into());
+            }
+            SupervisorTells::Run {} | SupervisorTells::Stop {} | SupervisorTells::Invite { .. } => {
+                return Err("That is not told to a mission.".into());
+            }
+        };
+        self.happen(event, note).map(said)
+    }
+}

@@ -1,0 +1,200 @@
+//! What pages show of a mission of layers: what to do now and next, with what and where to; and everything, for the
+//! supervisor.
+
+use std::collections::VecDeque;
+
+use mission::layers::execution::{AgentView, Doing, Event, Happening, LayeredExecution, Record};
+use mission::layers::problem::Problem;
+use mission::layers::steps::{Step as Planned, from_plan};
+
+use super::layered::{people, robots};
+use super::overview::{status, times};
+use super::view::{AgentRow, May, Message, PersonView, RobotRow, Step, SupervisorView};
+use super::words::written;
+
+fn name(problem: &Problem, agent: usize) -> &str {
+    problem.agents.get(agent).map_or("?", |who| &who.name)
+}
+
+/// `cube_5_1: pick_and_place left_green_cube_2, past rack, to (-0.20, 0.20, 0.00) m`.
+fn task(problem: &Problem, task: usize, object: Option<usize>) -> String {
+    let Some(what) = problem.tasks.get(task) else { return "a task".into() };
+    let mut text = format!("{}: {}", what.name, what.action);
+    if let Some(thing) = object.and_then(|object| problem.objects.get(object)) {
+        text += &format!(" {}", thing.name);
+    }
+    for (number, position) in what.path.iter().enumerate() {
+        let way = if number + 1 < what.path.len() { "past" } else { "to" };
+        text += &format!(", {way} {}", problem.called(position));
+    }
+    text
+}
+
+/// A record as this agent reads it; none where it is not about it.
+pub fn for_one(problem: &Problem, who: usize, record: &Record) -> Option<String> {
+    let of = |task: &usize| problem.tasks.get(*task).map_or("A task", |what| &what.name);
+    Some(match &record.what {
+        Happening::Began { agent, task, .. } if *agent == who => format!("{} begins.", of(task)),
+        Happening::Ended { agent, task } if *agent == who => format!("{} is done.", of(task)),
+        Happening::Dropped { agent, task } if *agent == who => format!("{} is to be done again.", of(task)),
+        Happening::TaskLate { agent, task, expected } if *agent == who => {
+            format!("{} is now expected to be done at {}.", of(task), written(*expected))
+        }
+        Happening::LayerDone { layer } => {
+            format!("Layer {} is done.", problem.layers.get(*layer).map_or("", String::as_str))
+        }
+        Happening::Told { event: Event::Lost { agent } } if *agent == who => "You have left the mission.".into(),
+        Happening::Told { event: Event::Back { agent } } if *agent == who => "You are back.".into(),
+        Happening::Told { event: Event::Lost { agent } } => {
+            format!("{} takes no part any more.", name(problem, *agent))
+        }
+        Happening::Told { event: Event::Back { agent } } => format!("{} is back.", name(problem, *agent)),
+        Happening::Reallocated { .. } => "The plan was made anew.".into(),
+        Happening::Stranded { why } => format!("There is no plan for everything any more: {why}."),
+        Happening::Done => "The mission is done.".into(),
+        _ => return None,
+    })
+}
+
+/// The page of a person, who is this agent.
+pub fn person(on: &LayeredExecution, agent: usize, messages: &VecDeque<Message>, running: bool) -> PersonView {
+    let problem = on.problem();
+    let view = on.agent(agent);
+    let work = view.and_then(|view| view.work);
+    let next = view.and_then(|view| view.next);
+    let idle = view.is_some_and(|view| view.doing == Doing::Idle);
+    let open = next.filter(|next| next.open && idle);
+    let may = May {
+        begin: running && open.is_some(),
+        done: running && work.is_some(),
+        failed: running && work.is_some(),
+        ..May::default()
+    };
+    let doing = match (work, view.map(|view| view.doing)) {
+        (Some(work), _) => format!("You do {}.", task(problem, work.task, work.object)),
+        (None, Some(Doing::Lost)) => "You have left the mission.".into(),
+        _ => match open {
+            Some(next) => format!("Your turn: {}.", task(problem, next.task, next.object)),
+            None if next.is_some() => "You wait until the layer before is done.".into(),
+            None => "You have nothing to do.".into(),
+        },
+    };
+    // What the page already asks for stands above.
+    let then = if open.is_some() { second(on, agent) } else { next.map(|next| (next.task, next.object, next.start)) };
+    PersonView {
+        name: name(problem, agent).into(),
+        doing,
+        since: work.and(view.map(|view| view.since)),
+        until: work.map(|work| work.expected),
+        next: match then {
+            Some((what, object, start)) => format!("{}, at {}.", task(problem, what, object), written(start)),
+            None => "Nothing more is planned for you.".into(),
+        },
+        comes: None,
+        robot: None,
+        at: work.map(|work| work.task).or(next.map(|next| next.task)).unwrap_or(problem.tasks.len()),
+        operation: match work.map(|work| work.task).or(open.map(|next| next.task)) {
+            Some(index) => problem.tasks.get(index).map_or_else(String::new, |what| what.name.clone()),
+            None => "Task".into(),
+        },
+        service: None,
+        may,
+        measured: Vec::new(),
+        ask: None,
+        steps: steps(on, agent),
+        messages: messages.iter().cloned().collect(),
+        note: note(on, view, running),
+    }
+}
+
+/// What is planned for an agent, in the order of time.
+fn own(on: &LayeredExecution, agent: usize) -> Vec<Planned> {
+    let mut steps = from_plan(on.problem(), on.plan());
+    steps.retain(|step| step.agent == agent);
+    steps.sort_by(|a, b| a.start.total_cmp(&b.start).then(a.task.cmp(&b.task)));
+    steps
+}
+
+/// The task behind the next one: its object, and when it begins (s).
+fn second(on: &LayeredExecution, agent: usize) -> Option<(usize, Option<usize>, f64)> {
+    let next = on.agent(agent)?.next?.task;
+    let mut own = own(on, agent).into_iter().skip_while(|step| step.task != next).skip(1);
+    own.next().map(|step| (step.task, step.object, step.start))
+}
+
+fn note(on: &LayeredExecution, view: Option<AgentView>, running: bool) -> Option<String> {
+    match () {
+        () if on.done() => Some("The mission is done. Thank you.".into()),
+        () if view.is_some_and(|view| view.doing == Doing::Lost) => {
+            Some("The supervisor has noted that you left. If you are back, tell so.".into())
+        }
+        () if !running => Some("The clock of the mission stands. The supervisor lets it run.".into()),
+        () => on.stranded().map(|why| format!("There is no plan for everything any more: {why}. Ask the supervisor.")),
+    }
+}
+
+/// The tasks of an agent.
+fn steps(on: &LayeredExecution, agent: usize) -> Vec<Step> {
+    let problem = on.problem();
+    let now = on.agent(agent).and_then(|view| view.work).map(|work| work.task);
+    let ended = |index: usize| {
+        let done = Happening::Ended { agent, task: index };
+        on.records().iter().any(|record| record.what == done)
+    };
+    let step = |step: Planned| Step {
+        at: step.start,
+        text: task(problem, step.task, step.object),
+        state: match step.task {
+            index if now == Some(index) => "now",
+            index if ended(index) => "done",
+            _ => "next",
+        },
+    };
+    own(on, agent).into_iter().map(step).collect()
+}
+
+/// The page of the supervisor; what it says of pages is added where they are served.
+pub fn supervisor(on: &LayeredExecution, events: &VecDeque<Message>) -> SupervisorView {
+    let (plan, problem) = (on.plan(), on.problem());
+    let numbers = on.statistics();
+    let doing = |agent: usize| {
+        let Some(view) = on.agent(agent) else { return (String::new(), false) };
+        let text = match (view.doing, view.work) {
+            (Doing::Lost, _) => "takes no part any more".into(),
+            (_, Some(work)) => {
+                format!("{}, until {}", task(problem, work.task, work.object), written(work.expected))
+            }
+            _ => match view.next {
+                Some(next) if next.open => format!("is to begin {}", task(problem, next.task, next.object)),
+                Some(_) => "waits for the layer before".into(),
+                None => "has nothing to do".into(),
+            },
+        };
+        (text, view.doing == Doing::Lost)
+    };
+    let agents = people(problem).into_iter().map(|agent| {
+        let (doing, lost) = doing(agent);
+        AgentRow { name: name(problem, agent).into(), doing, page: String::new(), paged: false, lost }
+    });
+    let robots = robots(problem).into_iter().map(|agent| {
+        let (doing, lost) = doing(agent);
+        RobotRow { name: name(problem, agent).into(), doing, at: None, lost }
+    });
+    let ends = plan.end().map(|end| format!("ends at {}, ", written(end))).unwrap_or_default();
+    let (done, all) = (numbers.tasks, problem.tasks.len());
+    SupervisorView {
+        status: status(plan),
+        numbers: format!(
+            "{done} of {all} tasks done, {ends}moved {}, planned anew {}",
+            times(numbers.reschedules),
+            times(numbers.reallocations)
+        ),
+        over: on.done().then(|| "The mission is done: every task is done.".to_string()),
+        note: on.stranded().map(|why| format!("There is no plan for everything any more: {why}.")),
+        map: false,
+        agents: agents.collect(),
+        robots: robots.collect(),
+        events: events.iter().cloned().collect(),
+        drawing: on.records().len(),
+    }
+}

@@ -1,0 +1,230 @@
+//! A schedule as the engine carries it on: people tell when operations begin and end, and what services were like.
+
+use std::sync::Arc;
+
+use mission::execution::{Doing, Event, Execution, Happening};
+use mission::plan::Actor;
+
+use super::diary::Diary;
+use super::engine::Answer;
+use super::journal::Entry;
+use super::overview::supervisor;
+use super::told::{PersonTells, SupervisorTells};
+use super::view::person;
+use super::words::written;
+use super::world::{Note, Shown, World};
+
+/// A schedule under way, with what pages remember of it.
+pub struct Schedule {
+    execution: Execution,
+    diary: Diary,
+    /// Records that the diary has taken note of.
+    noted: usize,
+}
+
+impl Schedule {
+    /// Stands at the start of an execution.
+    pub fn new(execution: Execution) -> Schedule {
+        let diary = Diary::new(execution.problem());
+        Schedule { execution, diary, noted: 0 }
+    }
+}
+
+impl World for Schedule {
+    fn time(&self) -> f64 {
+        self.execution.time()
+    }
+
+    fn records(&self) -> usize {
+        self.execution.records().len()
+    }
+
+    fn advance(&mut self, to: f64) {
+        self.execution.advance(to);
+        self.remember();
+    }
+
+    fn replay(&mut self, entry: &Entry) {
+        let time = self.execution.time();
+        match entry {
+            // What was refused then is refused now.
+            Entry::Event(event) => {
+                let _ = self.execution.tell(*event);
+            }
+            Entry::Serve { agent, operation } => {
+                if let Some(page) = self.diary.page_mut(*agent) {
+                    page.begin(*operation, time);
+                }
+            }
+            Entry::Served { agent } => {
+                self.diary.page_mut(*agent).and_then(|page| page.end(time));
+            }
+            // Of layers, and of the engine.
+            Entry::Layered(_) | Entry::Records(_) => {}
+        }
+        self.remember();
+    }
+
+    fn shown(&self, running: bool) -> Shown {
+        let execution = &self.execution;
+        let people = 0..execution.problem().agents.len();
+        Shown {
+            people: people.map(|index| person(execution, &self.diary, index, running)).collect(),
+            supervisor: supervisor(execution, &self.diary),
+            plan: Arc::new(execution.plan().clone()),
+            problem: Some(Arc::new(execution.problem().clone())),
+        }
+    }
+
+    fn person(&mut self, agent: usize, tells: PersonTells, note: &mut Note<'_>) -> Answer {
+        match tells {
+            PersonTells::Feedback { operation, wait, approach, distance } => {
+                self.feedback(agent, operation, [wait, approach, distance], note)
+            }
+            tells => self.works(agent, tells, note),
+        }
+    }
+
+    fn supervisor(&mut self, tells: SupervisorTells, note: &mut Note<'_>) -> Answer {
+        let event = match tells {
+            SupervisorTells::Replan {} => Event::Replan,
+            SupervisorTells::Lost { robot, agent } => Event::Lost { who: who(robot, agent)? },
+            SupervisorTells::Back { robot, agent } => Event::Back { who: who(robot, agent)? },
+            SupervisorTells::Moved { agent, place } => Event::Moved { agent, place },
+            SupervisorTells::Run {} | SupervisorTells::Stop {} | SupervisorTells::Invite { .. } => {
+                return Err("That is not told to a mission.".into());
+            }
+        };
+        self.happen(event, note).map(said)
+    }
+}
+
+impl Schedule {
+    fn remember(&mut self) {
+        for record in self.execution.records().iter().skip(self.noted) {
+            self.diary.note(self.execution.problem(), record);
+        }
+        self.noted = self.execution.records().len();
+    }
+
+    /// Writes an event down and lets it happen. Gives whether the plan has moved, or was made anew.
+    fn happen(&mut self, event: Event, note: &mut Note<'_>) -> Result<Followed, String> {
+        note(Entry::Event(event))?;
+        let followed = self.execution.tell(event).map(|records| Followed {
+            anew: records.iter().any(|record| matches!(record.what, Happening::Reallocated { .. })),
+            moved: records.iter().any(|record| matches!(record.what, Happening::Rescheduled { .. })),
+        });
+        self.remember();
+        followed.map_err(|refused| format!("That cannot be now: {refused}."))
+    }
+
+    fn works(&mut self, agent: usize, tells: PersonTells, note: &mut Note<'_>) -> Answer {
+        let view = self.execution.agent(agent).ok_or("There is no such person.")?;
+        let (doing, now) = (view.doing, written(self.execution.time()));
+        let is = |operation: usize| view.operation == Some(operation);
+        let past = |operation: usize| view.operation.is_none_or(|current| operation < current);
+        match tells {
+            PersonTells::Begin { operation } if is(operation) && doing == Doing::Ready => {
+                self.happen(Event::Begun { agent }, note)?;
+                Ok(format!("Noted: operation {} began at {now}.", operation + 1))
+            }
+            PersonTells::Begin { operation } if is(operation) || past(operation) => {
+                Ok(format!("Operation {} has begun already.", operation + 1))
+            }
+            PersonTells::Done { operation } if is(operation) && doing == Doing::Working => {
+                self.happen(Event::Done { agent }, note)?;
+                Ok(format!("Noted: operation {} ended at {now}.", operation + 1))
+            }
+            PersonTells::Done { operation } if past(operation) || (is(operation) && doing != Doing::Ready) => {
+                Ok(format!("Operation {} is finished already.", operation + 1))
+            }
+            PersonTells::Serve { operation } if is(operation) && doing == Doing::Served => {
+                if !self.diary.page(agent).measures() {
+                    note(Entry::Serve { agent, operation })?;
+                    let time = self.execution.time();
+                    if let Some(page) = self.diary.page_mut(agent) {
+                        page.begin(operation, time);
+                    }
+                }
+                Ok(format!("Noted: the service began at {now}."))
+            }
+            PersonTells::Served { operation } => {
+                self.served(agent, operation, (is(operation) && doing == Doing::Served, past(operation)), note)
+            }
+            PersonTells::Serve { .. } => Err("No robot serves you now.".into()),
+            PersonTells::Failed { .. } => Err("Here nobody tells that: the supervisor sees to it.".into()),
+            PersonTells::Begin { operation }
+            | PersonTells::Done { operation }
+            | PersonTells::Feedback { operation, .. } => Err(format!("Operation {} is not under way.", operation + 1)),
+        }
+    }
+
+    /// A service is finished, or its measurement, or both.
+    fn served(&mut self, agent: usize, operation: usize, (serves, past): (bool, bool), note: &mut Note<'_>) -> Answer {
+        let measures = self.diary.page(agent).measures();
+        let mut took = None;
+        if measures {
+            note(Entry::Served { agent })?;
+            let time = self.execution.time();
+            took = self.diary.page_mut(agent).and_then(|page| page.end(time));
+        }
+        let measured = took.map(|took| format!(" You measured {took:.0} s.")).unwrap_or_default();
+        match (serves, measures || past) {
+            (true, _) => {
+                self.happen(Event::Served { agent }, note)?;
+                Ok(format!("Noted: the service of operation {} is finished.{measured}", operation + 1))
+            }
+            (false, true) => Ok(format!("The service is finished.{measured}")),
+            (false, false) => Err("No robot serves you now.".into()),
+        }
+    }
+
+    fn feedback(
+        &mut self,
+        agent: usize,
+        operation: usize,
+        [wait, approach, distance]: [i8; 3],
+        note: &mut Note<'_>,
+    ) -> Answer {
+        match self.diary.page(agent).spoken() {
+            Some((last, false)) if last == operation => {
+                let followed = self.happen(Event::Said { agent, wait, approach, distance }, note)?;
+                let then = match followed {
+                    Followed { anew: true, .. } => "The plan was made anew.",
+                    Followed { moved: true, .. } => "The plan has been adapted.",
+                    _ => "It counts from now on.",
+                };
+                Ok(format!("Thank you. {then}"))
+            }
+            Some((last, _)) if operation <= last => {
+                Ok("Thank you; that was noted before, or is about an earlier service.".into())
+            }
+            _ => Err("That service has not been.".into()),
+        }
+    }
+}
+
+/// What an event led to, of the plan.
+pub(super) struct Followed {
+    /// It was made anew.
+    pub anew: bool,
+    /// Times of it moved.
+    pub moved: bool,
+}
+
+/// What the supervisor reads of it.
+pub(super) fn said(followed: Followed) -> String {
+    match followed {
+        Followed { anew: true, .. } => "Noted; planned anew.".into(),
+        Followed { moved: true, .. } => "Noted; the plan has moved.".into(),
+        _ => "Noted; the plan stays.".into(),
+    }
+}
+
+fn who(robot: Option<usize>, agent: Option<usize>) -> Result<Actor, String> {
+    match (robot, agent) {
+        (Some(robot), None) => Ok(Actor::Robot(robot)),
+        (None, Some(agent)) => Ok(Actor::Agent(agent)),
+        _ => Err("Name a robot or an agent, not both.".into()),
+    }
+}

@@ -1,0 +1,58 @@
+//! Scenarios of missions in texts, and the logs of their runs.
+
+#![allow(dead_code, reason = "each test binary uses a part of it")]
+
+use std::path::Path;
+
+use compiler::{Compiled, Input};
+use dsl::Spelling;
+use hierarq::trial::{self, Found};
+use runtime::missions::Happened;
+use runtime::program::{MissionProgram, MissionScenarioProgram};
+
+/// A spec of missions alone.
+pub fn compiled(text: &str) -> Compiled {
+    let folder = Path::new("");
+    compiler::compile(&Input { name: "spec.hq", text, spelling: Spelling::Hq, folder, set: &[], package_paths: &[] })
+}
+
+/// The scenario `s` of a spec without any diagnostic, beside its mission.
+pub fn scenario(text: &str) -> (MissionProgram, MissionScenarioProgram) {
+    let compiled = compiled(text);
+    assert_eq!(compiled.report.diagnostics.len(), 0, "{}\n{text}", compiled.report.to_json());
+    match trial::find(None, &compiled.missions, "s") {
+        Ok(Found::Mission(mission, scenario)) => (mission.clone(), scenario.clone()),
+        _ => panic!("a scenario"),
+    }
+}
+
+/// The header of a log, and its rows.
+pub fn table(bytes: Vec<u8>) -> (Vec<String>, Vec<Vec<String>>) {
+    let text = String::from_utf8(bytes).expect("a text");
+    let mut lines = text.lines().map(|l| l.split(',').map(str::to_string).collect::<Vec<_>>());
+    (lines.next().expect("a header"), lines.collect())
+}
+
+/// The cells of a column.
+pub fn cells<'r>(header: &[String], rows: &'r [Vec<String>], name: &str) -> Vec<&'r str> {
+    let at = header.iter().position(|h| h == name).expect("a column");
+    rows.iter().map(|r| r[at].as_str()).collect()
+}
+
+/// The numbers of a column.
+pub fn numbers(header: &[String], rows: &[Vec<String>], name: &str) -> Vec<f64> {
+    cells(header, rows, name).into_iter().map(|cell| cell.parse().expect("a number")).collect()
+}
+
+/// How many of these records are events of a scenario: `NAME is late by 5 s`, `NAME is lost`, ...
+pub fn events(happened: &[Happened], names: &[&str]) -> usize {
+    let is_event = |what: &str| {
+        let ends = |of: &str| names.iter().any(|name| what == format!("the {of} of {name} fails"));
+        let says = |(name, rest): (&str, &str)| {
+            let begins = ["is late by ", "moves to "].iter().any(|words| rest.starts_with(words));
+            names.contains(&name) && (begins || ["is lost", "is back", "is done"].contains(&rest))
+        };
+        ends("service") || ends("task") || what.split_once(' ').is_some_and(says)
+    };
+    happened.iter().filter(|h| is_event(&h.what)).count()
+}
