@@ -60,7 +60,7 @@ fn summary(workers: &str, body: &str) -> MissionSummary {
     run(&scenario(workers, body)).summary
 }
 
-/// When each operation of a worker began and ended, in s; the last one may not have ended.
+/// When each operation of a worker began and ended, in s; one that is lost has not ended.
 fn operations(summary: &MissionSummary, worker: &str) -> Vec<(f64, Option<f64>)> {
     let of = |text: &str| {
         let words = |h: &&runtime::missions::Happened| {
@@ -68,8 +68,10 @@ fn operations(summary: &MissionSummary, worker: &str) -> Vec<(f64, Option<f64>)>
         };
         summary.happened.iter().filter(words).map(|h| h.at_s).collect::<Vec<_>>()
     };
-    let ends = of("ends");
-    of("begins").into_iter().enumerate().map(|(i, began)| (began, ends.get(i).copied())).collect()
+    let (begins, ends) = (of("begins"), of("ends"));
+    let next = |i: usize| begins.get(i + 1).copied().unwrap_or(f64::INFINITY);
+    let end = |i: usize, began: f64| ends.iter().copied().find(|end| (began..=next(i)).contains(end));
+    begins.iter().enumerate().map(|(i, began)| (*began, end(i, *began))).collect()
 }
 
 fn record<'s>(summary: &'s MissionSummary, worker: &str) -> &'s WorkerRecord {
