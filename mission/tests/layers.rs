@@ -137,6 +137,18 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
 
     #[test]
+    fn without_time_there_is_a_plan_still(seed in 0_u64..100_000, tasks in 1_usize..9, objects in 3_usize..9) {
+        let Some(problem) = possible(layered::random(seed, tasks, objects, 3, 1)) else { return Ok(()) };
+        let least = plan(&problem, &Options::default()).unwrap().cost;
+        for formulation in [None, Some(Formulation::Batches), Some(Formulation::Mixed)] {
+            let budget = Budget { time: std::time::Duration::ZERO, ..Budget::default() };
+            let found = plan(&problem, &Options { formulation, budget, ..Options::default() }).unwrap();
+            prop_assert_eq!(validate(&problem, &found), vec![]);
+            prop_assert!(found.status.bound().is_none_or(|bound| bound <= least * (1.0 + 1e-9)), "{:?}", found.status);
+        }
+    }
+
+    #[test]
     fn the_best_of_all_is_found(seed in 0_u64..100_000, tasks in 1_usize..4, objects in 3_usize..6, humans in 0_usize..2) {
         let Some(problem) = possible(layered::random(seed, tasks, objects, 2, humans)) else { return Ok(()) };
         let best = brute(&problem);

@@ -7,7 +7,7 @@ mod common;
 use std::time::Duration;
 
 use hierarq_mission::engine::Budget;
-use hierarq_mission::plan::{Actor, Phase, Plan};
+use hierarq_mission::plan::{Actor, Limit, Phase, Plan, Status};
 use hierarq_mission::schedule::adapt::{Adaptation, Feedback, adapt};
 use hierarq_mission::schedule::assistance::{Assistance, from_plan, to_plan};
 use hierarq_mission::schedule::choose::{Formulation, Options, plan};
@@ -46,7 +46,7 @@ fn valid(problem: &Problem, plan: &Plan) -> Result<(), TestCaseError> {
 }
 
 fn shown(problem: &Problem, schedule: &[Assistance]) -> Plan {
-    let status = hierarq_mission::plan::Status::Unbounded { stopped: None };
+    let status = Status::Unbounded { stopped: None };
     to_plan(problem, schedule, status, "test".into(), Default::default())
 }
 
@@ -121,6 +121,26 @@ proptest! {
             prop_assert!(position.status.bound().is_none_or(|bound| bound <= orders.cost + eps), "{position:?}");
             prop_assert!(orders.status.bound().unwrap() <= position.cost + eps, "{} {}", orders.cost, position.cost);
             prop_assert!(orders.cost - orders.status.bound().unwrap() <= 1.01e-4 * orders.cost.abs(), "{:?}", orders.status);
+        }
+    }
+
+    #[test]
+    fn without_time_there_is_a_plan_still(
+        seed in 0_u64..100_000, agents in 1_usize..5, robots in 1_usize..4, operations in 1_usize..3, fixed in any::<bool>(),
+    ) {
+        let problem = small(seed, agents, robots, operations, fixed, false);
+        let least = plan(&problem, &quick(None)).unwrap().cost;
+        for formulation in [None, Some(Formulation::Position), Some(Formulation::Batches)] {
+            let budget = Budget { time: Duration::ZERO, ..Budget::default() };
+            let found = plan(&problem, &Options { formulation, budget, ..Options::default() }).unwrap();
+            valid(&problem, &found)?;
+            prop_assert!(found.status.bound().is_none_or(|bound| bound <= least * (1.0 + 1e-9)), "{formulation:?}");
+            let by_time = match found.status {
+                Status::Gap { stopped, .. } => stopped == Limit::Time,
+                Status::Proven { .. } => true,
+                Status::Unbounded { stopped } => matches!(stopped, Some(Limit::Time) | None),
+            };
+            prop_assert!(by_time, "{:?}", found.status);
         }
     }
 

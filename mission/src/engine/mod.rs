@@ -6,7 +6,7 @@ pub mod cp;
 pub mod highs;
 pub mod microlp;
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +30,47 @@ pub struct Budget {
 impl Default for Budget {
     fn default() -> Budget {
         Budget { time: Duration::from_secs(10), nodes: 1_000_000, gap: 1e-4 }
+    }
+}
+
+/// The time of a budget while it passes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Watch {
+    begun: Instant,
+    budget: Budget,
+}
+
+impl Watch {
+    /// From now on.
+    pub fn new(budget: &Budget) -> Watch {
+        Watch { begun: Instant::now(), budget: *budget }
+    }
+
+    /// The time has passed.
+    pub fn is_over(&self) -> bool {
+        self.begun.elapsed() >= self.budget.time
+    }
+
+    /// The budget with the time that is left.
+    pub fn left(&self) -> Budget {
+        Budget { time: self.budget.time.saturating_sub(self.begun.elapsed()), ..self.budget }
+    }
+}
+
+/// Why a dynamic program did not come to its end.
+#[derive(Debug)]
+pub(crate) enum Halt {
+    /// Its tables grow too large.
+    Size,
+    /// The time of the budget has passed.
+    Time,
+    /// A solver failed.
+    Engine(EngineError),
+}
+
+impl From<EngineError> for Halt {
+    fn from(error: EngineError) -> Halt {
+        Halt::Engine(error)
     }
 }
 

@@ -9,7 +9,7 @@ use std::time::Instant;
 use crate::engine::{Budget, EngineError, Milp, Model};
 use crate::plan::{Limit, Statistics, Status};
 
-use super::branch::Found;
+use super::branch::{Found, branch};
 use super::dual::Choices;
 use super::improve::Improver;
 use super::instance::{Instance, Mover};
@@ -72,9 +72,16 @@ pub(super) fn mixed(instance: &Instance<'_>, engine: &dyn Milp, budget: &Budget)
             break;
         }
     }
-    let failed =
-        || EngineError::Failed { engine: engine.name().into(), message: "a limit came before any plan".into() };
-    let (cost, choices) = best.ok_or_else(failed)?;
+    let (cost, choices) = match best {
+        Some(found) => found,
+        // A limit came before any plan: the first one of the other search.
+        None => {
+            let failed = || EngineError::Failed { engine: engine.name().into(), message: "no plan".into() };
+            let first = branch(instance, &Budget { nodes: 1, ..*budget }).ok_or_else(failed)?;
+            bound = bound.max(first.status.bound().unwrap_or(bound));
+            (Improver::new(instance, first.choices.clone()).cost(), first.choices)
+        }
+    };
     let bound = bound.min(cost);
     let gap = if cost.abs() > 0.0 { (cost - bound) / cost.abs() } else { 0.0 };
     let status = match stopped {

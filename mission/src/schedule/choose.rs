@@ -10,7 +10,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::{Budget, EngineError, Highs, Microlp, Milp};
+use crate::engine::{Budget, EngineError, Halt, Highs, Microlp, Milp, Watch};
 use crate::plan::{Limit, Plan, Statistics, Status};
 
 use super::assistance::{Assistance, to_plan};
@@ -238,6 +238,7 @@ impl Solver {
 
     /// The schedule of a problem without mistakes, and what found it. A part of a mission is never cut into parts again.
     pub fn solve(&self, problem: &Problem, budget: &Budget) -> Result<(Found, String), Refusal> {
+        let watch = Watch::new(budget);
         let instance = Instance::new(problem);
         let asked = self.options.formulation.filter(|formulation| *formulation != Formulation::Batches);
         let formulation = asked.unwrap_or_else(|| match () {
@@ -247,10 +248,7 @@ impl Solver {
             () => Formulation::Position,
         });
         match formulation {
-            Formulation::Position | Formulation::Batches => {
-                let found = exact(&instance, self.milp.as_ref(), budget)?;
-                Ok((found, format!("position form, {}", self.milp.name())))
-            }
+            Formulation::Position | Formulation::Batches => self.position(&instance, budget),
             Formulation::Constraint if !instance.is_fixed() => {
                 let ranged = |m: &usize| instance.jobs.iter().any(|job| job.ways[*m].iter().any(|way| !way.is_fixed()));
                 let robot = (0..instance.robots.len()).find(ranged).map(|m| instance.machine(m).name.clone());
@@ -258,32 +256,31 @@ impl Solver {
             }
             Formulation::Constraint => match constraint(&instance, budget) {
                 // Numbers too far apart for whole ones: where nobody asked for them, real ones do.
-                Err(EngineError::Overflow { .. }) if asked.is_none() => {
-                    let found = exact(&instance, self.milp.as_ref(), budget)?;
-                    Ok((found, format!("position form, {}", self.milp.name())))
-                }
+                Err(EngineError::Overflow { .. }) if asked.is_none() => self.position(&instance, &watch.left()),
                 found => Ok((found?, CONSTRAINT.into())),
             },
             Formulation::Orders if !orders::fits(&instance) => Err(Refusal::NotOrders),
-            Formulation::Orders => match orders::orders(&instance, budget)? {
-                Some(found) => Ok((found, "branch and bound".into())),
-                None if asked.is_some() => Err(Refusal::NotOrders),
-                None if instance.is_fixed() => Ok((constraint(&instance, budget)?, CONSTRAINT.into())),
-                None => {
-                    let found = exact(&instance, self.milp.as_ref(), budget)?;
-                    Ok((found, format!("position form, {}", self.milp.name())))
-                }
+            Formulation::Orders => match orders::orders(&instance, budget) {
+                Ok(found) => Ok((found, "branch and bound".into())),
+                Err(Halt::Engine(error)) => Err(error.into()),
+                Err(_) if asked.is_some() => Err(Refusal::NotOrders),
+                Err(_) if instance.is_fixed() => Ok((constraint(&instance, &watch.left())?, CONSTRAINT.into())),
+                Err(_) => self.position(&instance, &watch.left()),
             },
             Formulation::Subsets if !subsets::fits(&instance) => Err(Refusal::NotSubsets),
-            Formulation::Subsets => match subsets::best(&instance, budget.gap)? {
-                Some(found) => Ok((found, "subsets".into())),
-                None if asked.is_some() => Err(Refusal::NotSubsets),
-                None => {
-                    let found = exact(&instance, self.milp.as_ref(), budget)?;
-                    Ok((found, format!("position form, {}", self.milp.name())))
-                }
+            Formulation::Subsets => match subsets::best(&instance, budget) {
+                Ok(found) => Ok((found, "subsets".into())),
+                Err(Halt::Engine(error)) => Err(error.into()),
+                Err(_) if asked.is_some() => Err(Refusal::NotSubsets),
+                Err(_) => self.position(&instance, &watch.left()),
             },
         }
+    }
+
+    /// By the position form.
+    fn position(&self, instance: &Instance, budget: &Budget) -> Result<(Found, String), Refusal> {
+        let found = exact(instance, self.milp.as_ref(), budget)?;
+        Ok((found, format!("position form, {}", self.milp.name())))
     }
 }
 

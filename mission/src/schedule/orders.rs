@@ -9,9 +9,7 @@
 //! complete order that nothing excludes is timed exactly. No source: ours, since the position form is left with a gap of
 //! 3 to 5 % for three services of each of four agents; this proves them in seconds.
 
-use std::time::Instant;
-
-use crate::engine::{Budget, EngineError};
+use crate::engine::{Budget, EngineError, Halt, Watch};
 use crate::plan::{Limit, Statistics};
 
 use super::bounds::Bounds;
@@ -20,9 +18,9 @@ use super::curve::Curve;
 use super::exact::{Found, status};
 use super::instance::{Instance, Sequence};
 use super::position::alike;
-use super::prices::{Priced, raise};
+use super::prices::{Priced, Raised, raise};
 use super::retime::{Prices, Timed, retime};
-use super::routes::{Grid, Routes, Ways, cheapest, shares, subsets};
+use super::routes::{Day, Grid, Routes, Ways, cheapest, shares, subsets};
 
 /// The most jobs of one or two robots, of three, and of more.
 const MOST: [usize; 3] = [12, 10, 8];
@@ -44,15 +42,74 @@ pub(crate) fn fits(instance: &Instance) -> bool {
     robots > 0 && instance.jobs.len() <= MOST[robots.clamp(2, 4) - 2] && instance.is_regular()
 }
 
-/// The best schedule, with a bound; none if the tables would be too large. The instance fits, [`fits`].
+/// The best schedule, with a bound. The instance fits, [`fits`].
 ///
 /// # Errors
 ///
-/// The cone solver failed.
-pub(crate) fn orders(instance: &Instance, budget: &Budget) -> Result<Option<Found>, EngineError> {
-    let begun = Instant::now();
+/// The tables would be too large, or the cone solver failed.
+pub(crate) fn orders(instance: &Instance, budget: &Budget) -> Result<Found, Halt> {
+    let watch = Watch::new(budget);
     let best = construct(instance)?;
     let bounds = Bounds::new(instance, best.cost);
+    let ways = ways(instance);
+    let robots = instance.free.len();
+    // The end is no earlier than any robot's: each has a share in its cost.
+    let early = |m: usize| instance.free[m] <= bounds.first_end;
+    let sharing = (0..robots).filter(|m| early(*m)).count().max(1) as f64;
+    let end_cost = |m: usize| if early(m) { instance.makespan_cost / sharing } else { 0.0 };
+    let day = Day { instance, bounds: &bounds, ways: &ways, watch: &watch };
+    let days = |priced: &Priced| -> Result<Vec<Routes>, Halt> {
+        (0..robots).map(|m| Routes::new(&day, priced, m, end_cost(m))).collect()
+    };
+    let full = (1_usize << instance.jobs.len()) - 1;
+    let Raised { prices, bound } = raise(instance, &bounds, best.cost, |priced| {
+        let (cost, sequence) = cheapest(&days(priced)?, full);
+        Ok((priced.constant + cost, sequence))
+    })?;
+    let priced = Priced::new(instance, &prices);
+    let statistics = Statistics { solves: 1, ..Statistics::default() };
+    let days = match days(&priced) {
+        Ok(days) => days,
+        Err(Halt::Time) => {
+            let status = status(best.cost, bound, budget.gap, Some(Limit::Time));
+            return Ok(Found { timed: best, status, statistics });
+        }
+        Err(halt) => return Err(halt),
+    };
+    let origin = instance.free.iter().copied().fold(f64::INFINITY, f64::min);
+    let last = best.schedule.iter().map(|done| done.times.end).fold(origin, f64::max);
+    let step = (BEYOND * (last - origin) / CELLS as f64).max(1e-9);
+    let grid = Grid { origin, step, cells: CELLS };
+    let tables = days.iter().map(|routes| routes.table(grid)).collect();
+    drop(days);
+    let mut search = Search {
+        instance,
+        budget,
+        watch,
+        priced,
+        prices,
+        bounds,
+        ways,
+        tables,
+        grid,
+        pool: vec![best.prices.clone()],
+        lowest: f64::INFINITY,
+        failed: None,
+        stopped: None,
+        statistics,
+        best,
+    };
+    let root = search.root();
+    search.visit(&root);
+    if let Some(error) = search.failed {
+        return Err(error.into());
+    }
+    let status = status(search.best.cost, search.lowest.max(bound), budget.gap, search.stopped);
+    Ok(Found { timed: search.best, status, statistics: search.statistics })
+}
+
+/// Going and proximity, and depositing, of each job by each robot, at speeds that may be worth it.
+fn ways(instance: &Instance) -> Ways {
     let all = flow(instance, 0);
     let curves = |job: usize, robot: usize| {
         let worth = instance.jobs[job].ways[robot].map(|mut way| {
@@ -62,53 +119,7 @@ pub(crate) fn orders(instance: &Instance, budget: &Budget) -> Result<Option<Foun
         let [going, proximity, back] = worth;
         (going.then(&proximity), back)
     };
-    let (count, robots) = (instance.jobs.len(), instance.free.len());
-    let ways: Ways = (0..count).map(|job| (0..robots).map(|robot| curves(job, robot)).collect()).collect();
-    // The end is no earlier than any robot's: each has a share in its cost.
-    let early = |m: usize| instance.free[m] <= bounds.first_end;
-    let sharing = (0..robots).filter(|m| early(*m)).count().max(1) as f64;
-    let end_costs: Vec<f64> =
-        (0..robots).map(|m| if early(m) { instance.makespan_cost / sharing } else { 0.0 }).collect();
-    let full = (1_usize << count) - 1;
-    let days = |priced: &Priced| -> Option<Vec<Routes>> {
-        (0..robots).map(|m| Routes::new(instance, priced, &bounds, &ways, m, end_costs[m])).collect()
-    };
-    let solve = |priced: &Priced| {
-        let (cost, sequence) = cheapest(&days(priced)?, full);
-        Some((priced.constant + cost, sequence))
-    };
-    let Some(prices) = raise(instance, &bounds, best.cost, solve)? else { return Ok(None) };
-    let priced = Priced::new(instance, &prices);
-    let Some(days) = days(&priced) else { return Ok(None) };
-    let origin = instance.free.iter().copied().fold(f64::INFINITY, f64::min);
-    let last = best.schedule.iter().map(|done| done.times.end).fold(origin, f64::max);
-    let step = (BEYOND * (last - origin) / CELLS as f64).max(1e-9);
-    let grid = Grid { origin, step, cells: CELLS };
-    let mut search = Search {
-        instance,
-        budget,
-        begun,
-        priced,
-        prices,
-        bounds,
-        ways,
-        tables: days.iter().map(|routes| routes.table(grid)).collect(),
-        grid,
-        pool: vec![best.prices.clone()],
-        lowest: f64::INFINITY,
-        failed: None,
-        stopped: None,
-        statistics: Statistics { solves: 1, ..Statistics::default() },
-        best,
-    };
-    drop(days);
-    let root = search.root();
-    search.visit(&root);
-    if let Some(error) = search.failed {
-        return Err(error);
-    }
-    let status = status(search.best.cost, search.lowest, budget.gap, search.stopped);
-    Ok(Some(Found { timed: search.best, status, statistics: search.statistics }))
+    (0..instance.jobs.len()).map(|job| (0..instance.free.len()).map(|robot| curves(job, robot)).collect()).collect()
 }
 
 /// What a second costs at most that delays everything but these jobs.
@@ -139,7 +150,7 @@ struct Node {
 struct Search<'a, 'b> {
     instance: &'a Instance<'b>,
     budget: &'a Budget,
-    begun: Instant,
+    watch: Watch,
     /// The prices of the tables.
     prices: Vec<f64>,
     priced: Priced,
@@ -182,7 +193,7 @@ impl Search<'_, '_> {
     fn is_over(&mut self) -> bool {
         if self.statistics.nodes >= self.budget.nodes.saturating_mul(CHEAP) {
             self.stopped = Some(Limit::Work);
-        } else if self.begun.elapsed() >= self.budget.time {
+        } else if self.watch.is_over() {
             self.stopped = Some(Limit::Time);
         }
         self.stopped.is_some() || self.failed.is_some()

@@ -6,7 +6,7 @@
 //! the price of the order from the one before. For any prices of zero or more the least cost bounds that of every schedule
 //! from below.
 
-use crate::engine::EngineError;
+use crate::engine::Halt;
 
 use super::bounds::Bounds;
 use super::instance::{Begin, Instance, Sequence};
@@ -81,25 +81,36 @@ pub(crate) fn even(instance: &Instance) -> Vec<f64> {
     prices
 }
 
-/// The best prices of some rounds of a subgradient method. `solve` gives for prices the least cost and its sequence, or
-/// none if that is too much work; so does this.
+/// What rounds of raising prices came to.
+pub(crate) struct Raised {
+    pub prices: Vec<f64>,
+    /// No schedule costs less.
+    pub bound: f64,
+}
+
+/// The best prices of some rounds of a subgradient method, fewer where `solve` has no time left, which gives the
+/// least cost under prices and its sequence.
 ///
 /// # Errors
 ///
-/// The cone solver failed.
+/// The tables of `solve` are too large, or the cone solver failed.
 pub(crate) fn raise(
     instance: &Instance,
     bounds: &Bounds,
     known: f64,
-    mut solve: impl FnMut(&Priced) -> Option<(f64, Sequence)>,
-) -> Result<Option<Vec<f64>>, EngineError> {
+    mut solve: impl FnMut(&Priced) -> Result<(f64, Sequence), Halt>,
+) -> Result<Raised, Halt> {
     let mut prices = even(instance);
-    let mut best = (f64::NEG_INFINITY, prices.clone());
+    let mut best = Raised { prices: prices.clone(), bound: bounds.cost };
     for _ in 0..ROUNDS {
         let priced = Priced::new(instance, &prices);
-        let Some((bound, sequence)) = solve(&priced) else { return Ok(None) };
-        if bound > best.0 {
-            best = (bound, prices.clone());
+        let (bound, sequence) = match solve(&priced) {
+            Ok(found) => found,
+            Err(Halt::Time) => break,
+            Err(halt) => return Err(halt),
+        };
+        if bound > best.bound {
+            best = Raised { prices: prices.clone(), bound };
         }
         let relaxed = priced.instance(instance, bounds);
         let Some(timed) = retime(&relaxed, &sequence)? else { break };
@@ -115,11 +126,11 @@ pub(crate) fn raise(
         };
         let early: Vec<f64> = (0..instance.jobs.len()).map(|job| early(job).unwrap_or(0.0)).collect();
         let square: f64 = early.iter().map(|seconds| seconds * seconds).sum();
-        let step = (best.0 + AIM * known.abs() - bound).max(0.0) / square;
+        let step = (best.bound + AIM * known.abs() - bound).max(0.0) / square;
         if !step.is_finite() {
             break;
         }
         prices.iter_mut().zip(&early).for_each(|(price, seconds)| *price = (*price + step * seconds).max(0.0));
     }
-    Ok(Some(best.1))
+    Ok(best)
 }

@@ -3,6 +3,8 @@
 //! Built from the end of the day: a job is put before an order of others, and the cost is a [`Curve`] over minus the instant
 //! when the robot is free. Of the orders of a set those are kept that no other beats.
 
+use crate::engine::{Halt, Watch};
+
 use super::bounds::Bounds;
 use super::curve::Curve;
 use super::instance::{Instance, Sequence};
@@ -43,6 +45,15 @@ struct Entry {
     after: usize,
 }
 
+/// What the orders of every robot rest on.
+#[derive(Clone, Copy)]
+pub(crate) struct Day<'a, 'b> {
+    pub instance: &'a Instance<'b>,
+    pub bounds: &'a Bounds,
+    pub ways: &'a Ways,
+    pub watch: &'a Watch,
+}
+
 /// The orders of one robot, by set of jobs, a bit for each.
 pub(crate) struct Routes {
     free: f64,
@@ -50,15 +61,13 @@ pub(crate) struct Routes {
 }
 
 impl Routes {
-    /// The orders of a robot, whose end costs so much a second; none if they are too many.
-    pub fn new(
-        instance: &Instance,
-        priced: &Priced,
-        bounds: &Bounds,
-        ways: &Ways,
-        robot: usize,
-        end_cost: f64,
-    ) -> Option<Routes> {
+    /// The orders of a robot, whose end costs so much a second.
+    ///
+    /// # Errors
+    ///
+    /// They are too many, or the time has passed.
+    pub fn new(day: &Day, priced: &Priced, robot: usize, end_cost: f64) -> Result<Routes, Halt> {
+        let Day { instance, bounds, ways, watch } = *day;
         let (free, end) = (instance.free[robot], bounds.last_end(instance));
         let (serve, deposit) = (instance.serve(robot), instance.deposit(robot));
         // Without a job the robot is where it was, and the day ends no earlier than it can.
@@ -66,6 +75,9 @@ impl Routes {
         let mut routes = Routes { free, entries: vec![vec![Entry { curve: nothing, first: 0, after: 0 }]] };
         let mut pieces = 0;
         for set in 1..1_usize << instance.jobs.len() {
+            if watch.is_over() {
+                return Err(Halt::Time);
+            }
             let mut kept: Vec<Entry> = Vec::new();
             for first in (0..instance.jobs.len()).filter(|first| set >> first & 1 == 1) {
                 let rest = set & !(1 << first);
@@ -86,11 +98,11 @@ impl Routes {
             }
             pieces += kept.iter().map(|entry| 1 + entry.curve.pieces()).sum::<usize>();
             if pieces > MOST_KEPT {
-                return None;
+                return Err(Halt::Size);
             }
             routes.entries.push(kept);
         }
-        Some(routes)
+        Ok(routes)
     }
 
     /// The least cost of each set if the robot is free in each cell of a grid, by set and cell.
@@ -196,6 +208,7 @@ pub(crate) fn subsets(set: usize) -> impl Iterator<Item = usize> {
 mod tests {
     use super::super::problem::{Agent, AgentKind, Distances, Duration, Energy, Problem, Range, Robot, Weights};
     use super::*;
+    use crate::engine::Budget;
     use proptest::prelude::*;
 
     /// One robot and two agents with two and one operations, everything at one speed.
@@ -269,7 +282,9 @@ mod tests {
                 let [going, proximity, back] = job.ways[0].map(|way| Curve::of_way(&way, 1));
                 vec![(going.then(&proximity), back)]
             }).collect();
-            let routes = Routes::new(&instance, &priced, &bounds, &ways, 0, end_cost).unwrap();
+            let watch = Watch::new(&Budget::default());
+            let day = Day { instance: &instance, bounds: &bounds, ways: &ways, watch: &watch };
+            let routes = Routes::new(&day, &priced, 0, end_cost).unwrap();
             let grid = Grid { origin: 0.0, step: 37.0, cells: 30 };
             let table = routes.table(grid);
             // Jobs 0 and 1 are the operations of one agent, in this order.

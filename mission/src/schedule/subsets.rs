@@ -8,8 +8,8 @@
 //! the best schedule so far are dropped on the way. `2^n n` steps for `n` jobs and two robots, `3^n` for more. No source:
 //! ours, since neither the constraint program nor the position form proves ten jobs of uneven weights in reasonable time.
 
-use crate::engine::EngineError;
-use crate::plan::Statistics;
+use crate::engine::{Budget, Halt, Watch};
+use crate::plan::{Limit, Statistics};
 
 use super::bounds::Bounds;
 use super::construct::construct;
@@ -29,6 +29,9 @@ const MOST_TANGENTS: usize = 512;
 /// Pieces of all functions that are kept at once at most (16 bytes each), and that are made in all.
 const MOST_KEPT: usize = 6_000_000;
 const MOST_MADE: usize = 400_000_000;
+
+/// Orders between two looks at the time.
+const LOOK: u64 = 256;
 
 /// An order of a set of jobs that no other beats.
 struct Entry {
@@ -53,29 +56,39 @@ pub(crate) fn fits(instance: &Instance) -> bool {
     count <= most && alone && instance.is_regular()
 }
 
-/// The best schedule, proven to `gap`; none if it would take too much work. The instance fits, [`fits`].
+/// The best schedule, proven where the time suffices. The instance fits, [`fits`].
 ///
 /// # Errors
 ///
-/// The cone solver failed.
-pub(crate) fn best(instance: &Instance, gap: f64) -> Result<Option<Found>, EngineError> {
+/// It takes too much work, or the cone solver failed.
+pub(crate) fn best(instance: &Instance, budget: &Budget) -> Result<Found, Halt> {
+    let (watch, gap) = (Watch::new(budget), budget.gap);
     let mut timed = construct(instance)?;
     let mut statistics = Statistics { solves: 1, ..Statistics::default() };
     let mut tangents = if instance.is_fixed() { MOST_TANGENTS } else { FIRST_TANGENTS };
     let mut work = 0;
+    let mut known = Bounds::new(instance, timed.cost).cost;
     loop {
-        let mut search = Search::new(instance, &timed, tangents, work);
-        let Some((bound, sequence)) = search.best() else { return Ok(None) };
+        let mut search = Search::new(instance, &timed, tangents, work, &watch);
+        let (bound, sequence) = match search.best() {
+            Ok(found) => found,
+            Err(Halt::Time) => {
+                let status = status(timed.cost, known, gap, Some(Limit::Time));
+                return Ok(Found { timed, status, statistics });
+            }
+            Err(halt) => return Err(halt),
+        };
         work = search.made;
+        known = known.max(bound);
         statistics.nodes += search.entries;
         statistics.solves += 1;
         if let Some(found) = retime(instance, &sequence)?.filter(|found| found.cost < timed.cost) {
             timed = found;
         }
-        let bound = bound.min(timed.cost);
+        let bound = known.min(timed.cost);
         if tangents >= MOST_TANGENTS || timed.cost - bound <= gap * timed.cost.abs() {
             let status = status(timed.cost, bound, gap, None);
-            return Ok(Some(Found { timed, status, statistics }));
+            return Ok(Found { timed, status, statistics });
         }
         tangents *= MORE_TANGENTS;
     }
@@ -83,6 +96,7 @@ pub(crate) fn best(instance: &Instance, gap: f64) -> Result<Option<Found>, Engin
 
 struct Search<'a, 'b> {
     instance: &'a Instance<'b>,
+    watch: &'a Watch,
     /// Going and proximity, and depositing, of each job by each robot.
     ways: Vec<Vec<(Curve, Curve)>>,
     /// What the jobs outside of a set cost at least, by set.
@@ -99,7 +113,13 @@ struct Search<'a, 'b> {
 }
 
 impl<'a, 'b> Search<'a, 'b> {
-    fn new(instance: &'a Instance<'b>, known: &Timed, tangents: usize, made: usize) -> Search<'a, 'b> {
+    fn new(
+        instance: &'a Instance<'b>,
+        known: &Timed,
+        tangents: usize,
+        made: usize,
+        watch: &'a Watch,
+    ) -> Search<'a, 'b> {
         let (count, robots) = (instance.jobs.len(), instance.free.len());
         let bounds = Bounds::new(instance, known.cost);
         let curves = |job: usize, robot: usize| {
@@ -119,6 +139,7 @@ impl<'a, 'b> Search<'a, 'b> {
         let outside = |set: usize| (0..count).filter(|job| set >> job & 1 == 0).map(|job| alone[job]).sum();
         Search {
             instance,
+            watch,
             ways: (0..count).map(|job| (0..robots).map(|robot| curves(job, robot)).collect()).collect(),
             rest: (0..1 << count).map(outside).collect(),
             // What is as good as the best so far must be found again.
@@ -130,20 +151,18 @@ impl<'a, 'b> Search<'a, 'b> {
         }
     }
 
-    /// A lower bound on the cost of every schedule, and the sequence of which it is the cost but for what tangents miss; none
-    /// if it is too much work.
-    fn best(&mut self) -> Option<(f64, Sequence)> {
+    /// A lower bound on the cost of every schedule, and the sequence of which it is the cost but for what tangents miss.
+    fn best(&mut self) -> Result<(f64, Sequence), Halt> {
         let robots = self.instance.free.len();
         let full = (1_usize << self.instance.jobs.len()) - 1;
-        let tables: Vec<Table> = (0..robots).map(|robot| self.orders(robot)).collect::<Option<_>>()?;
+        let tables: Vec<Table> = (0..robots).map(|robot| self.orders(robot)).collect::<Result<_, Halt>>()?;
         let nothing = Entry { curve: Curve::step(self.instance.problem.start, 0.0), last: 0, before: 0, own: 0 };
         let mut together: Vec<Table> = vec![vec![vec![nothing]]];
         for (robot, table) in tables.iter().enumerate() {
-            let before = together.last()?;
-            let joined = self.join(before, table, full, robot + 1 < robots)?;
+            let joined = self.join(&together[robot], table, full, robot + 1 < robots)?;
             together.push(joined);
         }
-        let last = together.last()?.get(full)?;
+        let last = &together[robots][full];
         let total = |entry: &Entry| self.total(&entry.curve, full);
         let (mut place, bound) = last
             .iter()
@@ -160,7 +179,7 @@ impl<'a, 'b> Search<'a, 'b> {
             set &= !entry.last;
             place = entry.before;
         }
-        Some((bound, sequence))
+        Ok((bound, sequence))
     }
 
     /// The least cost of a schedule in which this set costs this.
@@ -168,26 +187,29 @@ impl<'a, 'b> Search<'a, 'b> {
         self.instance.constant + self.rest[set] + curve.least(self.instance.makespan_cost, self.end)
     }
 
-    /// Adds an entry to those that nothing beats, unless it leads nowhere; none if that is too much work.
-    fn keep(&mut self, entries: &mut Vec<Entry>, new: Entry, set: usize) -> Option<()> {
+    /// Adds an entry to those that nothing beats, unless it leads nowhere.
+    fn keep(&mut self, entries: &mut Vec<Entry>, new: Entry, set: usize) -> Result<(), Halt> {
         self.entries += 1;
+        if self.entries.is_multiple_of(LOOK) && self.watch.is_over() {
+            return Err(Halt::Time);
+        }
         self.made += 1 + new.curve.pieces();
         if self.total(&new.curve, set) > self.known {
-            return Some(());
+            return Ok(());
         }
         if entries.iter().any(|old| old.curve.beats(&new.curve)) {
-            return Some(());
+            return Ok(());
         }
         let before: usize = entries.iter().map(|entry| 1 + entry.curve.pieces()).sum();
         entries.retain(|old| !new.curve.beats(&old.curve));
         let after: usize = entries.iter().map(|entry| 1 + entry.curve.pieces()).sum();
         self.kept = self.kept + after + 1 + new.curve.pieces() - before;
         entries.push(new);
-        (self.kept <= MOST_KEPT && self.made <= MOST_MADE).then_some(())
+        if self.kept <= MOST_KEPT && self.made <= MOST_MADE { Ok(()) } else { Err(Halt::Size) }
     }
 
     /// The best orders of every set of jobs by one robot.
-    fn orders(&mut self, robot: usize) -> Option<Table> {
+    fn orders(&mut self, robot: usize) -> Result<Table, Halt> {
         let instance = self.instance;
         let mut table: Table = Vec::with_capacity(1 << instance.jobs.len());
         table.push(vec![Entry { curve: Curve::step(instance.free[robot], 0.0), last: 0, before: 0, own: 0 }]);
@@ -204,12 +226,12 @@ impl<'a, 'b> Search<'a, 'b> {
             }
             table.push(entries);
         }
-        Some(table)
+        Ok(table)
     }
 
     /// Sets shared between the robots so far and one more; of the whole set alone if no other is wanted. The table of no
     /// robot has the empty set only.
-    fn join(&mut self, before: &[Vec<Entry>], robot: &Table, full: usize, every: bool) -> Option<Table> {
+    fn join(&mut self, before: &[Vec<Entry>], robot: &Table, full: usize, every: bool) -> Result<Table, Halt> {
         let mut table: Table = Vec::new();
         table.resize_with(full + 1, Vec::new);
         let first = if every { 0 } else { full };
@@ -234,7 +256,7 @@ impl<'a, 'b> Search<'a, 'b> {
                 own = (own - 1) & set;
             }
         }
-        Some(table)
+        Ok(table)
     }
 }
 
