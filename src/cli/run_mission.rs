@@ -28,11 +28,18 @@ pub fn run(a: &Arguments, mission: &MissionProgram, scenario: &MissionScenarioPr
     }
     let mut scenario = scenario.clone();
     scenario.seed = a.seed.unwrap_or(scenario.seed);
-    scenario.duration = a.duration.unwrap_or(scenario.duration);
-    let most = MAX_MISSION.min(scenario.step * f64::from(MAX_INSTANTS));
-    if scenario.duration.is_nan() || scenario.duration <= 0.0 || scenario.duration > most {
-        let d = scenario.duration;
-        return Outcome::Trouble(format!("--duration {d} s: a mission runs for more than 0 s, and at most {most} s"));
+    if let Some(d) = a.duration {
+        let most = MAX_MISSION.min(scenario.step * f64::from(MAX_INSTANTS));
+        if d.is_nan() || d <= 0.0 || d > most {
+            let text = format!("--duration {d} s: a mission runs for more than 0 s, and at most {most} s");
+            return Outcome::Trouble(text);
+        }
+        scenario.last(d);
+        let late = scenario.happens.iter().filter(|h| h.at > d).count();
+        if late > 0 {
+            let what = if late == 1 { "1 event comes" } else { &format!("{late} events come") };
+            output::eprint(&format!("note: {what} after the end, {} s, and will not happen\n", number(d)));
+        }
     }
     let ticks = mission.schedule().filter(|_| scenario.sampled).map_or(0.0, |s| s.running.ticks(scenario.duration));
     if ticks > MAX_TICKS {

@@ -108,7 +108,8 @@ pub static SCENARIO: Section = Section {
             "step",
             Holds::Number(Quantity::above(TIME, 0.0)),
             "1 s",
-            "Of a mission: the time from one instant at which expectations are judged to the next.",
+            "Of a mission: the time from one instant at which expectations are judged to the next. The run is a whole number of \
+             steps long.",
         ),
         Key::optional(
             "happens",

@@ -201,6 +201,17 @@ pub enum OfRobot {
     Lost,
 }
 
+/// Whether a run of this duration, s, ends with a step of this length, s.
+pub fn ends_with_step(duration: f64, step: f64) -> bool {
+    let steps = duration / step;
+    steps.round() >= 1.0 && (steps - steps.round()).abs() <= 1e-6
+}
+
+/// The longest step up to this one, s, with which a run of this duration, s, ends.
+pub fn step_within(duration: f64, longest: f64) -> f64 {
+    if ends_with_step(duration, longest) { longest } else { duration / (duration / longest).ceil().max(1.0) }
+}
+
 impl MissionScenarioProgram {
     /// The layout of the numbers that its predicates read.
     pub fn table(&self) -> PredicateTable {
@@ -212,10 +223,14 @@ impl MissionScenarioProgram {
         self.predicates.iter().map(|p| p.unit).collect()
     }
 
-    /// At how many instants it is judged: the first at the start, the last at the end or before it.
+    /// At how many instants it is judged: the first at the start, the last at the end.
     pub fn instants(&self) -> u32 {
-        // A sum of steps may be a little short of the end.
-        (self.duration / self.step + 1e-9).min(f64::from(MAX_INSTANTS)) as u32 + 1
+        (self.duration / self.step).round().min(f64::from(MAX_INSTANTS)) as u32 + 1
+    }
+
+    /// Lets it run for another time, s, above 0. Steps become shorter where the last one would not end with it.
+    pub fn last(&mut self, duration: f64) {
+        (self.duration, self.step) = (duration, step_within(duration, self.step));
     }
 
     /// How its mission is executed.
@@ -261,8 +276,10 @@ impl MissionScenarioProgram {
     pub(super) fn check_times(&self, place: &str) -> Result<(), ProgramError> {
         let inside = |x: f64, most: f64| x > 0.0 && x <= most;
         ensure(inside(self.duration, MAX_MISSION), &format!("{place}.duration"), "is above 0 and at most 1e6 s")?;
-        let fine = inside(self.step, MAX_MISSION) && self.duration / self.step <= f64::from(MAX_INSTANTS);
-        ensure(fine, &format!("{place}.step"), "is above 0, and not so small that there are more than 200000 instants")
+        let fine = inside(self.step, MAX_MISSION) && self.duration / self.step <= f64::from(MAX_INSTANTS) + 0.5;
+        let step = format!("{place}.step");
+        ensure(fine, &step, "is above 0, and not so small that there are more than 200000 instants")?;
+        ensure(ends_with_step(self.duration, self.step), &step, "goes into the duration a whole number of times")
     }
 
     /// How much happens, and when.

@@ -31,7 +31,7 @@ pub use machine::{ActionProgram, FaultPattern, MachineProgram, OwnAction, StateP
 pub use mission::{CompiledFile, LayersProgram, MAX_BATCH, MissionKind, MissionProgram, ScheduleProgram};
 pub use mission_scenario::{
     Happens, MAX_HAPPENINGS, MAX_INSTANTS, MAX_MISSION, MissionMeasure, MissionScenarioProgram, Occurrence, OfAgent,
-    OfMission, OfRobot, Replies, Reply,
+    OfMission, OfRobot, Replies, Reply, ends_with_step, step_within,
 };
 pub use scenario::{
     ExpectationProgram, Force, HumanScript, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate,

@@ -5,7 +5,8 @@ use dsl::tree::{Block, Entry, Scenario};
 use dsl::{Diagnostic, Span};
 use mission::execution::Replan;
 use mission::schedule::problem::Distances;
-use runtime::program::{MAX_INSTANTS, MAX_MISSION, MissionKind, MissionScenarioProgram};
+use runtime::program::{MAX_INSTANTS, MAX_MISSION, MissionKind, MissionScenarioProgram, step_within};
+use runtime::text::number;
 
 use super::super::Lowerer;
 use super::super::scenario::whole_seed;
@@ -49,6 +50,9 @@ pub(in crate::lowering) fn check_scenario_keys(body: &Block, of_mission: bool, d
     }
 }
 
+/// The step between two instants where none is written, s, or a little less.
+const STEP: f64 = 1.0;
+
 impl Lowerer<'_> {
     /// The scenarios of missions, each brought to its mission.
     pub(in crate::lowering) fn mission_scenarios(&mut self, expanded: &Expanded) {
@@ -60,9 +64,9 @@ impl Lowerer<'_> {
             let of = Executed::of(&kind);
             if matches!(of, Executed::Layers(problem) if problem.tasks.is_empty()) {
                 let at = s.body.get("mission").map_or(s.name.span, |e| e.value.span);
-                let d = Diagnostic::error("HQ0924", at, format!("`{name}` has no layers yet, and nothing can be done"));
+                let text = format!("`{name}` has no layers yet, so that this scenario fails");
+                let d = Diagnostic::warning("HQ0924", at, text);
                 self.push(d.help("ask a language model for them, `hierarq context`, or write them"));
-                continue;
             }
             let (machines, per_second) = match &kind {
                 MissionKind::Schedule(schedule) => (Machines::of(schedule), schedule.running.ticks(1.0)),
@@ -123,7 +127,8 @@ impl Lowerer<'_> {
         let keys = Keys { block: &s.body, section: &SCENARIO, at: s.name.span };
         let at = |name: &str| keys.entry(name).map_or(s.name.span, |e| e.value.span);
         let duration = self.mission_duration(keys);
-        let step = self.key_number(keys, "step").ok().flatten().unwrap_or(1.0);
+        let written = keys.entry("step").is_some();
+        let longest = self.key_number(keys, "step").ok().flatten().unwrap_or(STEP);
         let seed = self.key_number(keys, "seed").ok().flatten();
         let seed = seed.and_then(|x| whole_seed(x, at("seed"), self.diagnostics));
         let sampled = self.key_word(keys, "operations") == Some("sampled");
@@ -139,7 +144,11 @@ impl Lowerer<'_> {
             self.push(d.help("leave `distances` out of the mission, or write `travel planned`"));
         }
         let duration = duration?;
-        if duration / step > f64::from(MAX_INSTANTS) {
+        let step = step_within(duration, longest);
+        if written && step != longest {
+            self.uneven_steps((at("step"), longest), (at("duration"), duration));
+        }
+        if duration / longest > f64::from(MAX_INSTANTS) {
             let text = format!("the run would be judged at more than {MAX_INSTANTS} instants");
             let d = Diagnostic::error("HQ0924", at("duration"), text);
             let d = keys.entry("step").iter().fold(d, |d, e| d.label(e.value.span, "from one instant to the next"));
@@ -171,6 +180,19 @@ impl Lowerer<'_> {
             expectations: Vec::new(),
         };
         Some((scenario, at("step")))
+    }
+
+    /// The last instant would not be the end of the run.
+    fn uneven_steps(&mut self, (at, step): (Span, f64), (end, duration): (Span, f64)) {
+        let whole = (duration / step).ceil() * step;
+        let text = format!(
+            "no instant is at the end, {} s: the one before it is at {} s",
+            number(duration),
+            number(whole - step)
+        );
+        let d = Diagnostic::error("HQ0925", at, text).label(end, "how long it runs");
+        let d = d.note("what happens after the last instant is in no expectation and in no log");
+        self.push(d.help(format!("a run of {} s ends with such a step, or leave `step` out", number(whole))));
     }
 
     fn mission_duration(&mut self, keys: Keys) -> Option<f64> {
