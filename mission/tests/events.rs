@@ -10,7 +10,7 @@ use hierarq_mission::execution::{
     Stage, Travel,
 };
 use hierarq_mission::plan::{Activity, Actor, Phase};
-use hierarq_mission::schedule::problem::{Begun, Problem, Range};
+use hierarq_mission::schedule::problem::{AgentKind, Begun, Problem, Range};
 use hierarq_mission::schedule::validate::validate;
 
 /// 5.F: an operation that ends early is served early by a robot that waits; one that is late is waited for.
@@ -241,4 +241,111 @@ fn feedback_changes_the_plan_only_where_it_may() {
         assert!(outcome.waited() > 0.0 && outcome.energy() > 0.0);
         assert!(outcome.reallocations == 0 || replan == Replan::Both);
     }
+}
+
+/// A robot on its way to who has moved knows how far it still is, whatever else happens.
+#[test]
+fn a_robot_that_was_sent_elsewhere_is_there_no_sooner() {
+    let mut problem = common::problem(
+        vec![common::robot("m1", [-10.0, 0.0], 1.0), common::robot("m2", [-10.0, -5.0], 1.0)],
+        vec![
+            common::agent("h1", AgentKind::Human, [0.0, 0.0], 1, 100.0),
+            common::agent("h2", AgentKind::Human, [0.0, -5.0], 1, 60.0),
+        ],
+    );
+    problem.robots.iter_mut().for_each(|robot| robot.speed = Range::point(0.25));
+    problem.robots.iter_mut().for_each(|robot| robot.proximity = None);
+    problem.agents.iter_mut().for_each(|agent| agent.duration.sigma = 0.0);
+    let settings = Settings { replan: Replan::Reschedule, ..settings() };
+    let mut execution = Execution::new(problem, settings).unwrap();
+    let comes = |execution: &Execution, time: f64| {
+        let service = |phase| part(execution.plan(), (0, 0), phase).unwrap().start;
+        let view = (0..2).map(|robot| execution.robot(robot).unwrap());
+        let speeds: Vec<f64> = view.map(|view| f64::hypot(view.velocity[0], view.velocity[1])).collect();
+        assert!(speeds.iter().all(|speed| *speed <= 0.25 + 1e-9), "{speeds:?}");
+        (service(Phase::Waiting) - time, service(Phase::Going))
+    };
+    // It has left; then its way is that from where it is.
+    let leaves = comes(&execution, 0.0).1;
+    let time = leaves + 20.0;
+    execution.advance(time);
+    execution.tell(Event::Moved { agent: 0, place: [-10.0, 20.0] }).unwrap();
+    let way = f64::hypot(5.0, 19.0) / 0.25;
+    near(comes(&execution, time).0, way, 1e-6);
+    execution.advance(time + 5.0);
+    execution.tell(Event::Late { agent: 1, by: 30.0 }).unwrap();
+    near(comes(&execution, time).0, way, 1e-6);
+    run(&mut execution);
+    assert!(execution.done());
+}
+
+/// A robot that came all the way at once is to wait farther away: what it has gone stays as it was.
+#[test]
+fn a_distance_that_was_nothing_may_grow() {
+    let mut agent = common::agent("h1", AgentKind::Human, [10.0, 0.0], 3, 50.0);
+    agent.wait_distance = 0.0;
+    let problem = common::problem(vec![common::robot("m1", [-6.0, 0.0], 1.0)], vec![agent]);
+    for seed in 0..12 {
+        let settings = Settings { durations: Durations::Sampled { seed }, ..settings() };
+        let mut execution = Execution::new(problem.clone(), settings).unwrap();
+        while execution.statistics().agents[0].served < 1 {
+            let next = execution.next().unwrap();
+            execution.advance(next);
+        }
+        execution.tell(Event::Said { agent: 0, wait: 0, approach: 0, distance: 2 }).unwrap();
+        near(execution.problem().approach(&execution.problem().agents[0], 0).1, 1.0, 1e-12);
+        run(&mut execution);
+        assert!(execution.done() && execution.stranded().is_none());
+    }
+}
+
+/// Who says that the robot came too slowly at its greatest speed is heard: it may come faster, and does.
+#[test]
+fn a_wider_range_of_speeds_is_used() {
+    let mut problem = common::problem(
+        vec![common::robot("m1", [0.0, 0.0], 1.0)],
+        vec![common::agent("h1", AgentKind::Human, [8.0, 0.0], 4, 2.0)],
+    );
+    problem.robots[0].speed = Range::new(0.05, 1.0);
+    problem.robots[0].proximity = Some(Range::new(0.1, 0.4));
+    problem.agents[0].wait_weights = vec![1000.0; 4];
+    problem.agents[0].wait_distance = 4.0;
+    let mut execution = Execution::new(problem, settings()).unwrap();
+    for served in 1..3 {
+        while execution.statistics().agents[0].served < served {
+            let next = execution.next().unwrap();
+            execution.advance(next);
+        }
+        execution.tell(Event::Said { agent: 0, wait: 0, approach: 2, distance: 0 }).unwrap();
+    }
+    run(&mut execution);
+    let speeds = execution.statistics().agents[0].speeds.clone();
+    // Algorithm 2: 0.4 (1 + 1), then 0.8 (1 + 1), and no faster than it can go.
+    for (speed, most) in speeds.iter().zip([0.4, 0.8, 1.0, 1.0]) {
+        near(*speed, most, 1e-3);
+    }
+}
+
+/// A wait that breaks off is not forgotten.
+#[test]
+fn waits_in_vain_count() {
+    let mut problem = common::problem(
+        vec![common::robot("m1", [-8.0, 0.0], 1.0)],
+        vec![common::agent("h1", AgentKind::Human, [8.0, 0.0], 2, 20.0)],
+    );
+    problem.agents[0].duration.sigma = 0.0;
+    let mut execution = Execution::new(problem, settings()).unwrap();
+    let waited = |execution: &Execution| execution.statistics().agents[0].waited();
+    execution.advance(45.0);
+    near(waited(&execution), 25.0, 1e-9);
+    execution.tell(Event::Lost { who: Actor::Agent(0) }).unwrap();
+    execution.advance(100.0);
+    near(waited(&execution), 25.0, 1e-9);
+    execution.tell(Event::Back { who: Actor::Agent(0) }).unwrap();
+    execution.advance(130.0);
+    near(waited(&execution), 35.0, 1e-9);
+    let before = waited(&execution);
+    run(&mut execution);
+    let end = execution.statistics().agents[0].clone();
+    assert!(end.waited() > before && end.waiting == 0.0 && end.waits.len() == 2, "{end:?}");
 }

@@ -13,7 +13,7 @@ use hierarq_mission::execution::{
 };
 use hierarq_mission::plan::{Actor, Phase};
 use hierarq_mission::schedule::chance::quantile;
-use hierarq_mission::schedule::problem::{AgentKind, Problem};
+use hierarq_mission::schedule::problem::{AgentKind, Distances, Problem};
 use hierarq_mission::schedule::validate::validate;
 use proptest::prelude::*;
 
@@ -100,12 +100,15 @@ proptest! {
     ) {
         let (robots, people) = (problem.robots.len(), problem.agents.len());
         let mut execution = Execution::new(problem, settings.clone()).unwrap();
+        let mut waited = vec![0.0; people];
         for (after, what, who, a, b) in events {
             execution.advance(execution.time() + after);
+            possible(&execution, &settings.travel, &mut waited);
             let before = (execution.plan().clone(), execution.records().len());
             if execution.tell(event(what, who, robots, people, a, b)).is_err() {
                 prop_assert_eq!((execution.plan().clone(), execution.records().len()), before);
             }
+            possible(&execution, &settings.travel, &mut waited);
             if execution.stranded().is_none() && execution.problem().operations() > 0 {
                 prop_assert_eq!(validate(execution.problem(), execution.plan()), Vec::new());
                 keeps(execution.plan(), execution.records()).map_err(TestCaseError::fail)?;
@@ -113,7 +116,7 @@ proptest! {
         }
         // What waits to be told is told, until nothing happens any more.
         for _ in 0..200 {
-            run_told(&mut execution);
+            run_told(&mut execution, &settings.travel, &mut waited);
             if execution.next().is_none() {
                 break;
             }
@@ -148,10 +151,27 @@ proptest! {
     }
 }
 
+/// No robot is faster than it can be, and no wait that has been becomes none. `waited` are the waits before.
+fn possible(execution: &Execution, travel: &Travel, waited: &mut [f64]) {
+    for (robot, machine) in execution.problem().robots.iter().enumerate() {
+        let view = execution.robot(robot).unwrap();
+        let speed = f64::hypot(view.velocity[0], view.velocity[1]);
+        // Bases that avoid each other may be a little faster, by their potentials; a table of ways has no places.
+        let known = *travel == Travel::Planned && execution.problem().distances == Distances::Straight;
+        let most = if known { machine.speed.high } else { f64::INFINITY };
+        assert!(speed <= most * (1.0 + 1e-6), "{} {:?} {speed} {most}", machine.name, view.stage);
+    }
+    for (was, is) in waited.iter_mut().zip(execution.statistics().agents) {
+        assert!(is.waited() >= *was - 1e-6, "{} {was} {}", is.name, is.waited());
+        *was = is.waited();
+    }
+}
+
 /// Lets a mission run; an operation that ends when it is told is told to have ended when it is late for the second time.
-fn run_told(execution: &mut Execution) {
+fn run_told(execution: &mut Execution, travel: &Travel, waited: &mut [f64]) {
     let mut steps = 0;
     while let Some(next) = execution.next() {
+        possible(execution, travel, waited);
         let late = execution.advance(next).iter().rev().find_map(|record| match record.what {
             Happening::OperationLate { agent, .. } => Some(agent),
             _ => None,

@@ -30,12 +30,22 @@ pub struct AgentOutcome {
     pub served: usize,
     /// Wait after each operation, to the start of the next, or of the service of the last (s).
     pub waits: Vec<f64>,
+    /// Of a wait that is not over: how long it has been so far (s). Of one who left: what it waited in vain.
+    #[serde(default)]
+    pub waiting: f64,
     /// Speed of the robot's approach for each service (m/s).
     pub speeds: Vec<f64>,
     /// Adaptation index of the waits, thesis Algorithm 5; 1 for an agent who asked for nothing.
     pub wait_index: f64,
     /// Adaptation index of the speeds.
     pub speed_index: f64,
+}
+
+impl AgentOutcome {
+    /// All its waits together, with the one that is not over (s).
+    pub fn waited(&self) -> f64 {
+        self.waits.iter().sum::<f64>() + self.waiting
+    }
 }
 
 /// What became of a robot.
@@ -52,9 +62,9 @@ pub struct RobotOutcome {
 }
 
 impl Outcome {
-    /// All waits of all agents together (s).
+    /// All waits of all agents together, with those that are not over (s).
     pub fn waited(&self) -> f64 {
-        self.agents.iter().flat_map(|agent| &agent.waits).sum()
+        self.agents.iter().map(AgentOutcome::waited).sum()
     }
 
     /// The energy of all robots (J).
@@ -73,6 +83,7 @@ impl Execution {
                 name: who.name.clone(),
                 served: state.operation,
                 waits: state.waits.clone(),
+                waiting: state.waiting(self.time),
                 speeds: state.speeds.clone(),
                 wait_index,
                 speed_index,

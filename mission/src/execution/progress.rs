@@ -58,13 +58,11 @@ impl Execution {
         };
         let state = &self.robots[robot];
         let place = waiting_place(problem, agent, robot);
-        let reached = match self.has_places() && distance(place, state.leg.to) > SAME_PLACE {
-            true => self.reach(robot, place),
-            false => f64::NEG_INFINITY,
-        };
+        let elsewhere = self.has_places() && distance(place, state.leg.to) > SAME_PLACE;
+        let reached = |there: f64| if elsewhere { self.reach(robot, place) } else { there };
         match state.stage {
-            Stage::Going => Earliest { waiting: reached.max(state.not_before), ..Earliest::NONE },
-            Stage::Waiting => Earliest { proximity: reached.max(state.leg.until), ..Earliest::NONE },
+            Stage::Going => Earliest { waiting: reached(state.not_before), ..Earliest::NONE },
+            Stage::Waiting => Earliest { proximity: reached(state.leg.until), ..Earliest::NONE },
             Stage::Approaching => Earliest { serving: state.leg.until, ..Earliest::NONE },
             Stage::Returning => Earliest { end: state.not_before + problem.robots[robot].deposit, ..Earliest::NONE },
             _ => Earliest::NONE,

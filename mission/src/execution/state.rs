@@ -23,6 +23,8 @@ pub(super) struct AgentState {
     pub late: usize,
     /// Waits after the operations that have been served (s), as far as they are known.
     pub waits: Vec<f64>,
+    /// What it has waited in vain (s), because it left or began again; a part of its next wait.
+    pub carried: f64,
     /// How fast the robots came that served its operations (m/s).
     pub speeds: Vec<f64>,
     /// Which robot served last.
@@ -40,9 +42,27 @@ impl AgentState {
             expected: time,
             late: 0,
             waits: Vec::new(),
+            carried: 0.0,
             speeds: Vec::new(),
             last: None,
         }
+    }
+
+    /// The wait after this operation, or before it, is over at this time (s).
+    pub fn waited(&mut self, time: f64) {
+        self.waits.push(std::mem::take(&mut self.carried) + time - self.ends);
+    }
+
+    /// For how long it has waited (s), of the wait that is not over at this time (s).
+    pub fn waiting(&self, time: f64) -> f64 {
+        let waits = match self.doing {
+            Doing::Waiting => true,
+            // The wait for the last service is over when it begins.
+            Doing::Served => self.waits.len() <= self.operation,
+            Doing::Ready => self.operation > 0,
+            Doing::Working | Doing::Finished | Doing::Lost => false,
+        };
+        self.carried + if waits { time - self.ends } else { 0.0 }
     }
 
     /// The operation has begun and has not been served.
@@ -61,7 +81,7 @@ pub(super) struct RobotState {
     pub target: Option<(usize, usize)>,
     /// Where it goes, or stands.
     pub leg: Leg,
-    /// It is where it goes no earlier than this (s), because it is late.
+    /// It is where it goes no earlier than this (s), because it is late, or goes another way than that from its depot.
     pub not_before: f64,
     /// Where it is (m) at the last step of the bases.
     pub position: [f64; 2],

@@ -57,7 +57,7 @@ impl Execution {
         };
         let state = &mut self.agents[agent];
         if operation > 0 {
-            state.waits.push(self.time - state.ends);
+            state.waited(self.time);
         }
         (state.doing, state.since, state.start) = (Doing::Working, self.time, self.time);
         (state.ends, state.expected, state.late) = (ends, expected, 0);
@@ -134,7 +134,7 @@ impl Execution {
                 let state = &mut self.agents[agent];
                 (state.doing, state.since) = (Doing::Served, self.time);
                 if operation + 1 == self.problem.agents[agent].operations {
-                    state.waits.push(self.time - state.ends);
+                    state.waited(self.time);
                 }
                 let way = self.robots[robot].leg.until - self.robots[robot].since;
                 self.count_way(robot, lengths.proximity, way);

@@ -170,9 +170,10 @@ impl Execution {
 
     /// A change makes no mistake in a problem without one.
     fn still_possible(&self, problem: &Problem) -> Result<(), EventError> {
-        let mistakes = problem.check();
-        match mistakes.first() {
-            Some(first) if self.problem.check().is_empty() => {
+        // What has been gone by now may have had another length.
+        let now = |problem: &Problem| Problem { start: self.time, ..problem.clone() }.check();
+        match now(problem).first() {
+            Some(first) if now(&self.problem).is_empty() => {
                 Err(EventError::Impossible { why: first.reason.to_string() })
             }
             _ => Ok(()),
@@ -216,7 +217,9 @@ impl Execution {
         let before = self.next_wait_and_speed(agent);
         if self.settings.replan != Replan::None {
             self.satisfied[agent] = Some(satisfied);
-            self.update(problem);
+            // What one may do now and might not do before is in no plan, and so in no cost that could have changed.
+            let freer = widened(&self.problem, &problem, agent);
+            self.update_or_plan(problem, freer);
         }
         if let (Some(before), Some(after)) = (before, self.next_wait_and_speed(agent)) {
             self.indices[agent] = self.indices[agent].after(feedback.wait, feedback.approach, before, after);
@@ -277,6 +280,7 @@ impl Execution {
         let served = self.agents[agent].operation;
         self.schedule.retain(|at| at.agent != agent || at.operation < served);
         let state = &mut self.agents[agent];
+        state.carried = state.waiting(self.time);
         (state.doing, state.since) = (Doing::Lost, self.time);
         let mut problem = self.problem.clone();
         let who = &mut problem.agents[agent];
@@ -297,10 +301,20 @@ impl Execution {
         state.doing = if over { Doing::Finished } else { Doing::Ready };
         // Its wait begins with its return.
         (state.since, state.ends) = (self.time, self.time);
-        if !over {
-            state.waits.truncate(state.operation.saturating_sub(1));
+        // What it waited before the operation that begins again is a part of the wait before it.
+        if !over && state.operation > 0 && state.waits.len() >= state.operation {
+            state.carried += state.waits.pop().unwrap_or(0.0);
         }
         self.done &= over;
         self.update(problem);
     }
+}
+
+/// A robot may approach this agent faster, or more slowly, than it might before.
+fn widened(before: &Problem, after: &Problem, agent: usize) -> bool {
+    let (Some(was), Some(is)) = (before.agents.get(agent), after.agents.get(agent)) else { return false };
+    (0..after.robots.len()).any(|robot| {
+        let (was, is) = (before.approach(was, robot).0, after.approach(is, robot).0);
+        is.high > was.high || is.low < was.low
+    })
 }

@@ -112,6 +112,11 @@ impl Execution {
         let Some(times) = self.service(agent, operation).map(|at| at.times) else { return };
         let place = waiting_place(&self.problem, agent, robot);
         match stage {
+            Stage::Going if distance(place, leg.to) > SAME => {
+                // The way is no longer the one from the depot.
+                self.robots[robot].not_before = self.reach(robot, place);
+                self.send(robot, place, times.waiting);
+            }
             Stage::Going if place != leg.to || times.waiting != leg.until => self.send(robot, place, times.waiting),
             Stage::Waiting if distance(place, leg.to) > SAME => {
                 let until = self.reach(robot, place);

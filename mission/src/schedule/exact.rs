@@ -30,9 +30,9 @@ pub(crate) struct Found {
     pub statistics: Statistics,
 }
 
-/// Compares a cost with a bound: proven, or a gap for this reason.
+/// Compares a cost with a bound: proven, or a gap for this reason. No schedule costs less than nothing.
 pub(crate) fn status(cost: f64, bound: f64, gap: f64, stopped: Option<Limit>) -> Status {
-    let bound = bound.min(cost);
+    let bound = bound.max(0.0).min(cost);
     let relative = if cost > 0.0 { (cost - bound) / cost } else { 0.0 };
     match stopped {
         Some(stopped) if relative > gap => Status::Gap { bound, gap: relative, stopped },

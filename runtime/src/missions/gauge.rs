@@ -1,50 +1,27 @@
 //! What is measured of a mission while it is executed.
 
-use mission::execution::{Doing, Event, Execution, Happening, Outcome, Stage};
-use mission::plan::Actor;
+use mission::execution::{Doing, Execution, Outcome, Stage};
 
 use super::Workers;
 use crate::program::{MissionMeasure, OfAgent, OfMission, OfRobot};
 
-/// What a mission has come to, with what its records say of waits that are not over.
+/// What a mission has come to.
 pub(super) struct Gauge {
-    /// For each agent when the operation ended whose wait is not over, in s.
-    ended: Vec<Option<f64>>,
     /// Waits of each agent so far, in s.
     waited: Vec<f64>,
-    /// Records that were looked at.
-    seen: usize,
     now: Option<Outcome>,
 }
 
 impl Gauge {
     pub(super) fn new(agents: usize) -> Gauge {
-        Gauge { ended: vec![None; agents], waited: vec![0.0; agents], seen: 0, now: None }
+        Gauge { waited: vec![0.0; agents], now: None }
     }
 
     /// Looks at an execution as it stands.
     pub(super) fn look(&mut self, execution: &Execution) {
-        for record in execution.records().iter().skip(self.seen) {
-            let (agent, ended) = match record.what {
-                Happening::OperationEnded { agent, .. } => (agent, Some(record.time)),
-                Happening::OperationBegan { agent, .. } => (agent, None),
-                Happening::Told { event: Event::Lost { who: Actor::Agent(agent) } } => (agent, None),
-                // Behind the last operation the wait ends with the service.
-                Happening::Serves { agent, operation, .. } => match execution.problem().agents.get(agent) {
-                    Some(who) if operation + 1 >= who.operations => (agent, None),
-                    _ => continue,
-                },
-                _ => continue,
-            };
-            if let Some(slot) = self.ended.get_mut(agent) {
-                *slot = ended;
-            }
-        }
-        self.seen = execution.records().len();
         let now = execution.statistics();
-        for ((waited, agent), ended) in self.waited.iter_mut().zip(&now.agents).zip(&self.ended) {
-            let under_way = ended.map_or(0.0, |since| (execution.time() - since).max(0.0));
-            *waited = agent.waits.iter().sum::<f64>() + under_way;
+        for (waited, agent) in self.waited.iter_mut().zip(&now.agents) {
+            *waited = agent.waited();
         }
         self.now = Some(now);
     }

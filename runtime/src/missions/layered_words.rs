@@ -3,7 +3,7 @@
 use mission::layers::execution::{Doing, Event, Happening};
 use mission::layers::problem::Problem;
 
-use super::words::percent;
+use super::words::changed;
 use crate::text::number;
 
 fn name(problem: &Problem, agent: usize) -> &str {
@@ -54,10 +54,10 @@ pub fn of_happening(what: &Happening, problem: &Problem) -> String {
         }
         Happening::Told { event } => of_event(event, problem),
         Happening::Rescheduled { index } => {
-            format!("times of the plan move; its cost has changed by {} %", percent(*index))
+            format!("times of the plan move; its cost {}", changed(*index))
         }
         Happening::Reallocated { index: Some(index), .. } => {
-            format!("planned anew; the cost had changed by {} %", percent(*index))
+            format!("planned anew, as the cost {}", changed(*index))
         }
         Happening::Reallocated { index: None, .. } => "planned anew".to_string(),
         Happening::Refused { why } => format!("no better plan: {why}"),

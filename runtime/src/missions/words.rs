@@ -6,6 +6,9 @@ use mission::schedule::problem::Problem;
 
 use crate::text::number;
 
+/// An index that stands for infinity: what cost nothing costs something.
+const LARGE: f64 = 1e6;
+
 fn agent_name(problem: &Problem, index: usize) -> &str {
     problem.agents.get(index).map_or("somebody", |who| &who.name)
 }
@@ -84,10 +87,10 @@ pub fn of_happening(what: &Happening, problem: &Problem) -> String {
         }
         Happening::Told { event } => of_event(event, problem),
         Happening::Rescheduled { index } => {
-            format!("times of the plan move; its cost has changed by {} %", percent(*index))
+            format!("times of the plan move; its cost {}", changed(*index))
         }
         Happening::Reallocated { index: Some(index), .. } => {
-            format!("planned anew, as the cost has changed by {} %", percent(*index))
+            format!("planned anew, as the cost {}", changed(*index))
         }
         Happening::Reallocated { index: None, .. } => "planned anew".to_string(),
         Happening::Refused { why } => format!("no better plan: {why}"),
@@ -96,6 +99,7 @@ pub fn of_happening(what: &Happening, problem: &Problem) -> String {
     }
 }
 
-pub(super) fn percent(share: f64) -> String {
-    format!("{:.1}", 100.0 * share)
+/// By how much a cost has changed: `index` is the share of what it was.
+pub(super) fn changed(index: f64) -> String {
+    if index < LARGE { format!("has changed by {:.1} %", 100.0 * index) } else { "was nothing before".to_string() }
 }
