@@ -101,8 +101,8 @@ pub static SCENARIO: Section = Section {
             "replan",
             Holds::Choice(&["none", "reschedule", "both"]),
             "both",
-            "Of a mission: what the plan does when something differs from it. Nothing; its times move; or it is also made anew \
-             when its cost has changed by more than `reallocate_above`.",
+            "Of a mission: what the plan does when something differs from it. Its times move no more than they must; what \
+             people say moves them too; or it is also made anew when its cost has changed by more than `reallocate_above`.",
         ),
         Key::or(
             "step",

@@ -79,7 +79,11 @@ fn text(mission: &MissionProgram, problem: &Problem, p: &PlannedLayers) -> Strin
             object.to_string(),
             format!("{:.1}", step.start),
             format!("{:.1}", step.end),
-            format!("{:.3}", step.speed),
+            if problem.distance(step.agent, step.task, step.object) > 0.0 {
+                format!("{:.3}", step.speed)
+            } else {
+                "-".to_string()
+            },
         ]);
     }
     let c = &p.cost;

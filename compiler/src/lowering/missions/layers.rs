@@ -61,6 +61,9 @@ impl Lowerer<'_> {
             let waits = instruction.is_some() && problem.layers.is_empty();
             self.layers_mistakes(m, &problem, &places, waits);
         }
+        if self.errors() == before {
+            self.layers_warnings(m, &problem, &places);
+        }
         if self.errors() > before {
             return None;
         }

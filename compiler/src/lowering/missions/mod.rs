@@ -10,6 +10,7 @@ mod layers;
 mod layers_file;
 mod layers_mistakes;
 mod layers_team;
+mod layers_warnings;
 mod mistakes;
 mod places;
 mod reading;

@@ -10,8 +10,8 @@ use super::super::Lowerer;
 use super::places::OfSchedule as Places;
 
 impl Lowerer<'_> {
-    /// Warns of robots and agents without anything to do, of a cost that is always zero, and of speeds that are not as
-    /// written.
+    /// Warns of robots and agents without anything to do, of a cost that is always zero, of speeds that are not as
+    /// written, and of robots that wait behind their depots.
     pub(super) fn schedule_warnings(&mut self, m: &Mission, problem: &Problem, places: &Places) {
         for (i, who) in problem.agents.iter().enumerate().filter(|(_, who)| who.operations == 0) {
             let at = places.key(Item::Agent(i), Key::Operations).unwrap_or(m.name.span);
@@ -33,6 +33,33 @@ impl Lowerer<'_> {
             self.push(d.help("write a weight above zero, such as `makespan 1`"));
         }
         self.clamped(problem, places);
+        self.behind(problem, places);
+    }
+
+    /// Warns of robots that wait farther from an agent than their depot is.
+    fn behind(&mut self, problem: &Problem, places: &Places) {
+        for (k, who) in problem.agents.iter().enumerate().filter(|(_, who)| who.operations > 0) {
+            for (i, robot) in problem.robots.iter().enumerate() {
+                let (far, near) = (problem.lengths(k, i).depositing, problem.approach(who, i).1);
+                if near <= far {
+                    continue;
+                }
+                let (depot, agent) = (number(far), &who.name);
+                let text = format!(
+                    "`{}` waits {} m from `{agent}`, and its depot is {depot} m away",
+                    robot.name,
+                    number(near)
+                );
+                let at = places.approach(k, i).or_else(|| places.key(Item::Agent(k), Key::WaitDistance));
+                let at =
+                    at.or_else(|| places.key(Item::Agent(k), Key::Place)).unwrap_or(places.of(Item::Agent(k), None));
+                let d = Diagnostic::warning("HQ0914", at, text)
+                    .note("it goes away from the agent first, and comes back to serve")
+                    .help(format!("wait at most {depot} m away, or put the depot elsewhere"));
+                self.push(d);
+                break;
+            }
+        }
     }
 
     /// Warns of speeds near an agent that are cut to those of the robot.
