@@ -33,6 +33,57 @@ fn translations_keep_comments() {
     }
 }
 
+/// A comment behind an item of a list stays with it, in its spelling and in the other.
+#[test]
+fn comments_of_items_stay_with_them() {
+    let hq = "hierarq 1
+
+scenario day {
+  happens [
+    { at 10 s  late h1  by 5 s },  // the box jams
+    { at 100 s  lost r },
+    { at 150 s  lost m },  // flat battery
+    { at 200 s  back r },  // charged
+  ]
+}
+";
+    let yaml = "hierarq: 1
+
+scenarios:
+  day:
+    happens:
+      - { at: 10 s, late: h1, by: 5 s }  # the box jams
+      - { at: 100 s, lost: r }
+      - { at: 150 s, lost: m }  # flat battery
+      - { at: 200 s, back: r }  # charged
+";
+    let (one, other) = (good(hq, Spelling::Hq), good(yaml, Spelling::Yaml));
+    assert_eq!(print(&one, Spelling::Hq), hq);
+    assert_eq!(print(&other, Spelling::Yaml), yaml);
+    assert_eq!(print(&one, Spelling::Yaml), yaml);
+    assert_eq!(print(&other, Spelling::Hq), hq);
+    // Items of several lines end with theirs.
+    let tall = "hierarq 1
+
+scenario day {
+  happens [
+    {
+      at 10 s  // or later
+      late h1
+      by 5 s
+    },  // the box jams
+    { at 100 s  lost r },
+  ]
+}
+";
+    let read = good(tall, Spelling::Hq);
+    assert_eq!(print(&read, Spelling::Hq), tall);
+    let there = print(&read, Spelling::Yaml);
+    let (jams, next) = (there.find("# the box jams"), there.find("100 s"));
+    assert!(jams.is_some() && jams < next, "{there}");
+    assert_eq!(print(&good(&there, Spelling::Yaml), Spelling::Yaml), there);
+}
+
 /// A formula with every operation in parentheses.
 fn shape(f: &Formula) -> String {
     use FormulaKind as F;

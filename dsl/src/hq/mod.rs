@@ -16,7 +16,7 @@ pub(crate) use items::{bad_version, no_header};
 use crate::comments::Pool;
 use crate::expr::{self, Place};
 use crate::grammar::{Grammar, Pair, Rule};
-use crate::tree::{Spec, Value};
+use crate::tree::{Spec, Value, ValueKind};
 use crate::{Diagnostic, SourceId, Span, limits};
 use pest::Parser;
 
@@ -124,7 +124,10 @@ impl<'t> Reader<'t> {
         let value = expr::value(pair, place, &mut diags, &mut |part, diags| {
             std::mem::swap(&mut self.diags, diags);
             // A list has no place for a comment behind an inner brace; a full slot leaves it to the first key.
-            let value = self.value(part, &mut Some(String::new()));
+            let mut value = self.value(part, &mut Some(String::new()));
+            if let ValueKind::Block(block) = &mut value.kind {
+                self.pool.behind(value.span.range().end, &[','], &mut block.closing_comments.behind);
+            }
             std::mem::swap(&mut self.diags, diags);
             value
         });

@@ -153,8 +153,13 @@ fn list(value: &Value, suffix: &str, indent: usize, lines: &mut Lines) {
         match &item.kind {
             ValueKind::List(_) => list(item, "", indent + 2, lines),
             ValueKind::Block(body) => {
-                tagged_or_block(body, &None, indent + 2, lines);
+                let mut body = body.clone();
+                let behind = body.closing_comments.behind.take();
+                tagged_or_block(&body, &None, indent + 2, lines);
                 lines.out.truncate(lines.out.trim_end().len());
+                lines.out.push(',');
+                lines.end(&behind);
+                continue;
             }
             _ => lines.out.push_str(&expr::text(item)),
         }

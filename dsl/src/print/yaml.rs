@@ -145,7 +145,8 @@ pub(super) fn value(it: &Value, behind: &Option<String>, indent: usize, text_key
                 lines.out.push('-');
                 match &item.kind {
                     // A mapping or sequence inside a sequence stands on its own lines below the dash.
-                    ValueKind::Block(_) | ValueKind::List(_) => value(item, &None, indent + 2, text_key, lines),
+                    ValueKind::Block(body) => listed(body, indent + 2, lines),
+                    ValueKind::List(_) => value(item, &None, indent + 2, text_key, lines),
                     _ => {
                         lines.out.push_str(&format!(" {}", scalar(item, text_key, false)));
                         lines.end(&None);
@@ -159,6 +160,18 @@ pub(super) fn value(it: &Value, behind: &Option<String>, indent: usize, text_key
     }
     lines.out.push_str(&format!(" {}", scalar(it, text_key, false)));
     lines.end(behind);
+}
+
+/// A block behind a dash; the comment behind it stands at its end where it takes several lines.
+fn listed(body: &Block, indent: usize, lines: &mut Lines) {
+    let mut body = body.clone();
+    let behind = body.closing_comments.behind.take();
+    let mut line = OneLine::new(WIDTH.saturating_sub(lines.column() + 1));
+    if one_line_block(&body, &mut line).is_some() {
+        return block(&body, &behind, indent, lines);
+    }
+    body.closing_comments.before.extend(behind);
+    block(&body, &None, indent, lines);
 }
 
 /// A block behind `key:`.

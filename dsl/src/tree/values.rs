@@ -12,7 +12,7 @@ pub struct Block {
     pub span: Span,
     /// Written as `tag { .. }` instead of `{ tag { .. } }`: a matter of spelling only.
     pub tagged: bool,
-    /// Comments before the closing brace.
+    /// Comments before the closing brace, and behind the block where it is an item of a list.
     pub closing_comments: Comments,
 }
 

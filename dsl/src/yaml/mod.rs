@@ -296,6 +296,16 @@ impl Reader<'_> {
         }
     }
 
+    /// An item of a sequence, with the comment behind it.
+    fn item(&mut self, id: NodeId, key: Option<&Spanned<String>>) -> Value {
+        let mut value = self.value(id, key);
+        if let ValueKind::Block(block) = &mut value.kind {
+            let end = self.span(id).range().end;
+            self.pool.behind(end, &[','], &mut block.closing_comments.behind);
+        }
+        value
+    }
+
     /// Any value; `key` is the key it belongs to.
     fn value(&mut self, id: NodeId, key: Option<&Spanned<String>>) -> Value {
         let span = self.span(id);
@@ -317,7 +327,7 @@ impl Reader<'_> {
             Kind::Sequence(items) => {
                 let items = items.clone();
                 self.depth += 1;
-                let items = items.into_iter().map(|item| self.value(item, key)).collect();
+                let items = items.into_iter().map(|item| self.item(item, key)).collect();
                 self.depth -= 1;
                 Value { kind: ValueKind::List(items), span }
             }
