@@ -253,7 +253,7 @@ fn the_command_line_runs_and_tests_layers() {
     assert!(summary.get("outcome").is_none());
     assert_eq!(read("log.csv").lines().count(), 92);
     let report = read("report.html");
-    assert_eq!(report.matches("<svg").count(), 2);
+    assert_eq!(report.matches("<svg").count(), 3);
     assert!(report.find("Planned") < report.find("Executed") && report.contains("layer three is done"), "a page");
 
     let (code, out, _) = hierarq(&["test", "wall.hq", "--json"]);

@@ -237,6 +237,41 @@ fn layers_are_planned_one_after_the_other() {
     assert_eq!(map.status.code(), Some(2));
 }
 
+/// The map of layers: a way for each cube that is carried, from where it lies to where it belongs, in one scale.
+#[test]
+fn layers_are_drawn_from_above() {
+    let folder = folder("plan_layers_drawn");
+    let file = spec(&folder, "letter.hq", LETTER);
+    let map = folder.join("map.svg");
+    let out = hierarq(&["plan", &file, "--map", map.to_str().expect("UTF-8")]);
+    assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+    let svg = std::fs::read_to_string(map).expect("written");
+    let tree = roxmltree::Document::parse(&svg).expect("XML");
+    let of = |class: &str| {
+        let has =
+            |node: &roxmltree::Node<'_, '_>| node.attribute("class").is_some_and(|c| c.split(' ').any(|c| c == class));
+        tree.descendants().filter(has).collect::<Vec<_>>()
+    };
+    let carried = of("carries");
+    assert_eq!(carried.len(), 3);
+    let number = |text: &str| text.parse::<f64>().expect("a number");
+    let ends = |node: &roxmltree::Node<'_, '_>| {
+        let line = node.attribute("d").expect("a way").replace(['M', 'L'], "");
+        let at: Vec<f64> = line.split_whitespace().map(number).collect();
+        [at[at.len() - 2] - at[0], at[at.len() - 1] - at[1]]
+    };
+    let head = carried.iter().find(|n| n.attribute("class") == Some("carries line-1")).expect("the head");
+    // Cube 3 goes 0.2 m to the right and 0.1 m down.
+    let scale = number(of("robots")[0].attribute("data-scale").expect("a scale"));
+    let [dx, dy] = ends(head);
+    assert!((dx / scale - 0.2).abs() < 1e-3 && (dy / scale - 0.1).abs() < 1e-3, "{dx} {dy} {scale}");
+    // Every cube is used, in the colour of its layer; one is in the legend.
+    assert_eq!((of("object").len(), of("layer-1").len()), (4, 2));
+    for name in ["left", "anna", "cube_1"] {
+        assert!(svg.contains(&format!(">{name}</text>")), "{name}");
+    }
+}
+
 /// A spec of missions alone checks, compiles and formats; what needs a robot says what to do instead.
 #[test]
 fn missions_alone_are_a_spec() {

@@ -3,12 +3,15 @@
 //! All are functions of data: a [`mission::plan::Plan`], a problem, an instant. A chart has a row for each robot and each
 //! agent; phases differ in character or height as well as in colour. Operations count from 1 here, as people count.
 
+mod above;
 mod axis;
+mod frame;
 mod map;
 mod rows;
 mod svg;
 mod text;
 
+pub use above::layered_map;
 pub use map::{Standing, map};
 pub use svg::{Look, picture, svg};
 pub use text::text;

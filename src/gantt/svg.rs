@@ -27,6 +27,9 @@ impl Default for Look {
     }
 }
 
+/// Layers whose colours differ.
+pub(super) const LAYERS: usize = 6;
+
 const WIDTH: f64 = 960.0;
 const ROW: f64 = 40.0;
 const TOP: f64 = 30.0;
@@ -245,7 +248,7 @@ impl Chart {
 /// The class of a bar; layers have six colours in turn.
 fn class(kind: Kind) -> String {
     match kind {
-        Kind::Task(layer) => format!("task layer-{}", layer % 6),
+        Kind::Task(layer) => format!("task layer-{}", layer % LAYERS),
         kind => kind.name().to_string(),
     }
 }

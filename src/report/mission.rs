@@ -69,8 +69,12 @@ fn body(run: &MissionRun, out: &mut String) -> std::fmt::Result {
             writeln!(out, "<h2>{name}</h2>\n<div class=\"rolls\">\n{}</div>", gantt::picture(plan, &look))?;
         }
     }
-    if let (Some(plan), Some(problem)) = (&run.executed, &run.problem) {
-        let map = gantt::map(problem, plan, &Standing::default());
+    let map = run.executed.as_ref().and_then(|plan| match (&run.problem, &run.layers) {
+        (Some(problem), _) => Some(gantt::map(problem, plan, &Standing::default())),
+        (None, Some(problem)) => Some(gantt::layered_map(problem, plan, &Standing::default())),
+        (None, None) => None,
+    });
+    if let Some(map) = map {
         writeln!(out, "<h2>Places and ways</h2>\n<div class=\"rolls\">\n{map}</div>")?;
     }
     if !summary.workers.is_empty() {

@@ -24,7 +24,7 @@ pub(super) fn run(
         Ok(execution) => execution,
         Err(why) => {
             let summary = MissionSummary::refused(mission, scenario, why.to_string(), judge.finish());
-            return Ok(MissionRun { summary, problem: None, planned: None, executed: None });
+            return Ok(MissionRun { summary, problem: None, layers: None, planned: None, executed: None });
         }
     };
     let planned = execution.plan().clone();
@@ -52,7 +52,8 @@ pub(super) fn run(
     let outcomes = judge.finish();
     let end = if interrupted { End::Interrupted } else { End::of_layers(&execution) };
     let summary = MissionSummary::layered(mission, scenario, (&execution, end, instants), untaken, outcomes);
-    Ok(MissionRun { summary, problem: None, planned: Some(planned), executed: Some(carried_out(&execution)) })
+    let (executed, layers) = (Some(carried_out(&execution)), Some(execution.problem().clone()));
+    Ok(MissionRun { summary, problem: None, layers, planned: Some(planned), executed })
 }
 
 /// The plan as it stands, with all that has begun by now marked so, and not only what had when it was planned last.

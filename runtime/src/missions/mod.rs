@@ -73,6 +73,8 @@ pub struct MissionRun {
     pub summary: MissionSummary,
     /// The problem of a schedule as it was at the start; none of a mission of layers.
     pub problem: Option<Problem>,
+    /// The problem of layers; none of a schedule.
+    pub layers: Option<mission::layers::problem::Problem>,
     /// The plan that was made before anything happened; none where there was none.
     pub planned: Option<Plan>,
     /// What was done, and what is still planned; none where there was no plan.
@@ -133,7 +135,7 @@ pub fn run(
         Ok(execution) => execution,
         Err(why) => {
             let summary = MissionSummary::refused(mission, scenario, why.to_string(), judge.finish());
-            return Ok(MissionRun { summary, problem: Some(problem), planned: None, executed: None });
+            return Ok(MissionRun { summary, problem: Some(problem), layers: None, planned: None, executed: None });
         }
     };
     let planned = execution.plan().clone();
@@ -157,7 +159,7 @@ pub fn run(
     let end = if interrupted { End::Interrupted } else { End::of(&execution) };
     let summary = MissionSummary::new(mission, scenario, (&execution, end, instants), (untaken, &workers), outcomes);
     let executed = Some(execution.plan().clone());
-    Ok(MissionRun { summary, problem: Some(problem), planned: Some(planned), executed })
+    Ok(MissionRun { summary, problem: Some(problem), layers: None, planned: Some(planned), executed })
 }
 
 /// What happens beside the mission itself.

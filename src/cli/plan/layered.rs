@@ -27,7 +27,8 @@ pub(super) fn plan(a: &Arguments, mission: &MissionProgram, of: &LayersProgram) 
     options.batch = batch(a).or(of.batch);
     options.budget.time = budget(a)?.time;
     let planned = planned::layers(&of.problem, &options).map_err(|why| refused(&why))?;
-    draw(a, &planned.plan, None)?;
+    let standing = gantt::Standing { styled: true, ..gantt::Standing::default() };
+    draw(a, &planned.plan, &|| gantt::layered_map(&of.problem, &planned.plan, &standing))?;
     Ok(match a.json {
         true => format!("{:#}\n", data(a, mission, &planned)),
         false => text(mission, &of.problem, &planned),

@@ -149,19 +149,15 @@ fn refused(why: &Unplanned) -> String {
     }
 }
 
-/// Draws what is to be drawn; `map` draws places and ways, where the kind of mission has such a picture.
-fn draw(a: &Arguments, plan: &Plan, map: Option<&dyn Fn() -> String>) -> Result<(), String> {
+/// Draws what is to be drawn; `map` draws places and ways.
+fn draw(a: &Arguments, plan: &Plan, map: &dyn Fn() -> String) -> Result<(), String> {
     let write = |path: &Path, text: String| {
         std::fs::write(path, text).map_err(|e| format!("cannot write `{}`: {e}", path.display()))
     };
     if let Some(path) = &a.gantt {
         write(path, gantt::svg(plan))?;
     }
-    match (&a.map, map) {
-        (Some(path), Some(map)) => write(path, map()),
-        (Some(_), None) => Err("--map draws schedules, and this mission is none: leave it out".to_string()),
-        (None, _) => Ok(()),
-    }
+    a.map.as_ref().map_or(Ok(()), |path| write(path, map()))
 }
 
 fn coloured() -> bool {

@@ -18,7 +18,7 @@ pub(super) fn plan(a: &Arguments, mission: &MissionProgram, of: &ScheduleProgram
     let options = Options { formulation, engine: a.engine, batch: batch(a).unwrap_or(of.batch), budget: budget(a)? };
     let planned = planned::schedule(&of.problem, &options).map_err(|why| refused(&why))?;
     let standing = gantt::Standing { styled: true, ..gantt::Standing::default() };
-    draw(a, &planned.plan, Some(&|| gantt::map(&of.problem, &planned.plan, &standing)))?;
+    draw(a, &planned.plan, &|| gantt::map(&of.problem, &planned.plan, &standing))?;
     Ok(if a.json {
         format!("{:#}\n", data(a, mission, &planned))
     } else {
