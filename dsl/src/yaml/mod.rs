@@ -102,6 +102,13 @@ impl Reader<'_> {
         self.visited <= MAX_NODES
     }
 
+    /// The first character of a node, for what is missing in it as a whole.
+    fn first_character(&self, id: NodeId) -> Span {
+        let span = self.span(id);
+        let length = self.text.get(span.range()).and_then(|t| t.chars().next()).map_or(0, char::len_utf8);
+        Span { end: span.start + length as u32, ..span }
+    }
+
     /// The text of a scalar.
     fn scalar(&self, id: NodeId) -> Option<(&str, Style)> {
         match &self.node(id).kind {
