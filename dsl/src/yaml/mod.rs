@@ -328,13 +328,11 @@ impl Reader<'_> {
                 self.depth -= 1;
                 Value { kind: ValueKind::List(items), span }
             }
-            Kind::Mapping(_) => {
-                let mut value = Value { kind: ValueKind::Block(self.block(id)), span };
-                if let Some(key) = key {
-                    checks::text_value(&key.value, &mut value, self.text, &mut self.diags);
-                }
-                value
+            Kind::Mapping(_) if text_key => {
+                self.diags.push(quotes::no_text(key.map_or("", |k| &k.value), self.text, span));
+                missing(span)
             }
+            Kind::Mapping(_) => Value { kind: ValueKind::Block(self.block(id)), span },
         }
     }
 }
