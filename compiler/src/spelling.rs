@@ -51,9 +51,14 @@ static PAIRS: &[(&str, &str)] = &[
     ("in braces", "as a mapping, `{ name: value }`"),
 ];
 
-/// A help in the YAML spelling.
+/// A help in the YAML spelling. There a list with something behind it, `[0.05, 0.2] m/s`, stands in quotes.
 pub fn in_yaml(help: &str) -> String {
-    PAIRS.iter().fold(help.to_string(), |text, (hq, yaml)| text.replace(hq, yaml))
+    let help = PAIRS.iter().fold(help.to_string(), |text, (hq, yaml)| text.replace(hq, yaml));
+    let pieces = help.split('`').enumerate().map(|(i, piece)| {
+        let bare = i % 2 == 1 && piece.starts_with('[') && piece.contains("] ");
+        if bare { format!("\"{piece}\"") } else { piece.to_string() }
+    });
+    pieces.collect::<Vec<_>>().join("`")
 }
 
 #[cfg(test)]
@@ -64,6 +69,7 @@ mod tests {
     fn helps_in_yaml() {
         assert_eq!(in_yaml("write `run { stack a  duration 10 s }`"), "write `run: { stack: a, duration: 10 s }`");
         assert_eq!(in_yaml("write `[x, y, z]`"), "write `[x, y, z]`");
+        assert_eq!(in_yaml("write `[1, 2] m` or `2 m`"), "write `\"[1, 2] m\"` or `2 m`");
         for (hq, yaml) in PAIRS {
             assert!(!yaml.contains(hq), "{hq} would be replaced twice");
         }
