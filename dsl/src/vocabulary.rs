@@ -13,3 +13,6 @@ pub static TEXT_KEYS: &[&str] =
 /// What a member of a mission can be: `robot m1 { .. }`; in YAML the members stand below the plural, `robots:`. None of
 /// the plurals can be a setting of a mission.
 pub static ROLES: &[&str] = &["robot", "human", "worker", "object", "place", "layer", "task"];
+
+/// The kinds of missions, which stand above everything else of a mission in YAML.
+pub static MISSION_KINDS: &[&str] = &["schedule", "layers"];

@@ -320,6 +320,12 @@ mod tests {
         }
     }
 
+    #[test]
+    fn kinds_of_missions_are_those_of_the_readers() {
+        let kinds: Vec<&str> = MISSION.keys.iter().map(|k| k.name).collect();
+        assert_eq!(kinds, dsl::vocabulary::MISSION_KINDS);
+    }
+
     /// The readers leave these as text, and they say so in a list of their own.
     #[test]
     fn texts_are_those_of_the_readers() {

@@ -138,7 +138,9 @@ impl Reader<'_> {
                 let known = [&["name", "in"], words].concat();
                 self.diags.push(match nearest(&key.value, &known) {
                     Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-                    None => diagnostic.help(form),
+                    None => diagnostic
+                        .note(format!("inside `for` stand `name`, `in` and what is repeated: `{}`", words.join("`, `")))
+                        .help("write it outside the `for`"),
                 });
             }
         }
