@@ -38,9 +38,11 @@ pub(crate) fn text_value(key: &str, value: &mut Value, text: &str, diags: &mut V
 pub(crate) fn unquoted_texts(key: &str, raw: &str, span: Span) -> Diagnostic {
     let items: Vec<String> =
         raw.trim_matches(['[', ']']).split(',').map(|item| format!("\"{}\"", item.trim())).collect();
-    Diagnostic::error("HQ0119", span, format!("`{}` takes texts", clip(key)))
-        .here("not in quotes")
-        .help(format!("write `{} [{}]`", clip(key), items.join(", ")))
+    Diagnostic::error("HQ0119", span, format!("`{}` takes texts", clip(key))).here("not in quotes").help(format!(
+        "write `{} [{}]`",
+        clip(key),
+        items.join(", ")
+    ))
 }
 
 /// Makes a value or the items of a list texts; `lead` is what a fix shows before the text.

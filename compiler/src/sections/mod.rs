@@ -330,7 +330,8 @@ mod tests {
     #[test]
     fn texts_are_those_of_the_readers() {
         let all = ALL.iter().flat_map(|s| s.keys).filter(|k| k.place == Place::Entry);
-        let is_text = |holds: &Holds| matches!(holds, Holds::Text | Holds::Urdf | Holds::Spec | Holds::List(Holds::Text));
+        let is_text =
+            |holds: &Holds| matches!(holds, Holds::Text | Holds::Urdf | Holds::Spec | Holds::List(Holds::Text));
         let mut texts: Vec<&str> = all.filter(|k| is_text(&k.holds)).map(|k| k.name).collect();
         let mut readers = dsl::vocabulary::TEXT_KEYS.to_vec();
         texts.sort_unstable();

@@ -73,7 +73,8 @@ impl Reader<'_> {
         };
         let known = |(key, value): &(Spanned<String>, NodeId)| {
             let part = REPEATED.contains(&key.value.as_str());
-            MISSION_KINDS.contains(&key.value.as_str()) && if part { holds_members(*value) } else { holds_parts(*value) }
+            MISSION_KINDS.contains(&key.value.as_str())
+                && if part { holds_members(*value) } else { holds_parts(*value) }
         };
         pairs.iter().position(known).or(first.map(|_| 0))
     }
