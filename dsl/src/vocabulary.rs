@@ -16,3 +16,6 @@ pub static ROLES: &[&str] = &["robot", "human", "worker", "object", "place", "la
 
 /// The kinds of missions, which stand above everything else of a mission in YAML.
 pub static MISSION_KINDS: &[&str] = &["schedule", "layers"];
+
+/// What a task of a layer says of its action; none of these is one.
+pub static TASK_SETTINGS: &[&str] = &["features", "to", "via", "object", "agent"];

@@ -321,9 +321,10 @@ mod tests {
     }
 
     #[test]
-    fn kinds_of_missions_are_those_of_the_readers() {
-        let kinds: Vec<&str> = MISSION.keys.iter().map(|k| k.name).collect();
-        assert_eq!(kinds, dsl::vocabulary::MISSION_KINDS);
+    fn words_of_missions_are_those_of_the_readers() {
+        let names = |section: &Section| section.keys.iter().map(|k| k.name).collect::<Vec<_>>();
+        assert_eq!(names(&MISSION), dsl::vocabulary::MISSION_KINDS);
+        assert_eq!(names(&LAYERS_TASK), dsl::vocabulary::TASK_SETTINGS);
     }
 
     /// The readers leave these as text, and they say so in a list of their own.

@@ -6,8 +6,8 @@ use crate::calls;
 use crate::explain::clip;
 use crate::missions::{self, Body};
 use crate::tree::{Comments, Mission, MissionMember, MissionRepeat};
-use crate::vocabulary::{MISSION_KINDS, ROLES};
-use crate::words::nearest;
+use crate::vocabulary::{MISSION_KINDS, ROLES, TASK_SETTINGS};
+use crate::words::{is_name, nearest};
 use crate::{Diagnostic, Spanned};
 
 /// The keys of a repetition beside `name` and `in`.
@@ -202,9 +202,18 @@ impl Reader<'_> {
             self.diags.push(missions::no_action(&name.value, name.span));
             return (None, none);
         };
-        if self.scalar(value).is_some() && !self.is_null(value) {
+        if TASK_SETTINGS.contains(&key.value.as_str()) {
             self.diags.push(missions::no_action(&name.value, name.span));
             return (None, self.mission_body(pairs, id, "task"));
+        }
+        if missions::says_action(&key.value) && self.scalar(value).is_some_and(|(word, _)| is_name(word)) {
+            let word = self.scalar(value).map_or_else(String::new, |scalar| scalar.0.to_owned());
+            let fix = match others.is_empty() {
+                true => format!("{}: {word}", name.value),
+                false => format!("{}: {{ {word}: {{ .. }} }}", name.value),
+            };
+            self.diags.push(missions::keyed_action(&key, &fix));
+            return (None, self.mission_body(others.to_vec(), id, "task"));
         }
         self.one_kind(&key, others);
         self.pool.before(key.span.range().start, &mut comments.before);

@@ -119,6 +119,8 @@ impl Lowerer<'_> {
                 Some(first) if member.role.value != "layer" && first.role.value != "layer" => {
                     self.push(twice(&member.name, first.name.span));
                     places.lose();
+                    // It still is what others mean by its name.
+                    known.push(member);
                 }
                 Some(_) => known.push(member),
                 None => {
