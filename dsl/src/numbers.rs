@@ -54,7 +54,8 @@ fn before(text: &str) -> Option<(usize, &str)> {
 
 /// The number at the beginning of a text and the unit behind it: how many bytes both take, the number, the unit.
 fn behind(text: &str) -> Option<(usize, &str, &str)> {
-    let sign = usize::from(text.starts_with('-'));
+    let start = text.len() - text.trim_start_matches(' ').len();
+    let sign = start + usize::from(text[start..].starts_with('-'));
     let number = text[sign..].find(|c: char| !is_part(c)).map_or(text.len(), |n| sign + n);
     if !text[..number].ends_with(|c: char| c.is_ascii_digit()) {
         return None;
@@ -64,8 +65,33 @@ fn behind(text: &str) -> Option<(usize, &str, &str)> {
     let symbol = |part: &str| UNITS.contains(&part.split('^').next().unwrap_or(""));
     match rest[..word].trim_start_matches('/') {
         unit if !unit.is_empty() && unit.split('/').all(symbol) => {
-            Some((text.len() - rest.len() + word, &text[..number], &rest[..word]))
+            Some((text.len() - rest.len() + word, &text[start..number], &rest[..word]))
         }
-        _ => Some((number, &text[..number], "")),
+        _ => Some((number, &text[start..number], "")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Span;
+
+    #[test]
+    fn ranges() {
+        for (text, help) in [
+            ("0.05..0.2 m/s", "write `[0.05, 0.2] m/s`"),
+            ("0.05 .. 0.2 m/s", "write `[0.05, 0.2] m/s`"),
+            ("-1 m..2 m", "write `[-1, 2] m`"),
+            ("1..4 serve", "write `[1, 4]`"),
+            ("1..-4.5", "write `[1, -4.5]`"),
+        ] {
+            let at = text.find("..").expect("two points");
+            let found = point(text, at, text.len(), Place::Whole(Span::default()));
+            assert_eq!(found.help.as_deref(), Some(help), "{text}");
+        }
+        for text in ["1..", "a..b", "m^2..3", "é..é", ".."] {
+            let at = text.find("..").expect("two points");
+            assert_eq!(point(text, at, text.len(), Place::Whole(Span::default())).code, "HQ0111");
+        }
     }
 }
