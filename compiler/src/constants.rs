@@ -33,6 +33,10 @@ impl Scope for ParamsOnly<'_> {
         self.0.presence(name)
     }
 
+    fn moves(&self) -> bool {
+        false
+    }
+
     fn initial(&mut self, _: &mut Graph, _: &Value, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
         diagnostics.push(
             Diagnostic::error("HQ0311", span, "`initial(..)` has no meaning here")

@@ -33,6 +33,7 @@ mod recording;
 pub mod report;
 mod robot_binding;
 pub mod sections;
+mod snippets;
 mod spelling;
 mod standing;
 mod starts;

@@ -30,22 +30,34 @@ pub(crate) fn duplicate(key: &str, first: Span, second: Span) -> Diagnostic {
 /// Makes the value of a key that takes text a text, and reports where it is none.
 pub(crate) fn text_value(key: &str, value: &mut Value, text: &str, diags: &mut Vec<Diagnostic>) {
     if is_text_key(key) {
-        all_text(key, value, text, diags);
+        all_text(key, &format!("{} ", clip(key)), value, text, diags);
     }
 }
 
-fn all_text(key: &str, value: &mut Value, text: &str, diags: &mut Vec<Diagnostic>) {
+/// The diagnostic for `[..]` without quotes behind a key that takes texts.
+pub(crate) fn unquoted_texts(key: &str, raw: &str, span: Span) -> Diagnostic {
+    let items: Vec<String> =
+        raw.trim_matches(['[', ']']).split(',').map(|item| format!("\"{}\"", item.trim())).collect();
+    Diagnostic::error("HQ0119", span, format!("`{}` takes texts", clip(key))).here("not in quotes").help(format!(
+        "write `{} [{}]`",
+        clip(key),
+        items.join(", ")
+    ))
+}
+
+/// Makes a value or the items of a list texts; `lead` is what a fix shows before the text.
+fn all_text(key: &str, lead: &str, value: &mut Value, text: &str, diags: &mut Vec<Diagnostic>) {
     match &mut value.kind {
         ValueKind::Text(_) | ValueKind::Missing => {}
         ValueKind::List(items) => {
             for item in items {
-                all_text(key, item, text, diags);
+                all_text(key, "", item, text, diags);
             }
         }
         ValueKind::Block(_) => {
             diags.push(
                 Diagnostic::error("HQ0119", value.span, format!("`{}` takes a text, not a block", clip(key)))
-                    .help(format!("write `{} \"..\"`", clip(key))),
+                    .help(format!("write `{lead}\"..\"`")),
             );
             value.kind = ValueKind::Missing;
         }
@@ -54,7 +66,7 @@ fn all_text(key: &str, value: &mut Value, text: &str, diags: &mut Vec<Diagnostic
             diags.push(
                 Diagnostic::error("HQ0119", value.span, format!("`{}` takes a text", clip(key)))
                     .here("not in quotes")
-                    .help(format!("write `{} \"{}\"`", clip(key), clip(&raw))),
+                    .help(format!("write `{lead}\"{}\"`", clip(&raw))),
             );
             value.kind = ValueKind::Text(raw);
         }

@@ -116,12 +116,7 @@ fn at_place(
             Diagnostic::error("HQ0111", place.span(at, digits), "a number begins with a digit")
                 .help(format!("write `0{number}`"))
         }
-        '.' if glued_to_digit(text, at) => {
-            let from = text[..at].rfind(|c: char| !(c.is_ascii_digit() || c == '.')).map_or(0, |n| n + 1);
-            let whole = &text[from..at];
-            Diagnostic::error("HQ0111", place.span(from, at + 1), "a digit is missing behind the point")
-                .help(format!("write `{whole}.0` or `{whole}`"))
-        }
+        '.' if glued_to_digit(text, at) || rest.starts_with("..") => crate::numbers::point(text, at, end, place),
         '*' if text[..at].ends_with('*') => power(place, at),
         '*' | '/' | '+' | '^' | '-' | '<' | '>' if matches!(after, After::Value(_)) => {
             if rest.starts_with("**") {

@@ -18,6 +18,7 @@ mod hq;
 pub mod limits;
 mod missions;
 mod normalised;
+mod numbers;
 mod print;
 pub mod span;
 mod transitions;

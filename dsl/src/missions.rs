@@ -119,6 +119,40 @@ pub(crate) fn no_action(name: &str, span: Span) -> Diagnostic {
         .help(format!("write `task {name} = ACTION {{ .. }}`, in YAML `{name}: {{ ACTION: {{ .. }} }}`"))
 }
 
+/// True for a key that is written where the action itself stands: `action pick`.
+pub(crate) fn says_action(key: &str) -> bool {
+    matches!(key, "action" | "skill")
+}
+
+/// A task of YAML with a key for its action, and not the action itself.
+pub(crate) fn keyed_action(key: &Spanned<String>, fix: &str) -> Diagnostic {
+    let text = format!("`{}` is no part of a task: the action itself stands above its parts", clip(&key.value));
+    Diagnostic::error("HQ0131", key.span, text).help(format!("write `{fix}`"))
+}
+
+/// A task with its action in its braces, which holds nothing else where it is `alone`.
+pub(crate) fn action_inside(name: &Spanned<String>, action: &str, alone: bool) -> Diagnostic {
+    let (name, action) = (Spanned::new(clip(&name.value), name.span), clip(action));
+    let block = if alone { "" } else { " { .. }" };
+    Diagnostic::error("HQ0107", name.span, format!("the action of the task `{}` stands before its braces", name.value))
+        .help(format!("write `task {} = {action}{block}`", name.value))
+}
+
+/// The action that the settings of a task without one name: `{ pick { .. } }`, `{ action pick }`. It is taken out of them.
+pub(crate) fn meant_action(settings: &mut Block) -> Option<String> {
+    let named = settings.entries.iter().position(|entry| says_action(&entry.key.value));
+    if let Some((at, ValueKind::Name(name))) = named.map(|at| (at, &settings.entries[at].value.kind)) {
+        let name = name.clone();
+        settings.entries.remove(at);
+        return Some(name);
+    }
+    let [Entry { key, value, .. }] = settings.entries.as_slice() else { return None };
+    let ValueKind::Block(own) = &value.kind else { return None };
+    let (name, own) = (key.value.clone(), own.clone());
+    *settings = own;
+    Some(name)
+}
+
 /// A member without a name.
 pub(crate) fn no_name(role: &str, span: Span) -> Diagnostic {
     Diagnostic::error("HQ0116", span, format!("this `{role}` has no name"))

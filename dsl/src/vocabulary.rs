@@ -6,10 +6,16 @@ pub static UNITS: &[&str] = &[
     "g", "N", "kN", "mN", "Nm", "J", "W",
 ];
 
-/// Keys whose value is text, so that YAML may write it without quotes of ours around it.
+/// Keys whose value is text, or a list of texts, so that YAML may write it without quotes of ours around it.
 pub static TEXT_KEYS: &[&str] =
-    &["urdf", "title", "package_path", "file", "instruction", "layers_from", "spec", "scenario"];
+    &["urdf", "title", "package_path", "file", "instruction", "directives", "layers_from", "spec", "scenario"];
 
 /// What a member of a mission can be: `robot m1 { .. }`; in YAML the members stand below the plural, `robots:`. None of
 /// the plurals can be a setting of a mission.
 pub static ROLES: &[&str] = &["robot", "human", "worker", "object", "place", "layer", "task"];
+
+/// The kinds of missions, which stand above everything else of a mission in YAML.
+pub static MISSION_KINDS: &[&str] = &["schedule", "layers"];
+
+/// What a task of a layer says of its action; none of these is one.
+pub static TASK_SETTINGS: &[&str] = &["features", "to", "via", "object", "agent"];

@@ -113,6 +113,38 @@ proptest! {
     }
 }
 
+/// A letter of several bytes before every word: no place begins or ends inside of it.
+#[test]
+fn letters_of_several_bytes() {
+    let texts = [
+        (HQ, Spelling::Hq),
+        (YAML, Spelling::Yaml),
+        (include_str!("common/machines.hq"), Spelling::Hq),
+        (include_str!("common/machines.yaml"), Spelling::Yaml),
+        (include_str!("common/missions.hq"), Spelling::Hq),
+        (include_str!("common/missions.yaml"), Spelling::Yaml),
+    ];
+    for (text, spelling) in texts {
+        let mut last = ' ';
+        for (at, c) in text.char_indices() {
+            if c.is_ascii_alphanumeric() && !last.is_ascii_alphanumeric() {
+                survive(&format!("{}⺛{}", &text[..at], &text[at..]), spelling);
+            }
+            last = c;
+        }
+    }
+}
+
+#[test]
+fn a_repetition_without_a_name_is_shown_at_its_first_letter() {
+    let text = "hierarq: 1\nfor:\n  - ⺛name: side\n    in: [left, right]\n";
+    let (_, diags) = parse(SourceId(0), text, Spelling::Yaml);
+    let found: Vec<_> = diags.iter().map(|d| (d.code, &text[d.primary.span.range()])).collect();
+    assert_eq!(found, [("HQ0125", "⺛"), ("HQ0135", "⺛name")]);
+    let text = "hierarq 1\nfor ⺛side in [left, right] {\n}\n";
+    assert!(survive(text, Spelling::Hq) > 0);
+}
+
 #[test]
 fn deep_brackets_are_refused() {
     for open in ["[", "(", "{", "f(", "{ a ", "-(", "a b {"] {

@@ -72,7 +72,8 @@ impl Lowering<'_> {
             Meaning::Unknown => {}
         }
         let mut known = self.scope.names();
-        known.extend(["pi", "t", "time", "com"].map(String::from));
+        let moving: &[&str] = if self.scope.moves() { &["t", "time", "com"] } else { &[] };
+        known.extend(moving.iter().chain(&["pi"]).map(|name| (*name).to_string()));
         let mut d =
             Diagnostic::error("HQ0201", span, format!("there is no value called `{}`", crate::forms::written(name)));
         if let Some(help) = self.scope.instead(name) {
@@ -85,8 +86,10 @@ impl Lowering<'_> {
             d = d
                 .note("a unit stands behind a number or a bracket")
                 .help(format!("for the unit write `1 {name}` or `1 /{name}`; for a value declare `param {name} = ..`"));
-        } else {
+        } else if self.scope.moves() {
             d = d.help("declare it with `param NAME = VALUE`, or use `t`, `time`, `pi`");
+        } else {
+            d = d.help("write the value itself, or declare it with `param NAME = VALUE`");
         }
         self.fail(d)
     }

@@ -46,6 +46,10 @@ pub trait Scope {
     fn names(&self) -> Vec<String>;
     /// The number of the table of signals that says whether a signal is present; none where a name is that of no signal.
     fn presence(&mut self, name: &str) -> Option<usize>;
+    /// Whether a value may depend on time here.
+    fn moves(&self) -> bool {
+        true
+    }
     /// What to write where the name is that of a part of the robot, or no value for another reason.
     fn instead(&self, _name: &str) -> Option<String> {
         None

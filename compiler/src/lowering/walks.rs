@@ -103,7 +103,7 @@ impl Lowerer<'_> {
             }
             let text = format!("this says where `{}` is, and not where its points are", of.name);
             let d = Diagnostic::error("HQ0206", way.key.span, text);
-            self.push(d.help(format!("add where they are from there: `shape {{ {} [0, 0, 1.2] m .. }}`", points[0])));
+            self.push(d.help(format!("add where they are from there: `shape {{ {} [0, 0, 1.2] m  .. }}`", points[0])));
             return None;
         };
         let inner = block_of(&shape.value, "`shape`", self.diagnostics)?;

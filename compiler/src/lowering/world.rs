@@ -85,7 +85,11 @@ impl Lowerer<'_> {
     pub(super) fn one_of(&mut self, what: &str, name: &str, at: Span, names: &[&str]) -> Option<usize> {
         let found = names.iter().position(|n| *n == name);
         if found.is_none() {
-            let d = Diagnostic::error("HQ0201", at, format!("there is no {what} `{name}`"));
+            let text = match what.split_once(" of ") {
+                Some((what, whole)) => format!("there is no {what} `{name}` of {whole}"),
+                None => format!("there is no {what} `{name}`"),
+            };
+            let d = Diagnostic::error("HQ0201", at, text);
             self.push(match suggest(name, names.iter().copied()) {
                 Some(near) => d.help(format!("did you mean `{near}`?")),
                 None if names.is_empty() => d.help(format!("this spec declares no {what}")),

@@ -320,12 +320,20 @@ mod tests {
         }
     }
 
+    #[test]
+    fn words_of_missions_are_those_of_the_readers() {
+        let names = |section: &Section| section.keys.iter().map(|k| k.name).collect::<Vec<_>>();
+        assert_eq!(names(&MISSION), dsl::vocabulary::MISSION_KINDS);
+        assert_eq!(names(&LAYERS_TASK), dsl::vocabulary::TASK_SETTINGS);
+    }
+
     /// The readers leave these as text, and they say so in a list of their own.
     #[test]
     fn texts_are_those_of_the_readers() {
         let all = ALL.iter().flat_map(|s| s.keys).filter(|k| k.place == Place::Entry);
-        let mut texts: Vec<&str> =
-            all.filter(|k| matches!(k.holds, Holds::Text | Holds::Urdf | Holds::Spec)).map(|k| k.name).collect();
+        let is_text =
+            |holds: &Holds| matches!(holds, Holds::Text | Holds::Urdf | Holds::Spec | Holds::List(Holds::Text));
+        let mut texts: Vec<&str> = all.filter(|k| is_text(&k.holds)).map(|k| k.name).collect();
         let mut readers = dsl::vocabulary::TEXT_KEYS.to_vec();
         texts.sort_unstable();
         readers.sort_unstable();

@@ -5,7 +5,7 @@ mod operators;
 
 pub(crate) use literals::{quantity, unescape};
 use literals::{unit, with_unit};
-use operators::{Token, climb, operator};
+use operators::{Token, climb, operator, tolerance};
 
 use crate::grammar::{Pair, Rule};
 use crate::limits::{MAX_HEIGHT, MAX_OPERATORS};
@@ -101,7 +101,7 @@ fn expr(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Block
                 operators += 1;
                 let text = part.as_str();
                 let Some(op) = operator(text) else {
-                    equality.get_or_insert(span);
+                    equality.get_or_insert((tokens.len(), span));
                     tokens.push(Token::Op(BinaryOp::Less, span));
                     continue;
                 };
@@ -155,11 +155,11 @@ fn expr(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Block
     if operators > MAX_OPERATORS {
         return too_long(diags);
     }
-    if let Some(span) = equality {
+    if let Some((at, span)) = equality {
         diags.push(
             Diagnostic::error("HQ0122", span, "numbers are not tested for being equal, or not equal")
                 .note("two numbers that were computed differ by rounding where they should be equal")
-                .help("compare with a tolerance: `abs(a - b) < 0.001 m`"),
+                .help(tolerance(&tokens, at)),
         );
         return (missing(whole), 1);
     }

@@ -1,7 +1,9 @@
 //! Operators: how tightly they hold, and trees from the flat lists of the grammar.
 
 use super::missing;
+use crate::print::expression;
 use crate::tree::{BinaryOp, Value, ValueKind};
+use crate::words::unit_text;
 use crate::{Span, Spanned};
 
 /// One element of a flat operator list.
@@ -16,6 +18,31 @@ pub(super) enum Token {
 pub(super) fn operator(text: &str) -> Option<BinaryOp> {
     use BinaryOp::{Add, And, Div, Greater, GreaterEqual, Less, LessEqual, Mul, Or, Pow, Sub};
     [Add, Sub, Mul, Div, Pow, Less, LessEqual, Greater, GreaterEqual, And, Or].into_iter().find(|op| op.text() == text)
+}
+
+/// How to compare the numbers around the `==` or `!=` at a place of the list: with a tolerance in the unit of the one that
+/// is written out.
+pub(super) fn tolerance(tokens: &[Token], at: usize) -> String {
+    let operand = |at: Option<usize>| match tokens.get(at?) {
+        Some(Token::Operand(value, _)) => Some(value),
+        _ => None,
+    };
+    let tolerance = |value: &Value| match &value.kind {
+        // Zero is one of any unit.
+        ValueKind::Number(number) => number.text.contains(|c| ('1'..='9').contains(&c)).then(|| "0.001".to_owned()),
+        ValueKind::Unit(of, unit) if matches!(of.kind, ValueKind::Number(_)) => {
+            Some(format!("0.001 {}", unit_text(unit)))
+        }
+        _ => None,
+    };
+    let (left, right) = (operand(at.checked_sub(1)), operand(Some(at + 1)));
+    let least = right.and_then(tolerance).or_else(|| left.and_then(tolerance));
+    let both = left.zip(right).filter(|_| tokens.len() == 3);
+    let (a, b) = both.map_or(("a".to_owned(), "b".to_owned()), |(a, b)| (expression(a), expression(b)));
+    match least {
+        Some(least) => format!("compare with a tolerance: `abs({a} - {b}) < {least}`"),
+        None => format!("compare with a small number in the unit of both: `abs({a} - {b}) < TOLERANCE`"),
+    }
 }
 
 /// Precedence of the operators: how tightly they hold their left and right side.

@@ -170,9 +170,13 @@ impl Reader<'_> {
                 end += self.text[end..].find(char::is_whitespace).unwrap_or(self.text.len() - end);
             }
             let raw = self.text[start..end].trim_end();
+            let span = self.span(start, start + raw.len());
+            if !raw.contains(['"', '\'', '\n']) && raw.starts_with('[') && raw.ends_with(']') {
+                self.diags.push(checks::unquoted_texts(&key.value, raw, span));
+                return missing(span);
+            }
             if !raw.contains(['"', '\'', '\n']) {
-                let mut value =
-                    Value { kind: ValueKind::Name(raw.to_owned()), span: self.span(start, start + raw.len()) };
+                let mut value = Value { kind: ValueKind::Name(raw.to_owned()), span };
                 checks::text_value(&key.value, &mut value, self.text, &mut self.diags);
                 return value;
             }
@@ -185,6 +189,7 @@ impl Reader<'_> {
                     self.pool.before(value.span.range().end, &mut comments.before);
                 }
                 if let Some(junk) = junk {
+                    self.unread.push(junk);
                     let range = junk.range();
                     self.diags.push(explain::junk(
                         self.text,
@@ -198,6 +203,7 @@ impl Reader<'_> {
                 value
             }
             (None, Some(junk)) => {
+                self.unread.push(junk);
                 let range = junk.range();
                 self.diags.push(explain::junk(self.text, range.start, range.end, place, After::Key(&key.value), false));
                 missing(junk)

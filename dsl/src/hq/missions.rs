@@ -6,6 +6,7 @@ use crate::grammar::{Pair, Rule};
 use crate::missions::{self, Body};
 use crate::tree::{Comments, Entry, Mission, MissionMember, MissionRepeat, ValueKind};
 use crate::vocabulary::ROLES;
+use crate::words::is_name;
 use crate::{Diagnostic, Span, Spanned, calls};
 
 impl Reader<'_> {
@@ -126,23 +127,31 @@ impl Reader<'_> {
             }
         }
         let role = role?;
-        let action = match &name {
-            Some(name) => self.action_of(&role, name, mark, action),
-            None => {
+        // `task t { pick }`, `task t { pick { .. } }`, `task t { action pick }`: the action stands inside the braces.
+        let inside = role.value == "task" && mark.is_none() && action.is_none();
+        let alone = block.as_ref().map(|block| block.as_str().trim_matches(['{', '}']).trim().to_owned());
+        let alone = alone.filter(|word| inside && is_name(word));
+        let mut body = Body::empty(self.span(span.range().end, span.range().end));
+        let has_block = block.is_some();
+        if let Some(block) = block.filter(|_| alone.is_none()) {
+            body = self.mission_body(block, &role.value, &mut comments);
+        } else if !has_block && role.value != "task" && junk.is_none() {
+            self.diags.push(missions::no_block(&role.value, role.span));
+        }
+        let meant = alone.or_else(|| if inside { missions::meant_action(&mut body.settings) } else { None });
+        let action = match (&name, meant) {
+            (Some(name), Some(meant)) => {
+                self.diags.push(missions::action_inside(name, &meant, body.settings.entries.is_empty()));
+                None
+            }
+            (Some(name), None) => self.action_of(&role, name, mark, action),
+            (None, _) => {
                 self.diags.push(missions::no_name(&role.value, role.span));
                 None
             }
         };
         if let Some(junk) = junk {
             self.unfit(junk, if role.value == "task" { "an action" } else { "a member of a mission" });
-        }
-        let mut body = Body::empty(self.span(span.range().end, span.range().end));
-        match block {
-            Some(block) => body = self.mission_body(block, &role.value, &mut comments),
-            None if role.value != "task" && junk.is_none() => {
-                self.diags.push(missions::no_block(&role.value, role.span));
-            }
-            None => {}
         }
         self.pool.before(span.range().end, &mut comments.before);
         self.pool.behind(span.range().end, &[',', ';'], &mut comments.behind);

@@ -5,7 +5,7 @@ use crate::vocabulary::UNITS;
 use crate::words::{is_atom, takes_unit, unit_text};
 
 /// An expression on one line. `and`, `or` and `not` stand inside brackets.
-pub(super) fn text(value: &Value) -> String {
+pub(crate) fn text(value: &Value) -> String {
     let mut out = String::new();
     grouped(value, worded(value), &mut out);
     out

@@ -14,6 +14,7 @@ mod yaml_machines;
 mod yaml_missions;
 mod yaml_reuse;
 
+pub(crate) use expr::text as expression;
 pub(crate) use formulas::{text as formula, trigger_text};
 pub(crate) use hq::print as hq;
 pub(crate) use yaml::print as yaml;

@@ -151,8 +151,7 @@ impl Reader<'_> {
         }
         self.closing(id, &mut settings.closing_comments);
         checks::reserved(&mut settings, checks::LEVEL_WORDS, "level", &mut self.diags);
-        let first = self.text.get(span.range()).and_then(|t| t.chars().next()).map_or(1, char::len_utf8);
-        let at = Span { end: span.start + first as u32, ..span };
+        let at = self.first_character(id);
         if name.is_none()
             && !self.diags.iter().any(|d| d.primary.span.start >= span.start && d.primary.span.end <= span.end)
         {

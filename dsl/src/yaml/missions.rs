@@ -6,8 +6,8 @@ use crate::calls;
 use crate::explain::clip;
 use crate::missions::{self, Body};
 use crate::tree::{Comments, Mission, MissionMember, MissionRepeat};
-use crate::vocabulary::ROLES;
-use crate::words::nearest;
+use crate::vocabulary::{MISSION_KINDS, ROLES, TASK_SETTINGS};
+use crate::words::{is_name, nearest};
 use crate::{Diagnostic, Spanned};
 
 /// The keys of a repetition beside `name` and `in`.
@@ -38,32 +38,45 @@ impl Reader<'_> {
             return none;
         }
         let pairs = self.distinct(id);
-        // `layers` is a kind, and begins a part: alone below the name it is the kind.
-        let holds_parts = |(key, value): &(Spanned<String>, NodeId)| {
-            (pairs.len() == 1 || !REPEATED.contains(&key.value.as_str()))
-                && (self.is_null(*value) || matches!(self.node(*value).kind, Kind::Mapping(_) | Kind::Broken))
+        let Some(kind) = self.kind_among(&pairs) else {
+            self.diags.push(missions::no_kind(&name.value, name.span));
+            return (none.0, self.mission_body(pairs, id, "mission"));
         };
-        match pairs.as_slice() {
-            [(key, value), others @ ..] if pairs.first().is_some_and(holds_parts) => {
-                let (key, value) = (key.clone(), *value);
-                if let (true, Some((first, _))) = (self.is_null(value), others.first()) {
-                    self.too_far_left(&key, first.span);
-                    let others = others.to_vec();
-                    return (key, self.mission_body(others, id, "mission"));
-                }
-                self.one_kind(&key, others);
-                self.pool.before(key.span.range().start, &mut comments.before);
-                self.pool.behind(key.span.range().end, &[':', '{'], &mut comments.behind);
-                self.depth += 1;
-                let body = self.body_of(value, &key, "mission");
-                self.depth -= 1;
-                (key, body)
-            }
-            _ => {
-                self.diags.push(missions::no_kind(&name.value, name.span));
-                (none.0, self.mission_body(pairs, id, "mission"))
-            }
+        let mut others = pairs;
+        let (key, value) = others.remove(kind);
+        if let (true, Some((first, _))) = (self.is_null(value), others.first()) {
+            self.too_far_left(&key, first.span);
+            return (key, self.mission_body(others, id, "mission"));
         }
+        self.one_kind(&key, &others);
+        self.pool.before(key.span.range().start, &mut comments.before);
+        self.pool.behind(key.span.range().end, &[':', '{'], &mut comments.behind);
+        self.depth += 1;
+        let body = self.body_of(value, &key, "mission");
+        self.depth -= 1;
+        (key, body)
+    }
+
+    /// Which of the entries below the name of a mission is its kind. `layers` is a kind, and begins a part: alone below
+    /// the name it is the kind. Behind other keys only a kind that is known is one.
+    fn kind_among(&self, pairs: &[(Spanned<String>, NodeId)]) -> Option<usize> {
+        let holds_parts =
+            |value: NodeId| self.is_null(value) || matches!(self.node(value).kind, Kind::Mapping(_) | Kind::Broken);
+        let first = pairs.first().filter(|(key, value)| {
+            holds_parts(*value) && (pairs.len() == 1 || !REPEATED.contains(&key.value.as_str()))
+        });
+        let holds_members = |value: NodeId| match &self.node(value).kind {
+            Kind::Mapping(below) => {
+                below.iter().any(|(key, _)| self.scalar(*key).is_some_and(|key| REPEATED.contains(&key.0)))
+            }
+            _ => false,
+        };
+        let known = |(key, value): &(Spanned<String>, NodeId)| {
+            let part = REPEATED.contains(&key.value.as_str());
+            MISSION_KINDS.contains(&key.value.as_str())
+                && if part { holds_members(*value) } else { holds_parts(*value) }
+        };
+        pairs.iter().position(known).or(first.map(|_| 0))
     }
 
     /// Reports keys beside the kind of a mission, or the action of a task.
@@ -77,7 +90,10 @@ impl Reader<'_> {
                 format!("`{}` stands beside `{}`", clip(&second.value), kind.value),
             )
             .label(kind.span, "everything else belongs below this")
-            .help(format!("indent it, so that it stands below `{}:`", clip(&kind.value))),
+            .help(match second.span.start < kind.span.start {
+                true => format!("move it below `{}:`, and indent it", clip(&kind.value)),
+                false => format!("indent it, so that it stands below `{}:`", clip(&kind.value)),
+            }),
         );
     }
 
@@ -186,9 +202,18 @@ impl Reader<'_> {
             self.diags.push(missions::no_action(&name.value, name.span));
             return (None, none);
         };
-        if self.scalar(value).is_some() && !self.is_null(value) {
+        if TASK_SETTINGS.contains(&key.value.as_str()) {
             self.diags.push(missions::no_action(&name.value, name.span));
             return (None, self.mission_body(pairs, id, "task"));
+        }
+        if missions::says_action(&key.value) && self.scalar(value).is_some_and(|(word, _)| is_name(word)) {
+            let word = self.scalar(value).map_or_else(String::new, |scalar| scalar.0.to_owned());
+            let fix = match others.is_empty() {
+                true => format!("{}: {word}", name.value),
+                false => format!("{}: {{ {word}: {{ .. }} }}", name.value),
+            };
+            self.diags.push(missions::keyed_action(&key, &fix));
+            return (None, self.mission_body(others.to_vec(), id, "task"));
         }
         self.one_kind(&key, others);
         self.pool.before(key.span.range().start, &mut comments.before);

@@ -102,6 +102,13 @@ impl Reader<'_> {
         self.visited <= MAX_NODES
     }
 
+    /// The first character of a node, for what is missing in it as a whole.
+    fn first_character(&self, id: NodeId) -> Span {
+        let span = self.span(id);
+        let length = self.text.get(span.range()).and_then(|t| t.chars().next()).map_or(0, char::len_utf8);
+        Span { end: span.start + length as u32, ..span }
+    }
+
     /// The text of a scalar.
     fn scalar(&self, id: NodeId) -> Option<(&str, Style)> {
         match &self.node(id).kind {
@@ -331,13 +338,11 @@ impl Reader<'_> {
                 self.depth -= 1;
                 Value { kind: ValueKind::List(items), span }
             }
-            Kind::Mapping(_) => {
-                let mut value = Value { kind: ValueKind::Block(self.block(id)), span };
-                if let Some(key) = key {
-                    checks::text_value(&key.value, &mut value, self.text, &mut self.diags);
-                }
-                value
+            Kind::Mapping(_) if text_key => {
+                self.diags.push(quotes::no_text(key.map_or("", |k| &k.value), self.text, span));
+                missing(span)
             }
+            Kind::Mapping(_) => Value { kind: ValueKind::Block(self.block(id)), span },
         }
     }
 }

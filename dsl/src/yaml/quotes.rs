@@ -27,6 +27,17 @@ fn diagnostic(source: SourceId, place: Range<usize>, value: &str, why: &str) -> 
     Diagnostic::error("HQ0137", Span::new(source, place.start, place.end), text).note(why).help(help)
 }
 
+/// The diagnostic for a mapping in the place of a text: `The middle: of the table` without quotes is one too.
+pub(super) fn no_text(key: &str, text: &str, span: Span) -> Diagnostic {
+    let raw = text.get(span.range()).unwrap_or("").trim_end();
+    let diagnostic = Diagnostic::error("HQ0119", span, format!("`{}` takes a text, not a mapping", clip(key)));
+    if raw.starts_with('{') || raw.contains('\n') {
+        return diagnostic.help("write the text in quotes");
+    }
+    let why = "without quotes YAML takes what stands before `: ` for a key";
+    diagnostic.note(why).help(format!("put quotes around it: `{}`", quoted(raw)))
+}
+
 /// True where a text is a value or a task as a whole.
 fn reads(text: &str) -> bool {
     let deep = text.bytes().filter(|b| matches!(b, b'(' | b'[' | b'{')).count() > MAX_DEPTH;

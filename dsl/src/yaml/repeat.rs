@@ -7,7 +7,7 @@ use crate::explain::{self, After, clip};
 use crate::grammar::{Grammar, Rule};
 use crate::tree::{Comments, Item, ItemKind, Member, MemberTask, RepeatItems, RepeatMembers, Values};
 use crate::words::nearest;
-use crate::{Diagnostic, Span, Spanned};
+use crate::{Diagnostic, Spanned};
 use pest::Parser;
 
 /// The sections that a repetition may hold.
@@ -121,8 +121,7 @@ impl Reader<'_> {
             self.wrong_shape(id, "a mapping with `name`, `in` and what is repeated", form);
             return None;
         }
-        let span = self.span(id);
-        let at = Span { end: span.start + 1, ..span };
+        let at = self.first_character(id);
         let (mut name, mut values) = (None, None);
         for (key, value) in self.distinct(id) {
             if matches!(key.value.as_str(), "name" | "in") {
@@ -139,7 +138,9 @@ impl Reader<'_> {
                 let known = [&["name", "in"], words].concat();
                 self.diags.push(match nearest(&key.value, &known) {
                     Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-                    None => diagnostic.help(form),
+                    None => diagnostic
+                        .note(format!("inside `for` stand `name`, `in` and what is repeated: `{}`", words.join("`, `")))
+                        .help("write it outside the `for`"),
                 });
             }
         }

@@ -175,9 +175,7 @@ impl Reader<'_> {
                 Some(if word == "add" { Change::Add(level, beside) } else { Change::Replace(level) })
             }
             None => {
-                let span = self.span(id);
-                let first = self.text.get(span.range()).and_then(|t| t.chars().next()).map_or(1, char::len_utf8);
-                let at = Span { end: span.start + first as u32, ..span };
+                let at = self.first_character(id);
                 self.diags.push(Diagnostic::error("HQ0126", at, "this says nothing of what changes").help(help));
                 None
             }

@@ -77,8 +77,7 @@ impl Reader<'_> {
         }
         self.closing(id, &mut settings.closing_comments);
         self.pool.behind(span.range().end, &[','], &mut comments.behind);
-        let start = self.text.get(span.range()).and_then(|t| t.chars().next()).map_or(1, char::len_utf8);
-        let at = Span { end: span.start + start as u32, ..span };
+        let at = self.first_character(id);
         if let (Some((key, _)), Some((word, ..))) = (&hold, &first)
             && *word != "when"
         {

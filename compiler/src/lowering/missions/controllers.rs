@@ -117,6 +117,18 @@ impl Lowerer<'_> {
         Some(program)
     }
 
+    /// Takes back that nothing uses a signal of a spec, where more is said of that.
+    pub(super) fn unused_is_told(&mut self, spec: &str, signal: &str) {
+        let place = tidy(Path::new(spec), self.input.folder);
+        let (sources, foreign) = (&self.sources, &self.controllers.foreign);
+        self.diagnostics.retain(|d| {
+            let at = d.primary.span;
+            let there =
+                foreign.contains(&at.source) && sources.get(at.source).is_some_and(|s| Path::new(&s.name) == place);
+            !(d.code == "HQ0203" && there && sources.snippet(at) == signal)
+        });
+    }
+
     /// Takes over what was said of another spec, which lies in a folder and is named at a place.
     fn adopt(&mut self, report: Report, folder: &Path, at: Span) {
         let mut ours: Vec<SourceId> = Vec::new();

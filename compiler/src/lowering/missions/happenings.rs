@@ -1,7 +1,7 @@
 //! What happens in a scenario of a mission, and what people say in it.
 
 use dsl::tree::{Block, Entry, Value, ValueKind};
-use dsl::{Diagnostic, Spanned};
+use dsl::{Diagnostic, Spanned, Spelling};
 use mission::execution::Event;
 use mission::plan::Actor;
 use mission::schedule::check::MAX_NUMBER;
@@ -91,6 +91,10 @@ impl Lowerer<'_> {
         let event = |e: &&Entry| EVENTS.iter().any(|(name, _)| e.key.value == *name);
         let mut events = block.entries.iter().filter(event);
         let Some(e) = events.next() else {
+            // A word that no event has was reported, and may be the one that is meant.
+            if block.entries.iter().any(|e| HAPPENING.key(&e.key.value, Spelling::Hq).is_none()) {
+                return None;
+            }
             let d = Diagnostic::error("HQ0922", keys.at, "nothing happens here");
             self.push(d.help(format!("say what, and to whom: {}", list(names.iter().copied(), 9))));
             return None;

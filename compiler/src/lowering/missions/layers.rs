@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use dsl::Diagnostic;
 use dsl::tree::{Mission, MissionMember, Value, ValueKind};
-use dsl::{Diagnostic, Spanned};
 use mission::layers::check::{Item, Key};
 use mission::layers::problem::{Agent, Object, Problem, Task, Weights};
 use runtime::program::LayersProgram;
@@ -122,6 +122,8 @@ impl Lowerer<'_> {
                 Some(first) if member.role.value != "layer" && first.role.value != "layer" => {
                     self.push(twice(&member.name, first.name.span));
                     places.lose();
+                    // It still is what others mean by its name.
+                    known.push(member);
                 }
                 Some(_) => known.push(member),
                 None => {
@@ -256,7 +258,23 @@ impl Lowerer<'_> {
     ) -> Result<Option<usize>, ()> {
         let Some(e) = keys.entry(name) else { return Ok(None) };
         let names: Vec<&str> = names.collect();
-        let word = Spanned::new(text_of(&e.value).unwrap_or_default().to_string(), e.value.span);
-        self.one_of(&format!("{name} of this mission"), &word.value, word.span, &names).map(Some).ok_or(())
+        if let Some(word) = text_of(&e.value) {
+            return self.one_of(&format!("{name} of this mission"), word, e.value.span, &names).map(Some).ok_or(());
+        }
+        let first = match &e.value.kind {
+            ValueKind::Missing => return Err(()),
+            ValueKind::List(items) => items.first().and_then(text_of),
+            _ => None,
+        };
+        let text = match first {
+            Some(_) => format!("`{name}` is one name, not a list"),
+            None => format!("`{name}` is the name of an {name} of this mission"),
+        };
+        let d = Diagnostic::error("HQ0304", e.value.span, text);
+        self.push(d.help(match first.or(names.first().copied()) {
+            Some(word) => format!("write for instance `{name} {word}`"),
+            None => "leave it out".to_string(),
+        }));
+        Err(())
     }
 }

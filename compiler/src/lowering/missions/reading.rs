@@ -83,6 +83,10 @@ impl Lowerer<'_> {
 
     /// A constant number inside its range.
     pub(super) fn number_within(&mut self, value: &Value, name: &str, q: &Quantity) -> Option<f64> {
+        if let Some(items) = with_units(value) {
+            self.not_one(value, name, &items, q);
+            return None;
+        }
         let x = self.constant_number(value, q.dimension)?;
         if q.contains(x) {
             return Some(x);
@@ -92,6 +96,22 @@ impl Lowerer<'_> {
         let text = format!("`{name}` is {range}, and this is {}", units::shown(x, q.dimension));
         self.push(Diagnostic::error("HQ0308", value.span, text).help(format!("write a number that is {range}")));
         None
+    }
+
+    /// Reports a list in the place of one number; of a speed that is one number the greatest counts.
+    fn not_one(&mut self, value: &Value, name: &str, items: &[Value], q: &Quantity) {
+        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+        let mut numbers = items.iter().filter_map(|item| constants.scalar(item, q.dimension, &mut Vec::new()));
+        let (which, x) = match name {
+            "speed" => ("the greatest one", numbers.reduce(f64::max)),
+            _ => ("one of them", numbers.next()),
+        };
+        let text = format!("`{name}` is one number, and this list has {}", items.len());
+        let d = Diagnostic::error("HQ0310", value.span, text);
+        self.push(match x.filter(|x| q.contains(*x)) {
+            Some(x) => d.help(format!("write {which}, `{name} {}`", units::shown(x, q.dimension))),
+            None => d.help("write one number without brackets"),
+        });
     }
 
     fn constant_number(&mut self, value: &Value, dimension: Dimension) -> Option<f64> {

@@ -117,6 +117,7 @@ impl Lowerer<'_> {
             return None;
         }
         if program.machine.as_ref().is_some_and(|m| !reads(m, program, s.at)) {
+            self.unused_is_told(spec, name);
             let d =
                 Diagnostic::warning("HQ0934", at, format!("no transition of the machine of `{spec}` reads `{name}`"))
                     .note("it begins to work, or not, whatever the mission says");

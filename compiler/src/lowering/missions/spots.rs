@@ -24,7 +24,7 @@ impl Lowerer<'_> {
             check_keys(&member.settings, &LAYERS_PLACE, self.diagnostics);
             let keys = Keys { block: &member.settings, section: &LAYERS_PLACE, at: member.name.span };
             let at = match keys.entry("at") {
-                Some(e) => self.constant_position(&e.value),
+                Some(e) => self.own_position(&e.value, declared),
                 None => {
                     self.lacks(keys, "at");
                     None
@@ -33,6 +33,17 @@ impl Lowerer<'_> {
             all.insert(member.name.value.clone(), at.unwrap_or_default());
         }
         all
+    }
+
+    /// The position of a place, which is not that of another one.
+    fn own_position(&mut self, value: &Value, declared: &[&MissionMember]) -> Option<[f64; 3]> {
+        let ValueKind::Name(name) = &value.kind else { return self.constant_position(value) };
+        if self.params.knows(name) || !declared.iter().any(|other| other.name.value == *name) {
+            return self.constant_position(value);
+        }
+        let d = Diagnostic::error("HQ0304", value.span, format!("`{name}` is a place, and a place has a position"));
+        self.push(d.help("write the position itself, for instance `at [0.4, 0, 0.1] m`"));
+        None
     }
 
     /// A position (m): that of a place, or one that is written out.
