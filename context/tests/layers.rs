@@ -120,6 +120,13 @@ fn a_model_may_decide_more() {
     ]);
     let (outcome, ..) = talk(&[&scheduled], Mode::Scheduled);
     assert_eq!(outcome.unwrap().plan.unwrap().end(), Some(40.0));
+    // A plan that cannot be goes back like any other mistake.
+    let early = scheduled.replace("\"start\": 20", "\"start\": 4");
+    let (outcome, kept, _) = talk(&[&early, &scheduled], Mode::Scheduled);
+    assert_eq!(outcome.unwrap().plan.unwrap().end(), Some(40.0));
+    assert!(kept[0].refused.join("\n").contains("begins at 4 s, before"), "{:?}", kept[0].refused);
+    let (outcome, ..) = talk(&[&early, &early, &early, &early, &early], Mode::Scheduled);
+    assert!(matches!(outcome, Err(GenerateError::Refused { .. })), "{outcome:?}");
 }
 
 /// The form that the model is shown, with words of the mission, is one that is read.

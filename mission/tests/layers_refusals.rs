@@ -10,7 +10,7 @@ use hierarq_mission::layers::choose::{Formulation, Options, Refusal, plan};
 use hierarq_mission::layers::json::{Fault, FaultKind, Imported, Mode, export, export_plan, import};
 use hierarq_mission::layers::problem::{Begun, Body, Problem, Range};
 use hierarq_mission::layers::reason::{ObstacleKind, Reason};
-use hierarq_mission::layers::validate::{Rule, validate};
+use hierarq_mission::layers::validate::validate;
 use proptest::prelude::*;
 
 /// The mistakes of letter H after a change.
@@ -298,12 +298,45 @@ fn the_three_modes_share_the_work_differently() {
             &format!("\"start\": 0, \"end\": {}", end - start),
         );
     }
-    let hasty = import(&hasty, &problem, Mode::Scheduled).unwrap();
-    let rules: Vec<Rule> =
-        validate(&hasty.problem, &hasty.plan.unwrap()).iter().map(|violation| violation.rule).collect();
-    assert!(rules.contains(&Rule::Layers) && rules.contains(&Rule::Overlap), "{rules:?}");
+    let hasty = import(&hasty, &problem, Mode::Scheduled).unwrap_err();
+    for words in ["of a layer before ends", "two at once"] {
+        assert!(hasty.iter().any(|fault| fault.what.contains(words)), "{words}: {hasty:?}");
+    }
     let missing = import(&export(&problem), &problem, Mode::Scheduled).unwrap_err();
     assert_eq!(missing.len(), 4 * problem.tasks.len(), "agent, object, start and end of each");
+}
+
+/// Each mistake in the times of a plan is told at its task, by name, with a time that would do.
+#[test]
+fn times_that_cannot_be_are_refused() {
+    let problem = layered::letter_d(1);
+    let best = plan(&problem, &Options::default()).unwrap();
+    let good: serde_json::Value = serde_json::from_str(&export_plan(&problem, &best)).unwrap();
+    let with = |key: &str, change: &dyn Fn(f64, f64) -> f64| {
+        let mut text = good.clone();
+        let task = &mut text["layers"][0]["tasks"][0];
+        let (start, end) = (task["start"].as_f64().unwrap(), task["end"].as_f64().unwrap());
+        task[key] = change(start, end).into();
+        text
+    };
+    let name = &problem.tasks.iter().find(|task| task.layer == 0).unwrap().name;
+    let told = |text: &serde_json::Value| {
+        let faults = import(&text.to_string(), &problem, Mode::Scheduled).unwrap_err();
+        faults.into_iter().find(|fault| fault.what.contains(&format!("`{name}`"))).unwrap()
+    };
+    let early = told(&with("start", &|_, _| -5.0));
+    assert_eq!(early.path, "layers[0].tasks[0].start");
+    assert!(early.to_string().contains("begins at -5 s, before the mission does; give a `start` of 0 s"), "{early}");
+    let backwards = told(&with("end", &|start, _| start - 1.0));
+    assert!(backwards.what.contains("before it begins"), "{backwards}");
+    // What is said to be long enough is long enough, and not much too long.
+    let hasty = told(&with("end", &|start, _| start + 0.1));
+    assert!(hasty.what.contains("in 0.1 s"), "{hasty}");
+    let enough: f64 = hasty.fix.split(' ').find_map(|word| word.parse().ok()).unwrap();
+    for (end, takes) in [(enough, true), (enough - 0.002, false)] {
+        let faults = import(&with("end", &|_, _| end).to_string(), &problem, Mode::Scheduled).err().unwrap_or_default();
+        assert_eq!(!faults.iter().any(|fault| fault.what.contains("at least")), takes, "{faults:?}");
+    }
 }
 
 proptest! {

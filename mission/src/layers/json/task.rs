@@ -9,7 +9,7 @@ use crate::layers::check::{MAX_ENTRIES, MAX_TASKS};
 use crate::layers::problem::{Problem, Task};
 
 /// So many mistakes are told of one text.
-const MAX_FAULTS: usize = 100;
+pub(super) const MAX_FAULTS: usize = 100;
 
 /// What the texts of a mission may speak of, and the mistakes so far.
 pub(super) struct Reader<'a> {
@@ -275,7 +275,10 @@ impl Reader<'_> {
     }
 }
 
-/// `path.key`, or the key alone.
+/// `path.key`, or the one of them that is not empty.
 pub(super) fn join(path: &str, key: &str) -> String {
-    if path.is_empty() { key.into() } else { format!("{path}.{key}") }
+    match (path, key) {
+        ("", one) | (one, "") => one.into(),
+        (path, key) => format!("{path}.{key}"),
+    }
 }
