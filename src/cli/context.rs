@@ -15,7 +15,7 @@ use hierarq::{planned, project};
 use mission::layers::json::{Imported, Mode, export, export_plan};
 use runtime::program::MissionKind;
 
-use super::{Outcome, SpecOptions, output};
+use super::{Outcome, SpecOptions, kept, output};
 
 /// The variable in which a key is looked for.
 const KEY: &str = "HIERARQ_API_KEY";
@@ -50,7 +50,8 @@ pub struct Arguments {
     /// Write the layers into this file instead of printing them: `layers_from` reads it.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Keep everything that is said in this file [default: MISSION.transcript.jsonl, except with --replay].
+    /// Keep everything that is said in this file [default: MISSION.transcript.jsonl, except with --replay]. Where there is one
+    /// already, a number is put into the name.
     #[arg(long, value_name = "FILE")]
     transcript: Option<PathBuf>,
     /// Answers that are looked at.
@@ -135,22 +136,23 @@ fn ask(a: &Arguments, mission: &str, wish: &Wish) -> Result<Imported, Outcome> {
         (None, endpoint) => Box::new(server(a, endpoint.as_deref().unwrap_or_default())?),
     };
     let path = match (&a.transcript, &a.replay) {
+        (Some(path), Some(from)) if kept::is_same(path, from) => {
+            let text = format!("`{}` is replayed: name another file for `--transcript`", path.display());
+            return Err(Outcome::Trouble(text));
+        }
         (Some(path), _) => Some(path.clone()),
         (None, Some(_)) => None,
         (None, None) => Some(PathBuf::from(format!("{mission}.transcript.jsonl"))),
     };
-    let mut file = match &path {
-        Some(path) => Some(File::create(path).map_err(|e| cannot_write(path, &e))?),
-        None => None,
-    };
+    let mut kept = path.map(|path| kept::begin(&path)).transpose().map_err(Outcome::Trouble)?;
     let attempts = usize::try_from(a.attempts).unwrap_or(usize::MAX);
     let pause = if a.replay.is_some() { Duration::ZERO } else { Bounds::default().pause };
     let bounds = Bounds { attempts, pause, ..Bounds::default() };
     let answered = layers(chat.as_mut(), wish, &bounds, |exchange| {
         say(exchange);
-        file.as_mut().map_or(Ok(()), |file| transcript::write(file, exchange))
+        kept.as_mut().map_or(Ok(()), |(file, _)| transcript::write(file, exchange))
     });
-    if let Some(path) = &path {
+    if let Some((_, path)) = &kept {
         output::eprint(&format!("everything that was said: {}\n", path.display()));
     }
     answered.map_err(|error| {
