@@ -306,6 +306,23 @@ fn the_three_modes_share_the_work_differently() {
     assert_eq!(missing.len(), 4 * problem.tasks.len(), "agent, object, start and end of each");
 }
 
+/// What a terminal would obey is in no name, and in no refusal.
+#[test]
+fn names_command_nothing() {
+    let with = |name: &str, action: &str, key: &str| {
+        let text = serde_json::json!({ "tasks": [{ "name": name, "action": action, key: 1 }] }).to_string();
+        let faults = import(&text, &layered::letter_d(1), Mode::Context).unwrap_err();
+        faults.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    for bad in ["a\u{1b}[2J", "a\nb", "a\u{202e}b", "a\u{9b}2J", "\u{7f}"] {
+        let told = with(bad, bad, bad);
+        assert_eq!(told.iter().filter(|fault| fault.contains("this is no name")).count(), 2, "{told:?}");
+        assert_eq!(told.len(), 3, "{told:?}");
+        assert!(!told.concat().chars().any(hierarq_mission::characters::commands), "{told:?}");
+    }
+    assert!(!with("würfel 🧊", "x", "y").concat().contains("no name"));
+}
+
 /// Each mistake in the times of a plan is told at its task, by name, with a time that would do.
 #[test]
 fn times_that_cannot_be_are_refused() {

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::nearest::{listed, suggest};
 use super::text::{Node, Value};
 use super::{Fault, FaultKind, Mode, Position};
+use crate::characters::{commands, plain};
 use crate::layers::check::{MAX_ENTRIES, MAX_TASKS};
 use crate::layers::problem::{Problem, Task};
 
@@ -36,7 +37,9 @@ pub(super) type Entries<'n> = BTreeMap<&'n str, &'n Node>;
 
 impl Reader<'_> {
     pub fn fault(&mut self, at: Position, path: &str, kind: FaultKind, what: String, fix: String) {
-        self.faults.push(Fault { at, path: path.into(), kind, what, fix });
+        // Both may quote keys and texts as they came.
+        let [path, what, fix] = [path, &what, &fix].map(plain);
+        self.faults.push(Fault { at, path, kind, what, fix });
     }
 
     /// No more mistakes are looked for.
@@ -81,6 +84,13 @@ impl Reader<'_> {
 
     pub fn text(&mut self, node: &Node, path: &str) -> Option<String> {
         match &node.value {
+            Value::Text(text) if text.chars().any(commands) => {
+                let number = text.chars().find(|c| commands(*c)).map_or(0, u32::from);
+                let what = format!("this is no name: it holds U+{number:04X}, which commands and is not shown");
+                let fix = "give a name of letters, digits and signs that are shown".into();
+                self.fault(node.at, path, FaultKind::Type, what, fix);
+                None
+            }
             Value::Text(text) if !text.is_empty() && text.len() <= 200 => Some(text.clone()),
             Value::Text(_) => {
                 let fix = "give a name of 1 to 200 characters".into();
