@@ -129,6 +129,25 @@ fn a_model_may_decide_more() {
     assert!(matches!(outcome, Err(GenerateError::Refused { .. })), "{outcome:?}");
 }
 
+/// Who thinks aloud is judged by the answer alone, and told where in the whole of it a mistake is.
+#[test]
+fn thoughts_are_not_the_answer() {
+    let thinks = |text: &str| format!("<think>maybe {{\"layers\": []}}\nor so</think>\n{text}");
+    let wrong = thinks(&GOOD.replacen("pick", "lick", 1));
+    let list = "[{\"name\": \"left\", \"action\": \"pick_and_place\"}]";
+    let (outcome, kept, server) = talk(&[&wrong, list, &thinks(GOOD)], Mode::Context);
+    assert!(outcome.is_ok(), "{outcome:?}");
+    let column = GOOD.lines().nth(1).unwrap().find("\"pick").unwrap() + 1;
+    let place = format!("line 4, column {column}, ");
+    assert!(kept[0].refused[0].starts_with(&place), "{place}: {:?}", kept[0].refused);
+    assert!(server.asked()[1].1["messages"][3]["content"].as_str().unwrap().contains("in lines 3 to 5"));
+    assert!(
+        kept[1].refused[0].contains("an object is expected, and this is a list; give {\"layers\":"),
+        "{:?}",
+        kept[1]
+    );
+}
+
 /// The form that the model is shown, with words of the mission, is one that is read.
 #[test]
 fn the_form_in_the_prompt_is_what_is_read() {

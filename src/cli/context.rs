@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
+use context::answer::part;
 use context::endpoint::{Chat, Endpoint};
 use context::generate::{Bounds, GenerateError};
 use context::layers::layers;
@@ -183,9 +184,11 @@ fn say(exchange: &Exchange) {
     let text = match answered {
         Err(error) => format!("attempt {attempt}: {error}"),
         Ok(_) if refused.is_empty() => format!("attempt {attempt}: taken ({seconds:.1} s)"),
-        Ok(_) => {
+        Ok(text) => {
             let reasons: String = refused.iter().map(|reason| format!("\n  {reason}")).collect();
-            format!("attempt {attempt}: refused ({seconds:.1} s){reasons}")
+            let lines = part(text).and_then(|part| part.lines());
+            let read = lines.map(|(from, to)| format!("; read were lines {from} to {to}")).unwrap_or_default();
+            format!("attempt {attempt}: refused ({seconds:.1} s){read}{reasons}")
         }
     };
     output::eprint(&(text + "\n"));
@@ -198,7 +201,7 @@ fn finish(a: &Arguments, imported: &Imported) -> Outcome {
         Some(plan) => export_plan(&imported.problem, plan),
     };
     let Some(path) = &a.out else {
-        output::print(&text);
+        output::data(&text);
         return Outcome::Good;
     };
     if let Err(e) = std::fs::write(path, &text) {

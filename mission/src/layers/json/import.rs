@@ -65,7 +65,11 @@ struct Tree {
 
 fn tree(reader: &mut Reader<'_>, root: &Node) -> Tree {
     let mut tree = Tree::default();
-    let Some(entries) = reader.entries(root, "", &["layers", "tasks"]) else { return tree };
+    const FORM: &str = "give {\"layers\": [{\"name\": .., \"tasks\": [..]}]}";
+    let Some(entries) = reader.entries(root, "", &["layers", "tasks"]) else {
+        reader.faults.iter_mut().filter(|fault| fault.path.is_empty()).for_each(|fault| fault.fix = FORM.into());
+        return tree;
+    };
     match (entries.get("layers"), entries.get("tasks")) {
         (Some(layers), None) => layered(reader, layers, &mut tree),
         (None, Some(tasks)) => {
@@ -79,8 +83,7 @@ fn tree(reader: &mut Reader<'_>, root: &Node) -> Tree {
         }
         (None, None) if root.broken => {}
         (None, None) => {
-            let fix = "give {\"layers\": [{\"name\": .., \"tasks\": [..]}]}".into();
-            reader.fault(root.at, "", FaultKind::Missing, "`layers` is missing".into(), fix);
+            reader.fault(root.at, "", FaultKind::Missing, "`layers` is missing".into(), FORM.into());
         }
     }
     twice(reader, &tree);
