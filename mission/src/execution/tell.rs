@@ -11,7 +11,7 @@ use super::event::{Event, EventError};
 use super::motion::Leg;
 use super::record::{Happening, Record};
 use super::settings::{Replan, Travel};
-use super::update::set_absence;
+use super::update::{Anew, set_absence};
 use super::view::{Doing, Stage};
 
 /// `D` of thesis 5.4.1 (m): the largest change of a waiting distance that a step of feedback asks for.
@@ -81,7 +81,7 @@ impl Execution {
             Event::Feedback(feedback) => self.heard(&feedback, event)?,
             Event::Replan => {
                 recorded(self);
-                self.update_or_plan(self.problem.clone(), true);
+                self.update_or_plan(self.problem.clone(), Anew::Asked);
             }
             Event::Lost { who: Actor::Robot(robot) } => {
                 self.is_lost(Actor::Robot(robot), false)?;
@@ -265,7 +265,7 @@ impl Execution {
         state.leg = Leg::rest(state.position, self.time);
         let mut problem = self.problem.clone();
         problem.absent.retain(|absence| absence.robot != robot);
-        self.update_or_plan(problem, true);
+        self.update_or_plan(problem, Anew::Asked);
     }
 
     fn lose_agent(&mut self, agent: usize) {
