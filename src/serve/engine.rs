@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::{oneshot, watch};
 
 use super::clock::Clock;
-use super::journal::{Entry, Journal, Line};
+use super::journal::{Entry, Journal, Line, NoJournal};
 use super::told::{PersonTells, SupervisorTells, Tells};
 use super::view::{ClockView, Published};
 use super::words::written;
@@ -24,6 +24,18 @@ const FRAME: Duration = Duration::from_millis(500);
 const BEAT: Duration = Duration::from_secs(10);
 /// What is told and not yet taken.
 const QUEUE: usize = 64;
+
+/// Parts in which a mission is gone through again.
+const STRETCHES: f64 = 500.0;
+
+/// How far a journal has been gone through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resuming {
+    /// The time of the mission that is reached (s).
+    pub time: f64,
+    /// The time at its end (s).
+    pub until: f64,
+}
 
 /// What became of something that was told: what to say, or why it was refused.
 pub type Answer = Result<String, String>;
@@ -68,19 +80,33 @@ impl Engine {
     }
 
     /// Goes through what a journal says, and goes on writing it. Gives the time that was reached (s), and false if the
-    /// execution came to another number of records than the journal notes.
-    pub fn resume(&mut self, journal: Journal, said: &[Line]) -> (f64, bool) {
+    /// execution came to another number of records than the journal notes. `tell` hears now and then how far it is.
+    ///
+    /// # Errors
+    ///
+    /// A line says what could never have been told.
+    pub fn resume(
+        &mut self,
+        journal: Journal,
+        said: &[Line],
+        tell: &mut dyn FnMut(Resuming),
+    ) -> Result<(f64, bool), NoJournal> {
+        let until = said.last().map_or(0.0, |line| line.time);
+        let stretch = (until / STRETCHES).max(1.0);
         let mut same = true;
-        for line in said {
-            self.advance(line.time);
+        for (index, line) in said.iter().enumerate() {
+            while self.world.time() < line.time {
+                tell(Resuming { time: self.world.time(), until });
+                self.advance(line.time.min(self.world.time() + stretch));
+            }
             match &line.entry {
                 Entry::Records(count) => same &= *count == self.world.records(),
-                entry => self.world.replay(entry),
+                entry => self.world.replay(entry).map_err(|why| journal.broken(index, why))?,
             }
         }
         self.journal = Some(journal);
         self.clock = Clock::standing(self.world.time(), self.clock.speed());
-        (self.world.time(), same)
+        Ok((self.world.time(), same))
     }
 
     /// Begins a thread that carries the mission on; `runs` says whether the clock does from the start.

@@ -5,7 +5,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use mission::layers::execution::{AgentView, Doing, Event, Happening, LayeredExecution, Record};
+use mission::layers::execution::{AgentView, Doing, Event, EventError, Happening, LayeredExecution, Record};
 use mission::layers::problem::Problem;
 use mission::layers::steps::agent_of;
 use mission::plan::Actor;
@@ -109,11 +109,18 @@ impl World for Layered {
         self.remember();
     }
 
-    fn replay(&mut self, entry: &Entry) {
-        if let Entry::Layered(event) = entry {
-            // What was refused then is refused now.
-            let _ = self.execution.tell(*event);
-            self.remember();
+    fn replay(&mut self, entry: &Entry) -> Result<(), String> {
+        match entry {
+            Entry::Layered(event) => {
+                if let Some(agent) = event.agent().filter(|agent| self.execution.agent(*agent).is_none()) {
+                    return Err(EventError::NoAgent { agent }.to_string());
+                }
+                let _ = self.execution.tell(*event);
+                self.remember();
+                Ok(())
+            }
+            Entry::Records(_) => Ok(()),
+            Entry::Event(_) | Entry::Serve { .. } | Entry::Served { .. } => Err("it is of a schedule".into()),
         }
     }
 

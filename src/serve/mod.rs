@@ -55,6 +55,7 @@ use self::routes::App;
 use self::schedule::Schedule;
 use self::world::World;
 
+pub use self::engine::Resuming;
 pub use self::journal::NoJournal;
 pub use self::listen::CONNECTIONS;
 
@@ -184,6 +185,19 @@ impl Server {
     ///
     /// The mission has no plan, an option is wrong, or the system does not let us.
     pub fn start(mission: impl Into<Served>, options: &Options) -> Result<Server, NoServer> {
+        Server::start_and_tell(mission, options, &mut |_| {})
+    }
+
+    /// The same; `tell` hears, at once and again and again, how far a journal has been gone through.
+    ///
+    /// # Errors
+    ///
+    /// As [`Server::start`].
+    pub fn start_and_tell(
+        mission: impl Into<Served>,
+        options: &Options,
+        tell: &mut dyn FnMut(Resuming),
+    ) -> Result<Server, NoServer> {
         check(options)?;
         let ready = ready(mission.into(), &options.simulate)?;
         let journal = match &options.journal {
@@ -196,9 +210,12 @@ impl Server {
         listener.set_nonblocking(true).map_err(bound)?;
         let address = listener.local_addr().map_err(bound)?;
         let Ready { name, names, paged, plans, .. } = ready;
+        if let Some(last) = journal.as_ref().and_then(|(_, said)| said.last()) {
+            tell(Resuming { time: 0.0, until: last.time });
+        }
         let mut engine = Engine::new(&name, plans()?, options.speed);
         let resumed = match journal {
-            Some((journal, said)) => Some(engine.resume(journal, &said)).filter(|_| !said.is_empty()),
+            Some((journal, said)) => Some(engine.resume(journal, &said, tell)?).filter(|_| !said.is_empty()),
             None => None,
         };
         let (access, links) = invite(address, options, &paged, &names)?;
