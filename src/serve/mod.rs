@@ -21,6 +21,7 @@ mod journal;
 mod layered;
 mod layered_view;
 mod listen;
+mod messages;
 mod overview;
 mod pages;
 mod rate;
