@@ -19,7 +19,7 @@ use super::{Outcome, SpecOptions, output};
 /// The longest time of one search (s), for machines on which its nodes take too long.
 const LONGEST: u64 = 30;
 
-/// How often is told how far a journal has been gone through.
+/// How often is told how far a journal has been gone through; that a mission lags five times less often.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 #[derive(Args)]
@@ -102,7 +102,18 @@ pub fn run(a: &Arguments) -> Outcome {
         return Outcome::Trouble(format!("cannot wait for an interruption: {e}"));
     }
     output::print(&greeting(a, &mission.name, &server));
-    match server.wait() {
+    let mut told: Option<Instant> = None;
+    let mut lags = |behind: Duration| {
+        if told.is_none_or(|told| told.elapsed() >= 5 * PATIENCE) {
+            told = Some(Instant::now());
+            let seconds = behind.as_secs_f64();
+            output::eprint(&format!(
+                "the mission is {seconds:.0} s behind its clock: planning takes longer than `--speed {}` allows\n",
+                a.speed
+            ));
+        }
+    };
+    match server.wait_and_tell(&mut lags) {
         Ok(()) => Outcome::Good,
         Err(e) => Outcome::Trouble(e.to_string()),
     }

@@ -54,6 +54,7 @@ use self::layered::Layered;
 use self::rate::Bucket;
 use self::routes::App;
 use self::schedule::Schedule;
+use self::view::Published;
 use self::world::World;
 
 pub use self::engine::Resuming;
@@ -175,6 +176,7 @@ pub struct Server {
     links: Vec<LinkOf>,
     /// Time that a journal led to (s), and whether it led to what had been.
     resumed: Option<(f64, bool)>,
+    published: watch::Receiver<Arc<Published>>,
     end: watch::Sender<bool>,
     threads: Vec<JoinHandle<()>>,
 }
@@ -221,6 +223,7 @@ impl Server {
         };
         let (access, links) = invite(address, options, &paged, &names)?;
         let (handle, carries) = engine.start(options.begin);
+        let published = handle.published.clone();
         let (end, ended) = watch::channel(false);
         let app =
             App { access: Mutex::new(access), links: Bucket::of_links(), engine: handle, port: address.port(), paged };
@@ -235,7 +238,7 @@ impl Server {
             });
             runtime.shutdown_background();
         });
-        Ok(Server { address, links, resumed, end, threads: vec![answers, carries] })
+        Ok(Server { address, links, resumed, published, end, threads: vec![answers, carries] })
     }
 
     /// Where it listens.
@@ -265,10 +268,22 @@ impl Server {
     ///
     /// It ended although nobody ended it.
     pub fn wait(self) -> Result<(), NoServer> {
+        self.wait_and_tell(&mut |_| {})
+    }
+
+    /// The same; `tell` hears, again and again, by how much the mission is behind its clock while it lags.
+    ///
+    /// # Errors
+    ///
+    /// As [`Server::wait`].
+    pub fn wait_and_tell(self, tell: &mut dyn FnMut(Duration)) -> Result<(), NoServer> {
         let pause = Duration::from_millis(50);
         while !*self.end.borrow() {
             if self.threads.iter().any(JoinHandle::is_finished) {
                 return Err(NoServer::Ended);
+            }
+            if let Some(behind) = self.published.borrow().behind {
+                tell(behind);
             }
             std::thread::sleep(pause);
         }

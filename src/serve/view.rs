@@ -1,6 +1,7 @@
 //! What the pages show, as data: made by the engine from the execution, sent as JSON.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use mission::execution::{AgentView, Coming, Doing, Execution, RobotView, Stage};
 use mission::plan::{Actor, Phase, Plan};
@@ -17,6 +18,8 @@ pub struct Published {
     pub mission: Arc<str>,
     /// Time of the mission (s), how fast it runs, and whether it does.
     pub clock: ClockView,
+    /// How long the mission is behind its clock, where it lags.
+    pub behind: Option<Duration>,
     /// For each agent the page of it.
     pub people: Vec<PersonView>,
     /// The page of the supervisor.
