@@ -282,7 +282,9 @@ fn the_three_modes_share_the_work_differently() {
     let text = export_plan(&problem, &best);
     let allocated =
         import(&text.replace(", \"start\"", ", \"description\": \"\", \"start\""), &problem, Mode::Allocated);
-    assert_eq!(allocated.unwrap_err().len(), 2 * problem.tasks.len(), "start and end have no meaning");
+    let faults = allocated.unwrap_err();
+    assert_eq!(faults.len(), 2 * problem.tasks.len(), "start and end have no meaning");
+    assert!(faults.iter().all(|fault| fault.fix == "leave it out: times are planned"), "{faults:?}");
     let scheduled = import(&text, &problem, Mode::Scheduled).unwrap();
     let again = plan(&scheduled.problem, &Options::default()).unwrap();
     assert!((again.cost - best.cost).abs() < 1e-9 * best.cost, "the scales are those of the free problem");

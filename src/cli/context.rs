@@ -48,7 +48,7 @@ pub struct Arguments {
     /// What the model decides.
     #[arg(long, value_enum, default_value_t = Decides::Layers)]
     decides: Decides,
-    /// Write the layers into this file instead of printing them: `layers_from` reads it.
+    /// Write the layers into this file instead of printing them: `layers_from` reads it, unless the model decided everything.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Keep everything that is said in this file [default: MISSION.transcript.jsonl, except with --replay]. Where there is one
@@ -207,7 +207,11 @@ fn finish(a: &Arguments, imported: &Imported) -> Outcome {
     if let Err(e) = std::fs::write(path, &text) {
         return cannot_write(path, &e);
     }
-    output::eprint(&format!("wrote {}\n", path.display()));
+    let what = match &imported.plan {
+        None => "",
+        Some(_) => ", a whole plan, with times; `layers_from` reads layers, without `start` and `end`",
+    };
+    output::eprint(&format!("wrote {}{what}\n", path.display()));
     Outcome::Good
 }
 

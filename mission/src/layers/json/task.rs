@@ -62,7 +62,10 @@ impl Reader<'_> {
         for (key, at, value) in entries {
             let here = join(path, key);
             if !keys.contains(&key.as_str()) && key != "description" {
-                let fix = suggest(key, keys.iter().copied());
+                let fix = match key.as_str() {
+                    "start" | "end" if keys.contains(&"action") => "leave it out: times are planned".into(),
+                    _ => suggest(key, keys.iter().copied()),
+                };
                 self.fault(*at, &here, FaultKind::UnknownKey, format!("`{key}` has no meaning here"), fix);
             } else if found.insert(key.as_str(), value).is_some() {
                 let fix = "leave one of them out".into();
