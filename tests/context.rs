@@ -15,9 +15,11 @@ fn context(args: &[&str]) -> Output {
     command(&["context", SPEC, "letter_h"]).args(args).output().expect("the binary runs")
 }
 
-/// A file of this test's own.
+/// A file of this test's own, which is not there.
 fn file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_file(&path);
+    path
 }
 
 fn json(path: &Path) -> Value {
@@ -110,4 +112,21 @@ fn a_server_that_is_not_there() {
     assert_eq!(run.status.code(), Some(1));
     assert!(text(&run.stderr).contains("no connection"), "{}", text(&run.stderr));
     assert_eq!(std::fs::read_to_string(&kept).expect("kept").lines().count(), 4);
+}
+
+/// What was recorded stays, whatever is recorded next, and how ever that ends.
+#[test]
+fn no_transcript_is_written_over() {
+    let (kept, second) = (file("context_stays.jsonl"), file("context_stays.2.jsonl"));
+    let recorded = "examples/layers/transcripts/letter_h.jsonl";
+    std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join(recorded), &kept).expect("copied");
+    let before = std::fs::read(&kept).expect("readable");
+    let path = kept.to_str().expect("a path");
+    let same = context(&["--replay", path, "--transcript", path]);
+    assert_eq!(same.status.code(), Some(2));
+    assert!(text(&same.stderr).contains("is replayed"), "{}", text(&same.stderr));
+    let other = context(&["--replay", recorded, "--transcript", path]);
+    assert!(text(&other.stderr).contains("context_stays.2.jsonl"), "{}", text(&other.stderr));
+    assert_eq!(std::fs::read_to_string(&second).expect("kept").lines().count(), 4);
+    assert_eq!(std::fs::read(&kept).expect("readable"), before);
 }

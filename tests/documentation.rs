@@ -180,3 +180,64 @@ fn links_between_pages_lead_somewhere() {
         }
     }
 }
+
+/// The anchors that the book makes of the headings of a page, and those that stand in it as `<a id="..">`.
+fn anchors(text: &str) -> Vec<String> {
+    let ids = text.split("<a id=\"").skip(1).filter_map(|rest| rest.split('"').next());
+    let mut anchors: Vec<String> = ids.map(String::from).collect();
+    let mut fenced = false;
+    for line in text.lines() {
+        fenced ^= line.trim_start().starts_with("```");
+        let heading = line.trim_start_matches('#').strip_prefix(' ').filter(|_| line.starts_with('#') && !fenced);
+        let Some(heading) = heading else { continue };
+        let kept = heading.trim().chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
+        let anchor: String = kept.flat_map(char::to_lowercase).map(|c| if c == ' ' { '-' } else { c }).collect();
+        let same = (1..).map(|number| format!("{anchor}-{number}"));
+        let free = std::iter::once(anchor.clone()).chain(same).find(|name| !anchors.contains(name));
+        anchors.extend(free);
+    }
+    anchors
+}
+
+#[test]
+fn anchors_of_links_exist() {
+    let mut files = Vec::new();
+    markdown_files(&root().join("docs/src"), &mut files);
+    let mut count = 0;
+    let mut dead = Vec::new();
+    for file in files {
+        let text = std::fs::read_to_string(&file).expect("readable");
+        for target in text.split("](").skip(1).filter_map(|s| s.split(')').next()) {
+            let Some((path, anchor)) = target.split_once('#').filter(|_| !target.contains("://")) else { continue };
+            let page = match path {
+                "" => file.clone(),
+                path => file.parent().expect("a folder").join(path),
+            };
+            count += 1;
+            let there = std::fs::read_to_string(&page).is_ok_and(|text| anchors(&text).iter().any(|is| is == anchor));
+            if !there {
+                dead.push(format!("{} links to {target}", file.display()));
+            }
+        }
+    }
+    assert!(dead.is_empty(), "{}", dead.join("\n"));
+    assert!(count > 20, "only {count} anchors were found");
+}
+
+#[test]
+fn every_picture_is_on_a_page() {
+    let mut files = Vec::new();
+    markdown_files(&root().join("docs/src"), &mut files);
+    let pages: String = files.iter().map(|file| std::fs::read_to_string(file).expect("readable")).collect();
+    let mut folders = vec![root().join("docs/src")];
+    while let Some(folder) = folders.pop() {
+        for path in std::fs::read_dir(folder).expect("readable").map(|e| e.expect("readable").path()) {
+            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "svg" || e == "png") {
+                assert!(pages.contains(name), "no page shows {}", path.display());
+            }
+        }
+    }
+}

@@ -105,6 +105,12 @@ pub enum AskError {
     /// Not the form of a chat completion.
     #[error("the answer is no chat completion: {0}")]
     Form(String),
+    /// The model does not want to, in its words.
+    #[error("the model refuses: {0}")]
+    Refuses(String),
+    /// There are no more answers in a recording.
+    #[error("the recording is at its end; ask with `--endpoint`, or fewer times with `--attempts`")]
+    RecordingEnds,
     /// The model stopped because its answer became too long for it, or for other reasons than being done.
     #[error("the model did not finish its answer ({0})")]
     Unfinished(String),
@@ -116,7 +122,11 @@ impl AskError {
         match self {
             AskError::Connection(_) | AskError::Timeout(_) | AskError::Busy { .. } => true,
             AskError::Status { status, .. } => *status >= 500,
-            AskError::TooLong | AskError::Form(_) | AskError::Unfinished(_) => false,
+            AskError::TooLong
+            | AskError::Form(_)
+            | AskError::Refuses(_)
+            | AskError::RecordingEnds
+            | AskError::Unfinished(_) => false,
         }
     }
 }
@@ -146,6 +156,8 @@ struct Choice {
 struct Said {
     #[serde(default)]
     content: Option<String>,
+    #[serde(default)]
+    refusal: Option<String>,
 }
 
 impl Endpoint {
@@ -197,6 +209,9 @@ impl Endpoint {
             ureq::Error::Timeout(_) => AskError::Timeout(seconds),
             ureq::Error::BodyExceedsLimit(_) => AskError::TooLong,
             ureq::Error::Io(error) if error.kind() == std::io::ErrorKind::TimedOut => AskError::Timeout(seconds),
+            ureq::Error::Io(error) if error.kind() == std::io::ErrorKind::InvalidData => {
+                AskError::Form("it is no text in UTF-8".to_string())
+            }
             other => AskError::Connection(other.to_string()),
         }
     }
@@ -236,7 +251,11 @@ fn read(body: &str) -> Result<String, AskError> {
         None | Some("stop" | "eos" | "end_turn") => {}
         Some(reason) => return Err(AskError::Unfinished(beginning(reason))),
     }
-    choice.message.content.ok_or_else(|| AskError::Form("its message has no content".to_string()))
+    let Said { content, refusal } = choice.message;
+    content.ok_or_else(|| match refusal {
+        Some(words) => AskError::Refuses(beginning(&words)),
+        None => AskError::Form("its message has no content".to_string()),
+    })
 }
 
 /// The first line of a text, shortened.

@@ -50,8 +50,8 @@ pub enum GenerateError {
 
 const NO_OBJECT: &str = "the answer holds no JSON object; answer with one object and nothing else";
 
-/// Asks the model until `judge` takes what it says. `judge` is given the text of a JSON object, and answers with what it
-/// is or with everything that is wrong with it. Each exchange is given to `keep` when it is over.
+/// Asks the model until `judge` takes what it says. `judge` is given the text of JSON, with space before it so that lines
+/// and columns are those of the whole answer, and answers with what it is or with everything that is wrong with it. Each exchange is given to `keep` when it is over.
 ///
 /// # Errors
 ///
@@ -94,9 +94,10 @@ pub fn generate<T>(
             std::thread::sleep(pause(bounds, trial, &error));
             trial += 1;
         };
-        let judged = match (&exchange.answered, answer::object(&text)) {
+        let part = answer::part(&text);
+        let judged = match (&exchange.answered, part) {
             (Err(error), _) => Err(vec![format!("{error}; answer more briefly")]),
-            (Ok(_), Some(object)) => judge(object),
+            (Ok(_), Some(part)) => judge(&part.in_place()),
             (Ok(_), None) => Err(vec![NO_OBJECT.to_string()]),
         };
         match judged {
@@ -108,8 +109,9 @@ pub fn generate<T>(
                 exchange.refused = refusals;
                 keep(&exchange).map_err(|error| GenerateError::Transcript(error.to_string()))?;
                 told = conversation.len();
-                conversation.push(Message::new(Speaker::Assistant, text));
-                conversation.push(Message::new(Speaker::User, refusal(&exchange.refused)));
+                let lines = part.and_then(|part| part.lines());
+                conversation.push(Message::new(Speaker::Assistant, &text));
+                conversation.push(Message::new(Speaker::User, refusal(&exchange.refused, lines)));
                 reasons = exchange.refused;
             }
         }
@@ -117,9 +119,12 @@ pub fn generate<T>(
     Err(GenerateError::Refused { attempts, reasons })
 }
 
-/// What the model is told of an answer that cannot be used.
-fn refusal(reasons: &[String]) -> String {
-    let mut text = String::from("This cannot be used:\n");
+/// What the model is told of an answer that cannot be used, and of which lines were read if not all of it was.
+fn refusal(reasons: &[String], lines: Option<(usize, usize)>) -> String {
+    let mut text = match lines {
+        Some((from, to)) => format!("What you wrote in lines {from} to {to}, which was read, cannot be used:\n"),
+        None => String::from("This cannot be used:\n"),
+    };
     for reason in reasons {
         text.push_str("- ");
         text.push_str(reason);

@@ -59,7 +59,7 @@ pub fn read(from: impl BufRead) -> std::io::Result<Vec<Exchange>> {
     Ok(exchanges)
 }
 
-/// Answers as they were recorded, one after the other, whatever is asked. After the last there is no connection.
+/// Answers as they were recorded, one after the other, whatever is asked. After the last there is none.
 #[derive(Clone, Debug)]
 pub struct Replay {
     model: String,
@@ -81,6 +81,6 @@ impl Chat for Replay {
     }
 
     fn ask(&mut self, _: &[Message]) -> Result<String, AskError> {
-        self.answers.next().unwrap_or_else(|| Err(AskError::Connection("the recording is at its end".to_string())))
+        self.answers.next().unwrap_or(Err(AskError::RecordingEnds))
     }
 }

@@ -120,6 +120,32 @@ fn a_model_may_decide_more() {
     ]);
     let (outcome, ..) = talk(&[&scheduled], Mode::Scheduled);
     assert_eq!(outcome.unwrap().plan.unwrap().end(), Some(40.0));
+    // A plan that cannot be goes back like any other mistake.
+    let early = scheduled.replace("\"start\": 20", "\"start\": 4");
+    let (outcome, kept, _) = talk(&[&early, &scheduled], Mode::Scheduled);
+    assert_eq!(outcome.unwrap().plan.unwrap().end(), Some(40.0));
+    assert!(kept[0].refused.join("\n").contains("begins at 4 s, before"), "{:?}", kept[0].refused);
+    let (outcome, ..) = talk(&[&early, &early, &early, &early, &early], Mode::Scheduled);
+    assert!(matches!(outcome, Err(GenerateError::Refused { .. })), "{outcome:?}");
+}
+
+/// Who thinks aloud is judged by the answer alone, and told where in the whole of it a mistake is.
+#[test]
+fn thoughts_are_not_the_answer() {
+    let thinks = |text: &str| format!("<think>maybe {{\"layers\": []}}\nor so</think>\n{text}");
+    let wrong = thinks(&GOOD.replacen("pick", "lick", 1));
+    let list = "[{\"name\": \"left\", \"action\": \"pick_and_place\"}]";
+    let (outcome, kept, server) = talk(&[&wrong, list, &thinks(GOOD)], Mode::Context);
+    assert!(outcome.is_ok(), "{outcome:?}");
+    let column = GOOD.lines().nth(1).unwrap().find("\"pick").unwrap() + 1;
+    let place = format!("line 4, column {column}, ");
+    assert!(kept[0].refused[0].starts_with(&place), "{place}: {:?}", kept[0].refused);
+    assert!(server.asked()[1].1["messages"][3]["content"].as_str().unwrap().contains("in lines 3 to 5"));
+    assert!(
+        kept[1].refused[0].contains("an object is expected, and this is a list; give {\"layers\":"),
+        "{:?}",
+        kept[1]
+    );
 }
 
 /// The form that the model is shown, with words of the mission, is one that is read.

@@ -132,11 +132,27 @@ fn what_will_not_change_is_not_asked_again() {
     let no_choice = Reply::Status(200, "", "{\"choices\": []}".to_string());
     let redirect = Reply::Status(307, "Location: http://127.0.0.1:1/\r\n", String::new());
     let refused = Reply::Status(401, "", "{\"error\": \"no such key\"}".to_string());
-    for reply in [form, no_choice, redirect, refused, Reply::Endless(MAX_ANSWER as usize + (1 << 20))] {
+    for reply in [form, no_choice, redirect, refused, Reply::Endless(MAX_ANSWER as usize + (1 << 20)), Reply::NoText] {
         let (outcome, kept, _) = talk(vec![reply.clone(), says("{\"good\": 1}")]);
         assert_eq!(kept.len(), 1, "{reply:?}");
         assert!(matches!(outcome, Err(GenerateError::Server(_))), "{reply:?}: {outcome:?}");
+        if matches!(reply, Reply::NoText) {
+            assert_eq!(kept[0].answered, Err(AskError::Form("it is no text in UTF-8".to_string())));
+        }
     }
+    let words = "{\"choices\": [{\"message\": {\"content\": null, \"refusal\": \"I cannot\"}}]}";
+    let (outcome, ..) = talk(vec![Reply::Status(200, "", words.to_string())]);
+    assert_eq!(outcome, Err(GenerateError::Server(AskError::Refuses("I cannot".to_string()))));
+}
+
+#[test]
+fn a_recording_ends_once() {
+    let mut kept = 0;
+    let ended = generate(&mut Replay::new(Vec::new()), &question(), &QUICK, judge, |_| {
+        kept += 1;
+        Ok(())
+    });
+    assert_eq!((ended, kept), (Err(GenerateError::Server(AskError::RecordingEnds)), 1));
 }
 
 #[test]

@@ -9,6 +9,7 @@
 //! - [`layers`]: tasks in ordered layers, each with an agent and an object, thesis chapter 6; and the world in which they
 //!   are done.
 
+pub mod characters;
 pub mod engine;
 pub mod execution;
 pub mod layers;

@@ -10,7 +10,7 @@ use hierarq_mission::layers::choose::{Formulation, Options, Refusal, plan};
 use hierarq_mission::layers::json::{Fault, FaultKind, Imported, Mode, export, export_plan, import};
 use hierarq_mission::layers::problem::{Begun, Body, Problem, Range};
 use hierarq_mission::layers::reason::{ObstacleKind, Reason};
-use hierarq_mission::layers::validate::{Rule, validate};
+use hierarq_mission::layers::validate::validate;
 use proptest::prelude::*;
 
 /// The mistakes of letter H after a change.
@@ -282,7 +282,9 @@ fn the_three_modes_share_the_work_differently() {
     let text = export_plan(&problem, &best);
     let allocated =
         import(&text.replace(", \"start\"", ", \"description\": \"\", \"start\""), &problem, Mode::Allocated);
-    assert_eq!(allocated.unwrap_err().len(), 2 * problem.tasks.len(), "start and end have no meaning");
+    let faults = allocated.unwrap_err();
+    assert_eq!(faults.len(), 2 * problem.tasks.len(), "start and end have no meaning");
+    assert!(faults.iter().all(|fault| fault.fix == "leave it out: times are planned"), "{faults:?}");
     let scheduled = import(&text, &problem, Mode::Scheduled).unwrap();
     let again = plan(&scheduled.problem, &Options::default()).unwrap();
     assert!((again.cost - best.cost).abs() < 1e-9 * best.cost, "the scales are those of the free problem");
@@ -298,12 +300,62 @@ fn the_three_modes_share_the_work_differently() {
             &format!("\"start\": 0, \"end\": {}", end - start),
         );
     }
-    let hasty = import(&hasty, &problem, Mode::Scheduled).unwrap();
-    let rules: Vec<Rule> =
-        validate(&hasty.problem, &hasty.plan.unwrap()).iter().map(|violation| violation.rule).collect();
-    assert!(rules.contains(&Rule::Layers) && rules.contains(&Rule::Overlap), "{rules:?}");
+    let hasty = import(&hasty, &problem, Mode::Scheduled).unwrap_err();
+    for words in ["of a layer before ends", "two at once"] {
+        assert!(hasty.iter().any(|fault| fault.what.contains(words)), "{words}: {hasty:?}");
+    }
     let missing = import(&export(&problem), &problem, Mode::Scheduled).unwrap_err();
     assert_eq!(missing.len(), 4 * problem.tasks.len(), "agent, object, start and end of each");
+}
+
+/// What a terminal would obey is in no name, and in no refusal.
+#[test]
+fn names_command_nothing() {
+    let with = |name: &str, action: &str, key: &str| {
+        let text = serde_json::json!({ "tasks": [{ "name": name, "action": action, key: 1 }] }).to_string();
+        let faults = import(&text, &layered::letter_d(1), Mode::Context).unwrap_err();
+        faults.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    for bad in ["a\u{1b}[2J", "a\nb", "a\u{202e}b", "a\u{9b}2J", "\u{7f}"] {
+        let told = with(bad, bad, bad);
+        assert_eq!(told.iter().filter(|fault| fault.contains("this is no name")).count(), 2, "{told:?}");
+        assert_eq!(told.len(), 3, "{told:?}");
+        assert!(!told.concat().chars().any(hierarq_mission::characters::commands), "{told:?}");
+    }
+    assert!(!with("würfel 🧊", "x", "y").concat().contains("no name"));
+}
+
+/// Each mistake in the times of a plan is told at its task, by name, with a time that would do.
+#[test]
+fn times_that_cannot_be_are_refused() {
+    let problem = layered::letter_d(1);
+    let best = plan(&problem, &Options::default()).unwrap();
+    let good: serde_json::Value = serde_json::from_str(&export_plan(&problem, &best)).unwrap();
+    let with = |key: &str, change: &dyn Fn(f64, f64) -> f64| {
+        let mut text = good.clone();
+        let task = &mut text["layers"][0]["tasks"][0];
+        let (start, end) = (task["start"].as_f64().unwrap(), task["end"].as_f64().unwrap());
+        task[key] = change(start, end).into();
+        text
+    };
+    let name = &problem.tasks.iter().find(|task| task.layer == 0).unwrap().name;
+    let told = |text: &serde_json::Value| {
+        let faults = import(&text.to_string(), &problem, Mode::Scheduled).unwrap_err();
+        faults.into_iter().find(|fault| fault.what.contains(&format!("`{name}`"))).unwrap()
+    };
+    let early = told(&with("start", &|_, _| -5.0));
+    assert_eq!(early.path, "layers[0].tasks[0].start");
+    assert!(early.to_string().contains("begins at -5 s, before the mission does; give a `start` of 0 s"), "{early}");
+    let backwards = told(&with("end", &|start, _| start - 1.0));
+    assert!(backwards.what.contains("before it begins"), "{backwards}");
+    // What is said to be long enough is long enough, and not much too long.
+    let hasty = told(&with("end", &|start, _| start + 0.1));
+    assert!(hasty.what.contains("in 0.1 s"), "{hasty}");
+    let enough: f64 = hasty.fix.split(' ').find_map(|word| word.parse().ok()).unwrap();
+    for (end, takes) in [(enough, true), (enough - 0.002, false)] {
+        let faults = import(&with("end", &|_, _| end).to_string(), &problem, Mode::Scheduled).err().unwrap_or_default();
+        assert_eq!(!faults.iter().any(|fault| fault.what.contains("at least")), takes, "{faults:?}");
+    }
 }
 
 proptest! {

@@ -195,7 +195,7 @@ impl Loop {
         let bad = self.fault.is_some() || failed > 0;
         if json {
             let data = self.json(program, &tick, &rows, &times, ratio, bad);
-            output::print(&format!("{data:#}\n"));
+            output::data(&format!("{data:#}\n"));
         } else {
             let text = self.text(program, &tick, &rows, &times, ratio);
             output::print(&text);

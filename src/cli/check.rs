@@ -47,7 +47,7 @@ pub fn run(a: &Arguments) -> Outcome {
     }
     if a.json {
         let data = if files.len() == 1 { files.remove(0) } else { json!({ "version": 1, "files": files }) };
-        output::print(&format!("{data:#}\n"));
+        output::data(&format!("{data:#}\n"));
     }
     if failed { Outcome::Failed } else { Outcome::Good }
 }

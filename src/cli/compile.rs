@@ -51,6 +51,6 @@ pub fn run(a: &Arguments) -> Outcome {
             }
         }
     };
-    output::print(&text);
+    output::data(&text);
     Outcome::Good
 }

@@ -15,6 +15,6 @@ pub struct Arguments {
 pub fn run(a: &Arguments) -> Outcome {
     let mut script = Vec::new();
     clap_complete::generate(a.shell, &mut Cli::command(), "hierarq", &mut script);
-    output::print(&String::from_utf8_lossy(&script));
+    output::data(&String::from_utf8_lossy(&script));
     Outcome::Good
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
+use context::answer::part;
 use context::endpoint::{Chat, Endpoint};
 use context::generate::{Bounds, GenerateError};
 use context::layers::layers;
@@ -13,10 +14,9 @@ use context::prompt::{Wish, prompt};
 use context::transcript::{self, Exchange, Replay};
 use hierarq::{planned, project};
 use mission::layers::json::{Imported, Mode, export, export_plan};
-use mission::layers::validate::validate;
 use runtime::program::MissionKind;
 
-use super::{Outcome, SpecOptions, output};
+use super::{Outcome, SpecOptions, kept, output};
 
 /// The variable in which a key is looked for.
 const KEY: &str = "HIERARQ_API_KEY";
@@ -48,10 +48,11 @@ pub struct Arguments {
     /// What the model decides.
     #[arg(long, value_enum, default_value_t = Decides::Layers)]
     decides: Decides,
-    /// Write the layers into this file instead of printing them: `layers_from` reads it.
+    /// Write the layers into this file instead of printing them: `layers_from` reads it, unless the model decided everything.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Keep everything that is said in this file [default: MISSION.transcript.jsonl, except with --replay].
+    /// Keep everything that is said in this file [default: MISSION.transcript.jsonl, except with --replay]. Where there is one
+    /// already, a number is put into the name.
     #[arg(long, value_name = "FILE")]
     transcript: Option<PathBuf>,
     /// Answers that are looked at.
@@ -136,22 +137,23 @@ fn ask(a: &Arguments, mission: &str, wish: &Wish) -> Result<Imported, Outcome> {
         (None, endpoint) => Box::new(server(a, endpoint.as_deref().unwrap_or_default())?),
     };
     let path = match (&a.transcript, &a.replay) {
+        (Some(path), Some(from)) if kept::is_same(path, from) => {
+            let text = format!("`{}` is replayed: name another file for `--transcript`", path.display());
+            return Err(Outcome::Trouble(text));
+        }
         (Some(path), _) => Some(path.clone()),
         (None, Some(_)) => None,
         (None, None) => Some(PathBuf::from(format!("{mission}.transcript.jsonl"))),
     };
-    let mut file = match &path {
-        Some(path) => Some(File::create(path).map_err(|e| cannot_write(path, &e))?),
-        None => None,
-    };
+    let mut kept = path.map(|path| kept::begin(&path)).transpose().map_err(Outcome::Trouble)?;
     let attempts = usize::try_from(a.attempts).unwrap_or(usize::MAX);
     let pause = if a.replay.is_some() { Duration::ZERO } else { Bounds::default().pause };
     let bounds = Bounds { attempts, pause, ..Bounds::default() };
     let answered = layers(chat.as_mut(), wish, &bounds, |exchange| {
         say(exchange);
-        file.as_mut().map_or(Ok(()), |file| transcript::write(file, exchange))
+        kept.as_mut().map_or(Ok(()), |(file, _)| transcript::write(file, exchange))
     });
-    if let Some(path) = &path {
+    if let Some((_, path)) = &kept {
         output::eprint(&format!("everything that was said: {}\n", path.display()));
     }
     answered.map_err(|error| {
@@ -182,35 +184,35 @@ fn say(exchange: &Exchange) {
     let text = match answered {
         Err(error) => format!("attempt {attempt}: {error}"),
         Ok(_) if refused.is_empty() => format!("attempt {attempt}: taken ({seconds:.1} s)"),
-        Ok(_) => {
+        Ok(text) => {
             let reasons: String = refused.iter().map(|reason| format!("\n  {reason}")).collect();
-            format!("attempt {attempt}: refused ({seconds:.1} s){reasons}")
+            let lines = part(text).and_then(|part| part.lines());
+            let read = lines.map(|(from, to)| format!("; read were lines {from} to {to}")).unwrap_or_default();
+            format!("attempt {attempt}: refused ({seconds:.1} s){read}{reasons}")
         }
     };
     output::eprint(&(text + "\n"));
 }
 
-/// Writes the layers; of a whole plan also what the validator says of it.
+/// Writes the layers, or the whole plan.
 fn finish(a: &Arguments, imported: &Imported) -> Outcome {
-    let (text, wrong) = match &imported.plan {
-        None => (export(&imported.problem), Vec::new()),
-        Some(plan) => (export_plan(&imported.problem, plan), validate(&imported.problem, plan)),
+    let text = match &imported.plan {
+        None => export(&imported.problem),
+        Some(plan) => export_plan(&imported.problem, plan),
     };
-    match &a.out {
-        Some(path) => {
-            if let Err(e) = std::fs::write(path, &text) {
-                return cannot_write(path, &e);
-            }
-            output::eprint(&format!("wrote {}\n", path.display()));
-        }
-        None => output::print(&text),
-    }
-    if wrong.is_empty() {
+    let Some(path) = &a.out else {
+        output::data(&text);
         return Outcome::Good;
+    };
+    if let Err(e) = std::fs::write(path, &text) {
+        return cannot_write(path, &e);
     }
-    let reasons: String = wrong.iter().map(|violation| format!("\n  {violation}")).collect();
-    output::eprint(&format!("the model's plan breaks its own mission in {} places:{reasons}\n", wrong.len()));
-    Outcome::Failed
+    let what = match &imported.plan {
+        None => "",
+        Some(_) => ", a whole plan, with times; `layers_from` reads layers, without `start` and `end`",
+    };
+    output::eprint(&format!("wrote {}{what}\n", path.display()));
+    Outcome::Good
 }
 
 fn cannot_write(path: &Path, error: &std::io::Error) -> Outcome {

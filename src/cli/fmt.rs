@@ -62,7 +62,7 @@ fn one(a: &Arguments, path: &Path) -> Result<bool, String> {
     }
     match a.to {
         Some(to) => {
-            output::print(&dsl::print(&spec, if to == To::Hq { Spelling::Hq } else { Spelling::Yaml }));
+            output::data(&dsl::print(&spec, if to == To::Hq { Spelling::Hq } else { Spelling::Yaml }));
             Ok(true)
         }
         None => {

@@ -47,7 +47,7 @@ pub fn run(a: &Arguments) -> Outcome {
         ));
     };
     match &a.out {
-        None => output::print(&text),
+        None => output::data(&text),
         Some(path) => {
             if let Err(e) = std::fs::write(path, text) {
                 return Outcome::Trouble(format!("cannot write `{}`: {e}", path.display()));

@@ -34,6 +34,6 @@ pub fn run(a: &Arguments) -> Outcome {
     {
         return Outcome::Trouble(format!("the page cannot be written: {e}"));
     }
-    output::print(&String::from_utf8_lossy(&page));
+    output::data(&String::from_utf8_lossy(&page));
     Outcome::Good
 }

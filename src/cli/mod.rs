@@ -12,6 +12,7 @@ mod explain;
 mod fmt;
 mod graph;
 mod init;
+mod kept;
 mod lsp;
 mod man;
 mod output;

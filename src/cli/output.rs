@@ -1,24 +1,55 @@
-//! Writing to the terminal: a closed pipe is no error, colours only where somebody sees them.
+//! Writing to the terminal: a closed pipe is no error, colours only where somebody sees them, and what is quoted from
+//! files or servers commands nothing.
 
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 
 use compiler::{Report, Style};
+use mission::characters::commands;
 
-/// Prints text to standard output; a reader that went away is not our mistake.
+/// Prints text for people to standard output.
 pub fn print(text: &str) {
+    data(&shown(text));
+}
+
+/// Prints what another program may read, as it is, to standard output; a reader that went away is not our mistake.
+pub fn data(text: &str) {
     let mut out = std::io::stdout().lock();
     let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
 }
 
 /// Prints a line to standard error.
 pub fn error_line(text: &str) {
-    let _ = writeln!(std::io::stderr(), "hierarq: {text}");
+    let _ = writeln!(std::io::stderr(), "hierarq: {}", shown(text));
 }
 
 /// Prints text to standard error.
 pub fn eprint(text: &str) {
-    let _ = std::io::stderr().write_all(text.as_bytes());
+    let _ = std::io::stderr().write_all(shown(text).as_bytes());
+}
+
+/// The text without what a terminal would obey, but for ends of lines and colours.
+fn shown(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(c) = rest.chars().next() {
+        let whole = match c {
+            '\n' | '\t' => 1,
+            '\u{1b}' => colour(rest).unwrap_or(0),
+            c if commands(c) => 0,
+            c => c.len_utf8(),
+        };
+        shown.push_str(if whole == 0 { "\u{fffd}" } else { &rest[..whole] });
+        rest = &rest[whole.max(c.len_utf8())..];
+    }
+    shown
+}
+
+/// Bytes of the order that sets a colour, if the text begins with one.
+fn colour(text: &str) -> Option<usize> {
+    let numbers = text.strip_prefix("\u{1b}[")?;
+    let end = numbers.find(|c: char| !c.is_ascii_digit() && c != ';')?;
+    numbers[end..].starts_with('m').then_some(end + 3)
 }
 
 /// Colours for a terminal, none for a file, a pipe or where `NO_COLOR` asks for none.
@@ -55,9 +86,25 @@ pub fn refuse(report: &compiler::Report, spec: &Path, json: bool) -> super::Outc
         return super::Outcome::Trouble(hierarq::project::missions_alone(spec));
     }
     if json {
-        print(&format!("{:#}\n", report.to_json()));
+        data(&format!("{:#}\n", report.to_json()));
     } else {
         show(report);
     }
     super::Outcome::Failed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shown;
+
+    #[test]
+    fn what_commands_is_not_printed() {
+        assert_eq!(
+            shown("a\u{1b}[2J\u{1b}]0;b\u{7}\u{202e}c\u{9b}2J\r\n"),
+            "a\u{fffd}[2J\u{fffd}]0;b\u{fffd}\u{fffd}c\u{fffd}2J\u{fffd}\n"
+        );
+        let plain = "\u{1b}[1;31mé\u{1b}[0m\tü 🧊\n";
+        assert_eq!(shown(plain), plain);
+        assert_eq!(shown("\u{1b}[1;31\u{1b}"), "\u{fffd}[1;31\u{fffd}");
+    }
 }

@@ -182,7 +182,7 @@ fn execute(
     let held = if summary.expectations.is_empty() { summary.ok } else { good };
     write(&path("report.html"), &report::html(program, &a.spec.display().to_string(), (&summary, held), &series))?;
     if a.json {
-        output::print(&text);
+        output::data(&text);
     } else {
         show(program, (&summary, good), folder, took);
     }

@@ -89,7 +89,7 @@ fn execute(
     write(&folder.join("summary.json"), &text)?;
     write(&folder.join("report.html"), &report::mission(&a.spec.display().to_string(), &run))?;
     if a.json {
-        output::print(&text);
+        output::data(&text);
     } else {
         output::print(&shown(&run, folder));
     }

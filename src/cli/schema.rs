@@ -3,6 +3,6 @@
 use super::{Outcome, output};
 
 pub fn run() -> Outcome {
-    output::print(&format!("{:#}\n", hierarq::schema::schema()));
+    output::data(&format!("{:#}\n", hierarq::schema::schema()));
     Outcome::Good
 }

@@ -3,10 +3,10 @@
 use std::fmt::Write;
 use std::net::IpAddr;
 use std::path::PathBuf;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use clap::Args;
-use hierarq::serve::{LayersMission, Mission, Options, Served, Server};
+use hierarq::serve::{LayersMission, Mission, Options, Resuming, Served, Server};
 use hierarq::{planned, project};
 use mission::engine::Budget;
 use mission::execution::{Durations, Settings};
@@ -18,6 +18,9 @@ use super::{Outcome, SpecOptions, output};
 
 /// The longest time of one search (s), for machines on which its nodes take too long.
 const LONGEST: u64 = 30;
+
+/// How often is told how far a journal has been gone through; that a mission lags five times less often.
+const PATIENCE: Duration = Duration::from_secs(2);
 
 #[derive(Args)]
 pub struct Arguments {
@@ -79,7 +82,14 @@ pub fn run(a: &Arguments) -> Outcome {
         journal: a.journal.clone(),
         begin: a.begin,
     };
-    let server = match Server::start(served, &options) {
+    let mut told: Option<Instant> = None;
+    let mut tell = |at: Resuming| {
+        if told.is_none_or(|told| told.elapsed() >= PATIENCE) {
+            told = Some(Instant::now());
+            output::eprint(&format!("going through the journal: at {:.0} of {:.0} s\n", at.time, at.until));
+        }
+    };
+    let server = match Server::start_and_tell(served, &options, &mut tell) {
         Ok(server) => server,
         Err(e) => return Outcome::Trouble(e.to_string()),
     };
@@ -92,7 +102,18 @@ pub fn run(a: &Arguments) -> Outcome {
         return Outcome::Trouble(format!("cannot wait for an interruption: {e}"));
     }
     output::print(&greeting(a, &mission.name, &server));
-    match server.wait() {
+    let mut told: Option<Instant> = None;
+    let mut lags = |behind: Duration| {
+        if told.is_none_or(|told| told.elapsed() >= 5 * PATIENCE) {
+            told = Some(Instant::now());
+            let seconds = behind.as_secs_f64();
+            output::eprint(&format!(
+                "the mission is {seconds:.0} s behind its clock: planning takes longer than `--speed {}` allows\n",
+                a.speed
+            ));
+        }
+    };
+    match server.wait_and_tell(&mut lags) {
         Ok(()) => Outcome::Good,
         Err(e) => Outcome::Trouble(e.to_string()),
     }
@@ -133,7 +154,9 @@ fn greeting(a: &Arguments, mission: &str, server: &Server) -> String {
     if let Some((time, same)) = server.resumed() {
         let _ = writeln!(out, "goes on at {time:.1} s, where its journal ends");
         if !same {
-            out.push_str("a plan differs from the one before: a search had been ended by its time\n");
+            out.push_str(
+                "what happened differs from what the journal notes: a search had been ended by its time, or the file was changed\n",
+            );
         }
     }
     let longest = server.links().iter().filter_map(|link| link.person.as_ref()).map(|name| name.chars().count()).max();

@@ -326,7 +326,7 @@ impl Session {
                 "kinds": kinds,
                 "all": all.json(),
             });
-            output::print(&format!("{data:#}\n"));
+            output::data(&format!("{data:#}\n"));
         } else {
             let mut rows: Vec<Vec<String>> = self.kinds.iter_mut().map(|(name, kind)| kind.row(name)).collect();
             if rows.len() != 1 {

@@ -174,7 +174,7 @@ fn show(a: &Arguments, head: &Head, rows: &[Row], out: &Path, speed: Option<f64>
     let digest = Digest::new(head, rows);
     let shown = out.display().to_string();
     if a.json {
-        output::print(&format!("{:#}\n", digest.json(&shown)));
+        output::data(&format!("{:#}\n", digest.json(&shown)));
     } else {
         output::print(&text(&digest, head, &shown, speed));
     }

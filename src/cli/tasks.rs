@@ -21,13 +21,13 @@ pub fn run(a: &Arguments) -> Outcome {
         None => {
             if a.json {
                 let all: Vec<_> = KINDS.iter().map(|k| catalogue::json(k)).collect();
-                output::print(&format!("{:#}\n", json!({ "version": 1, "tasks": all })));
+                output::data(&format!("{:#}\n", json!({ "version": 1, "tasks": all })));
             } else {
                 output::print(&catalogue::list());
             }
         }
         Some(name) => match stdlib_tasks::find(name) {
-            Some(kind) if a.json => output::print(&format!("{:#}\n", catalogue::json(kind))),
+            Some(kind) if a.json => output::data(&format!("{:#}\n", catalogue::json(kind))),
             Some(kind) => output::print(&catalogue::page(kind)),
             None => {
                 let near = compiler::names::suggest(name, KINDS.iter().map(|k| k.name));

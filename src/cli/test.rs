@@ -57,7 +57,7 @@ pub fn run(a: &Arguments) -> Outcome {
     }
     if a.json {
         let data = json!({ "version": 1, "ok": ok, "broken": broken, "scenarios": trials });
-        output::print(&format!("{data:#}\n"));
+        output::data(&format!("{data:#}\n"));
     } else {
         output::print(&text(&trials, &broken));
     }

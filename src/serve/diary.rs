@@ -1,11 +1,11 @@
 //! What pages remember of the records: the latest of them in words, measurements, services nobody has spoken of yet.
 
-use std::collections::VecDeque;
-
 use mission::execution::{Event, Happening, Record};
+use mission::plan::Actor;
 use mission::schedule::problem::{AgentKind, Problem};
 use runtime::missions::of_happening;
 
+use super::messages::Messages;
 use super::view::{Ask, Measured, Message};
 use super::words;
 
@@ -15,9 +15,9 @@ const MESSAGES: usize = 12;
 const EVENTS: usize = 80;
 
 /// What one person's page remembers.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Page {
-    messages: VecDeque<Message>,
+    messages: Messages<Happening>,
     /// Since when the operation under way runs (s), and how long the last one took.
     filling: Option<(usize, f64, Option<f64>)>,
     /// The same of a service, as the person measures it.
@@ -28,6 +28,11 @@ pub struct Page {
 }
 
 impl Page {
+    /// Of somebody of whom nothing has been told.
+    fn new(human: bool) -> Page {
+        Page { messages: Messages::new(MESSAGES), filling: None, serving: None, served: None, human }
+    }
+
     /// A measurement of a service runs.
     pub fn measures(&self) -> bool {
         self.serving.is_some_and(|(_, _, took)| took.is_none())
@@ -76,7 +81,7 @@ impl Page {
 
     /// What happened, the latest first.
     pub fn messages(&self) -> Vec<Message> {
-        self.messages.iter().cloned().collect()
+        self.messages.shown()
     }
 }
 
@@ -84,18 +89,16 @@ impl Page {
 #[derive(Clone, Debug)]
 pub struct Diary {
     pages: Vec<Page>,
-    events: VecDeque<Message>,
+    events: Messages<Happening>,
     nobody: Page,
 }
 
 impl Diary {
     /// Of a mission in which nothing has happened.
     pub fn new(problem: &Problem) -> Diary {
-        let page = |agent: &mission::schedule::problem::Agent| Page {
-            human: agent.kind == AgentKind::Human,
-            ..Page::default()
-        };
-        Diary { pages: problem.agents.iter().map(page).collect(), events: VecDeque::new(), nobody: Page::default() }
+        let page = |agent: &mission::schedule::problem::Agent| Page::new(agent.kind == AgentKind::Human);
+        let pages = problem.agents.iter().map(page).collect();
+        Diary { pages, events: Messages::new(EVENTS), nobody: Page::new(false) }
     }
 
     /// What the page of this agent remembers.
@@ -110,20 +113,20 @@ impl Diary {
 
     /// What happened, the latest first.
     pub fn events(&self) -> Vec<Message> {
-        self.events.iter().cloned().collect()
+        self.events.shown()
     }
 
     /// Takes note of a record.
     pub fn note(&mut self, problem: &Problem, record: &Record) {
         let message = |text: String| Message { at: record.time, text };
-        let latest = |list: &mut VecDeque<Message>, text: String, most: usize| {
-            list.push_front(message(text));
-            list.truncate(most);
-        };
-        latest(&mut self.events, of_happening(&record.what, problem), EVENTS);
+        self.events.add(&record.what, false, message(of_happening(&record.what, problem)));
+        let outdates = matches!(
+            record.what,
+            Happening::Reallocated { .. } | Happening::OperationLate { .. } | Happening::RobotLate { .. }
+        );
         for (who, page) in self.pages.iter_mut().enumerate() {
             if let Some(text) = words::for_one(problem, who, record) {
-                latest(&mut page.messages, text, MESSAGES);
+                page.messages.add(&record.what, outdates, message(text));
             }
         }
         match &record.what {
@@ -140,6 +143,13 @@ impl Diary {
             }
             Happening::Served { robot, agent, operation } => {
                 self.change(*agent, |page| page.served = Some((*operation, *robot, false)));
+            }
+            Happening::Told { event: Event::Lost { who: Actor::Agent(agent) } } => {
+                // What was under way is done once more by who comes back.
+                let over = |at: &(usize, f64, Option<f64>)| at.2.is_some();
+                self.change(*agent, |page| {
+                    (page.filling, page.serving) = (page.filling.filter(over), page.serving.filter(over));
+                });
             }
             Happening::Told { event: Event::Said { agent, .. } } => self.spoken(*agent),
             Happening::Told { event: Event::Feedback(said) } => self.spoken(said.agent),

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::{oneshot, watch};
 
 use super::clock::Clock;
-use super::journal::{Entry, Journal, Line};
+use super::journal::{Entry, Journal, Line, NoJournal};
 use super::told::{PersonTells, SupervisorTells, Tells};
 use super::view::{ClockView, Published};
 use super::words::written;
@@ -22,8 +22,24 @@ const TICK: Duration = Duration::from_millis(50);
 const FRAME: Duration = Duration::from_millis(500);
 /// How often the journal notes that all is well.
 const BEAT: Duration = Duration::from_secs(10);
+/// What takes longer than this lets others come first.
+const PATIENCE: Duration = Duration::from_millis(100);
+/// Behind its clock by so much a mission is said to lag.
+const LAGS: Duration = Duration::from_secs(1);
 /// What is told and not yet taken.
 const QUEUE: usize = 64;
+
+/// Parts in which a mission is gone through again.
+const STRETCHES: f64 = 500.0;
+
+/// How far a journal has been gone through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resuming {
+    /// The time of the mission that is reached (s).
+    pub time: f64,
+    /// The time at its end (s).
+    pub until: f64,
+}
 
 /// What became of something that was told: what to say, or why it was refused.
 pub type Answer = Result<String, String>;
@@ -68,19 +84,33 @@ impl Engine {
     }
 
     /// Goes through what a journal says, and goes on writing it. Gives the time that was reached (s), and false if the
-    /// execution came to another number of records than the journal notes.
-    pub fn resume(&mut self, journal: Journal, said: &[Line]) -> (f64, bool) {
+    /// execution came to another number of records than the journal notes. `tell` hears now and then how far it is.
+    ///
+    /// # Errors
+    ///
+    /// A line says what could never have been told.
+    pub fn resume(
+        &mut self,
+        journal: Journal,
+        said: &[Line],
+        tell: &mut dyn FnMut(Resuming),
+    ) -> Result<(f64, bool), NoJournal> {
+        let until = said.last().map_or(0.0, |line| line.time);
+        let stretch = (until / STRETCHES).max(1.0);
         let mut same = true;
-        for line in said {
-            self.advance(line.time);
+        for (index, line) in said.iter().enumerate() {
+            while self.world.time() < line.time {
+                tell(Resuming { time: self.world.time(), until });
+                self.world.advance(line.time.min(self.world.time() + stretch));
+            }
             match &line.entry {
                 Entry::Records(count) => same &= *count == self.world.records(),
-                entry => self.world.replay(entry),
+                entry => self.world.replay(entry).map_err(|why| journal.broken(index, why))?,
             }
         }
         self.journal = Some(journal);
         self.clock = Clock::standing(self.world.time(), self.clock.speed());
-        (self.world.time(), same)
+        Ok((self.world.time(), same))
     }
 
     /// Begins a thread that carries the mission on; `runs` says whether the clock does from the start.
@@ -95,7 +125,7 @@ impl Engine {
     fn run(&mut self, asked: &Receiver<Asked>, publish: &watch::Sender<Arc<Published>>) {
         let (mut shown, mut beat) = (Instant::now(), Instant::now());
         loop {
-            let received = asked.recv_timeout(TICK);
+            let received = asked.recv_timeout(if self.behind() > PATIENCE { Duration::ZERO } else { TICK });
             let before = (self.world.records(), self.clock.runs());
             let now = Instant::now();
             self.advance(self.clock.at(now));
@@ -130,18 +160,37 @@ impl Engine {
         let _ = write(&mut self.journal, time, Entry::Records(count));
     }
 
+    /// Lets time pass in short stretches, and what is left of it later where that takes long: somebody may wait.
     fn advance(&mut self, to: f64) {
-        if to > self.world.time() {
-            self.world.advance(to);
+        let begun = Instant::now();
+        let stretch = self.clock.speed() * TICK.as_secs_f64();
+        while to > self.world.time() && begun.elapsed() < PATIENCE {
+            self.world.advance(to.min(self.world.time() + stretch));
         }
+    }
+
+    /// How long the mission is behind its clock.
+    fn behind(&self) -> Duration {
+        let seconds = (self.clock.at(Instant::now()) - self.world.time()) / self.clock.speed();
+        Duration::try_from_secs_f64(seconds).unwrap_or_default()
     }
 
     fn view(&self) -> Published {
         let clock = ClockView { time: self.world.time(), speed: self.clock.speed(), running: self.clock.runs() };
-        let shown = self.world.shown(clock.running);
+        let mut shown = self.world.shown(clock.running);
+        let behind = Some(self.behind()).filter(|behind| *behind >= LAGS);
+        if let Some(behind) = behind {
+            let lags = format!(
+                "The mission is {:.0} s behind its clock: planning takes longer than a speed of {} allows.",
+                behind.as_secs_f64(),
+                self.clock.speed()
+            );
+            shown.supervisor.note = Some(shown.supervisor.note.map_or(lags.clone(), |note| format!("{note} {lags}")));
+        }
         Published {
             mission: self.mission.clone(),
             clock,
+            behind,
             people: shown.people,
             supervisor: shown.supervisor,
             plan: shown.plan,
@@ -182,4 +231,81 @@ fn write(journal: &mut Option<Journal>, time: f64, entry: Entry) -> Result<(), S
     let Some(journal) = journal else { return Ok(()) };
     let line = Line { time, entry };
     journal.add(&line).map_err(|e| format!("Nothing was changed, because it could not be written down: {e}."))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::serve::view::SupervisorView;
+    use crate::serve::world::{Note, Shown};
+    use mission::plan::{Plan, Statistics, Status};
+
+    /// A mission in which every stretch takes longer than its time.
+    struct Slow(f64);
+
+    impl World for Slow {
+        fn time(&self) -> f64 {
+            self.0
+        }
+        fn records(&self) -> usize {
+            0
+        }
+        fn advance(&mut self, to: f64) {
+            std::thread::sleep(2 * TICK);
+            self.0 = to;
+        }
+        fn replay(&mut self, _: &Entry) -> Result<(), String> {
+            Ok(())
+        }
+        fn shown(&self, _: bool) -> Shown {
+            let supervisor = SupervisorView {
+                status: String::new(),
+                numbers: String::new(),
+                over: None,
+                note: None,
+                map: false,
+                agents: Vec::new(),
+                robots: Vec::new(),
+                events: Vec::new(),
+                drawing: 0,
+            };
+            let plan = Plan {
+                robots: Vec::new(),
+                agents: Vec::new(),
+                activities: Vec::new(),
+                cost: 0.0,
+                status: Status::Unbounded { stopped: None },
+                engine: String::new(),
+                statistics: Statistics::default(),
+                layered: None,
+            };
+            Shown { people: Vec::new(), supervisor, plan: Arc::new(plan), problem: None }
+        }
+        fn person(&mut self, _: usize, _: PersonTells, _: &mut Note<'_>) -> Answer {
+            Ok("Noted.".into())
+        }
+        fn supervisor(&mut self, _: SupervisorTells, _: &mut Note<'_>) -> Answer {
+            Ok("Noted.".into())
+        }
+    }
+
+    #[test]
+    fn a_mission_that_lags_says_so_and_still_answers() {
+        let (handle, thread) = Engine::new("slow", Box::new(Slow(0.0)), 100.0).start(true);
+        let begun = Instant::now();
+        let lags = |handle: &Handle| handle.published.borrow().supervisor.note.clone();
+        while lags(&handle).is_none() {
+            assert!(begun.elapsed() < Duration::from_secs(20), "it does not say so");
+            std::thread::sleep(TICK);
+        }
+        assert!(lags(&handle).is_some_and(|note| note.contains("behind its clock")));
+        assert!(handle.published.borrow().behind.is_some_and(|behind| behind >= LAGS));
+        let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
+        let asked = Instant::now();
+        let tells = Tells::Person(0, PersonTells::Done { operation: 0 });
+        assert_eq!(runtime.block_on(handle.tell(tells)), Some(Ok("Noted.".into())));
+        assert!(asked.elapsed() < Duration::from_secs(2), "{:?}", asked.elapsed());
+        drop(handle);
+        thread.join().expect("ended");
+    }
 }

@@ -9,6 +9,7 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use mission::execution::Event;
+use runtime::program::MAX_MISSION;
 use serde::{Deserialize, Serialize};
 
 /// Largest journal that is read (bytes).
@@ -79,7 +80,11 @@ pub enum NoJournal {
         .path.display()
     )]
     Other { path: PathBuf, mission: String },
-    #[error("line {line} of the journal `{}` cannot be read: {why}", .path.display())]
+    #[error(
+        "line {line} of the journal `{}` cannot be used: {why}; go on without that line and all below, in a copy, or name a file \
+         that does not exist yet",
+        .path.display()
+    )]
     Broken { path: PathBuf, line: usize, why: String },
 }
 
@@ -101,7 +106,13 @@ impl Journal {
         let mut bytes = Vec::new();
         (&mut file).take(LARGEST).read_to_end(&mut bytes).map_err(no)?;
         let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
-        let text = std::str::from_utf8(&bytes[..whole]).map_err(|_| NoJournal::Foreign { path: path.into() })?;
+        let broken = |line, why| NoJournal::Broken { path: path.into(), line, why };
+        let text = std::str::from_utf8(&bytes[..whole]).map_err(|e| {
+            match bytes[..e.valid_up_to()].iter().filter(|byte| **byte == b'\n').count() {
+                0 => NoJournal::Foreign { path: path.into() },
+                lines => broken(lines + 1, "it is no text in UTF-8".into()),
+            }
+        })?;
         let head = Head { journal: 1, mission: mission.into(), digest: digest.into() };
         let mut lines = text.lines();
         let begun = match lines.next() {
@@ -116,11 +127,21 @@ impl Journal {
         };
         let read = |(index, line): (usize, &str)| {
             let line: Result<Line, _> = serde_json::from_str(line);
-            line.map_err(|e| NoJournal::Broken { path: path.into(), line: index + 2, why: e.to_string() })
+            line.map_err(|e| {
+                let why = e.to_string();
+                let why = why.rsplit_once(" at line ").map_or(why.as_str(), |(what, _)| what);
+                broken(index + 2, format!("{why} in column {}", e.column()))
+            })
         };
         let said = lines.enumerate().map(read).collect::<Result<Vec<Line>, NoJournal>>()?;
-        if let Some(at) = said.windows(2).position(|two| two[1].time < two[0].time || !two[1].time.is_finite()) {
-            return Err(NoJournal::Broken { path: path.into(), line: at + 3, why: "time goes backwards".into() });
+        let mut time = 0.0;
+        for (index, line) in said.iter().enumerate() {
+            if !(time..=MAX_MISSION).contains(&line.time) {
+                let why =
+                    format!("its time is {}, and lies between {time}, the one before, and {MAX_MISSION} s", line.time);
+                return Err(broken(index + 2, why));
+            }
+            time = line.time;
         }
         if whole < bytes.len() {
             file.set_len(whole as u64).map_err(no)?;
@@ -140,6 +161,11 @@ impl Journal {
     /// The file cannot be written.
     pub fn add(&mut self, line: &Line) -> Result<(), NoJournal> {
         self.write(line)
+    }
+
+    /// An entry of it, by its index, cannot be.
+    pub fn broken(&self, index: usize, why: String) -> NoJournal {
+        NoJournal::Broken { path: self.path.clone(), line: index + 2, why }
     }
 
     fn write(&mut self, line: &impl Serialize) -> Result<(), NoJournal> {
@@ -215,6 +241,27 @@ mod tests {
         assert!(matches!(Journal::open(&path, "v", "e"), Err(NoJournal::Other { .. })));
         let text = std::fs::read_to_string(&path).expect("readable");
         std::fs::write(&path, text + "{\"time\":1}\n{\"time\":2,\"entry\":{\"records\":1}}\n").expect("writable");
+        assert!(matches!(Journal::open(&path, "v", "d"), Err(NoJournal::Broken { line: 2, .. })));
+    }
+
+    #[test]
+    fn a_damaged_line_is_told_with_its_number() {
+        let path = path("damaged");
+        drop(Journal::open(&path, "v", "d").expect("new"));
+        let head = std::fs::read(&path).expect("readable");
+        let good = "{\"time\":1,\"entry\":{\"records\":1}}\n";
+        for (damaged, words) in [
+            (&b"oops\n"[..], "expected value in column 1"),
+            (b"\xff\xfe\n", "UTF-8"),
+            (b"{\"time\":0.5,\"entry\":{\"records\":1}}\n", "between 1,"),
+            (b"{\"time\":2e6,\"entry\":{\"records\":1}}\n", "between 1, the one before, and 1000000 s"),
+        ] {
+            std::fs::write(&path, [&head, good.as_bytes(), damaged, good.as_bytes()].concat()).expect("writable");
+            let told = Journal::open(&path, "v", "d").expect_err("damaged").to_string();
+            assert!(told.starts_with("line 3 of the journal") && told.contains(words), "{told}");
+            assert_eq!(told.matches("line ").count(), 2, "{told}");
+        }
+        std::fs::write(&path, [&head, &b"{\"time\":-5,\"entry\":{\"records\":1}}\n"[..]].concat()).expect("writable");
         assert!(matches!(Journal::open(&path, "v", "d"), Err(NoJournal::Broken { line: 2, .. })));
     }
 }

@@ -2,10 +2,9 @@
 //!
 //! Pages number robots and people apart, as plans do; the execution numbers both together.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 
-use mission::layers::execution::{AgentView, Doing, Event, Happening, LayeredExecution, Record};
+use mission::layers::execution::{AgentView, Doing, Event, EventError, Happening, LayeredExecution};
 use mission::layers::problem::Problem;
 use mission::layers::steps::agent_of;
 use mission::plan::Actor;
@@ -14,6 +13,7 @@ use runtime::missions::of_layered_happening;
 use super::engine::Answer;
 use super::journal::Entry;
 use super::layered_view::{for_one, person, supervisor};
+use super::messages::Messages;
 use super::schedule::{Followed, said};
 use super::told::{PersonTells, SupervisorTells};
 use super::view::Message;
@@ -29,9 +29,9 @@ const EVENTS: usize = 80;
 pub struct Layered {
     execution: LayeredExecution,
     /// By person, the latest first.
-    messages: Vec<VecDeque<Message>>,
+    messages: Vec<Messages<Happening>>,
     /// Of all, the latest first.
-    events: VecDeque<Message>,
+    events: Messages<Happening>,
     /// Records that pages have taken note of.
     noted: usize,
 }
@@ -51,17 +51,19 @@ pub fn robots(problem: &Problem) -> Vec<usize> {
 impl Layered {
     /// Stands at the start of an execution.
     pub fn new(execution: LayeredExecution) -> Layered {
-        let messages = people(execution.problem()).iter().map(|_| VecDeque::new()).collect();
-        Layered { execution, messages, events: VecDeque::new(), noted: 0 }
+        let messages = people(execution.problem()).iter().map(|_| Messages::new(MESSAGES)).collect();
+        Layered { execution, messages, events: Messages::new(EVENTS), noted: 0 }
     }
 
     fn remember(&mut self) {
         let problem = self.execution.problem();
         for record in self.execution.records().iter().skip(self.noted) {
-            latest(&mut self.events, record, of_layered_happening(&record.what, problem), EVENTS);
+            let message = |text: String| Message { at: record.time, text };
+            self.events.add(&record.what, false, message(of_layered_happening(&record.what, problem)));
+            let outdates = matches!(record.what, Happening::Reallocated { .. } | Happening::TaskLate { .. });
             for (agent, messages) in people(problem).into_iter().zip(&mut self.messages) {
                 if let Some(text) = for_one(problem, agent, record) {
-                    latest(messages, record, text, MESSAGES);
+                    messages.add(&record.what, outdates, message(text));
                 }
             }
         }
@@ -90,11 +92,6 @@ impl Layered {
     }
 }
 
-fn latest(list: &mut VecDeque<Message>, record: &Record, text: String, most: usize) {
-    list.push_front(Message { at: record.time, text });
-    list.truncate(most);
-}
-
 impl World for Layered {
     fn time(&self) -> f64 {
         self.execution.time()
@@ -109,11 +106,18 @@ impl World for Layered {
         self.remember();
     }
 
-    fn replay(&mut self, entry: &Entry) {
-        if let Entry::Layered(event) = entry {
-            // What was refused then is refused now.
-            let _ = self.execution.tell(*event);
-            self.remember();
+    fn replay(&mut self, entry: &Entry) -> Result<(), String> {
+        match entry {
+            Entry::Layered(event) => {
+                if let Some(agent) = event.agent().filter(|agent| self.execution.agent(*agent).is_none()) {
+                    return Err(EventError::NoAgent { agent }.to_string());
+                }
+                let _ = self.execution.tell(*event);
+                self.remember();
+                Ok(())
+            }
+            Entry::Records(_) => Ok(()),
+            Entry::Event(_) | Entry::Serve { .. } | Entry::Served { .. } => Err("it is of a schedule".into()),
         }
     }
 
@@ -121,8 +125,8 @@ impl World for Layered {
         let execution = &self.execution;
         let pages = people(execution.problem()).into_iter().zip(&self.messages);
         Shown {
-            people: pages.map(|(agent, messages)| person(execution, agent, messages, running)).collect(),
-            supervisor: supervisor(execution, &self.events),
+            people: pages.map(|(agent, messages)| person(execution, agent, messages.shown(), running)).collect(),
+            supervisor: supervisor(execution, self.events.shown()),
             plan: Arc::new(execution.plan().clone()),
             problem: None,
         }

@@ -1,14 +1,12 @@
 //! What pages show of a mission of layers: what to do now and next, with what and where to; and everything, for the
 //! supervisor.
 
-use std::collections::VecDeque;
-
 use mission::layers::execution::{AgentView, Doing, Event, Happening, LayeredExecution, Record};
 use mission::layers::problem::Problem;
 use mission::layers::steps::{Step as Planned, from_plan};
 
 use super::layered::{people, robots};
-use super::overview::{status, times};
+use super::overview::{NO_PLAN, status, times};
 use super::view::{AgentRow, May, Message, PersonView, RobotRow, Step, SupervisorView};
 use super::words::written;
 
@@ -57,7 +55,7 @@ pub fn for_one(problem: &Problem, who: usize, record: &Record) -> Option<String>
 }
 
 /// The page of a person, who is this agent.
-pub fn person(on: &LayeredExecution, agent: usize, messages: &VecDeque<Message>, running: bool) -> PersonView {
+pub fn person(on: &LayeredExecution, agent: usize, messages: Vec<Message>, running: bool) -> PersonView {
     let problem = on.problem();
     let view = on.agent(agent);
     let work = view.and_then(|view| view.work);
@@ -102,7 +100,7 @@ pub fn person(on: &LayeredExecution, agent: usize, messages: &VecDeque<Message>,
         measured: Vec::new(),
         ask: None,
         steps: steps(on, agent),
-        messages: messages.iter().cloned().collect(),
+        messages,
         note: note(on, view, running),
     }
 }
@@ -126,7 +124,7 @@ fn note(on: &LayeredExecution, view: Option<AgentView>, running: bool) -> Option
     match () {
         () if on.done() => Some("The mission is done. Thank you.".into()),
         () if view.is_some_and(|view| view.doing == Doing::Lost) => {
-            Some("The supervisor has noted that you left. If you are back, tell so.".into())
+            Some("The supervisor has noted that you left. If you are back, tell the supervisor.".into())
         }
         () if !running => Some("The clock of the mission stands. The supervisor lets it run.".into()),
         () => on.stranded().map(|why| format!("There is no plan for everything any more: {why}. Ask the supervisor.")),
@@ -150,11 +148,12 @@ fn steps(on: &LayeredExecution, agent: usize) -> Vec<Step> {
             _ => "next",
         },
     };
-    own(on, agent).into_iter().map(step).collect()
+    let planned = |step: &Step| step.state != "next" || on.stranded().is_none();
+    own(on, agent).into_iter().map(step).filter(planned).collect()
 }
 
 /// The page of the supervisor; what it says of pages is added where they are served.
-pub fn supervisor(on: &LayeredExecution, events: &VecDeque<Message>) -> SupervisorView {
+pub fn supervisor(on: &LayeredExecution, events: Vec<Message>) -> SupervisorView {
     let (plan, problem) = (on.plan(), on.problem());
     let numbers = on.statistics();
     let doing = |agent: usize| {
@@ -180,10 +179,11 @@ pub fn supervisor(on: &LayeredExecution, events: &VecDeque<Message>) -> Supervis
         let (doing, lost) = doing(agent);
         RobotRow { name: name(problem, agent).into(), doing, at: None, lost }
     });
-    let ends = plan.end().map(|end| format!("ends at {}, ", written(end))).unwrap_or_default();
+    let stands = on.stranded().is_none();
+    let ends = plan.end().filter(|_| stands).map(|end| format!("ends at {}, ", written(end))).unwrap_or_default();
     let (done, all) = (numbers.tasks, problem.tasks.len());
     SupervisorView {
-        status: status(plan),
+        status: if stands { status(plan) } else { NO_PLAN.into() },
         numbers: format!(
             "{done} of {all} tasks done, {ends}moved {}, planned anew {}",
             times(numbers.reschedules),
@@ -194,7 +194,7 @@ pub fn supervisor(on: &LayeredExecution, events: &VecDeque<Message>) -> Supervis
         map: false,
         agents: agents.collect(),
         robots: robots.collect(),
-        events: events.iter().cloned().collect(),
+        events,
         drawing: on.records().len(),
     }
 }

@@ -21,6 +21,7 @@ mod journal;
 mod layered;
 mod layered_view;
 mod listen;
+mod messages;
 mod overview;
 mod pages;
 mod rate;
@@ -53,8 +54,10 @@ use self::layered::Layered;
 use self::rate::Bucket;
 use self::routes::App;
 use self::schedule::Schedule;
+use self::view::Published;
 use self::world::World;
 
+pub use self::engine::Resuming;
 pub use self::journal::NoJournal;
 pub use self::listen::CONNECTIONS;
 
@@ -173,6 +176,7 @@ pub struct Server {
     links: Vec<LinkOf>,
     /// Time that a journal led to (s), and whether it led to what had been.
     resumed: Option<(f64, bool)>,
+    published: watch::Receiver<Arc<Published>>,
     end: watch::Sender<bool>,
     threads: Vec<JoinHandle<()>>,
 }
@@ -184,6 +188,19 @@ impl Server {
     ///
     /// The mission has no plan, an option is wrong, or the system does not let us.
     pub fn start(mission: impl Into<Served>, options: &Options) -> Result<Server, NoServer> {
+        Server::start_and_tell(mission, options, &mut |_| {})
+    }
+
+    /// The same; `tell` hears, at once and again and again, how far a journal has been gone through.
+    ///
+    /// # Errors
+    ///
+    /// As [`Server::start`].
+    pub fn start_and_tell(
+        mission: impl Into<Served>,
+        options: &Options,
+        tell: &mut dyn FnMut(Resuming),
+    ) -> Result<Server, NoServer> {
         check(options)?;
         let ready = ready(mission.into(), &options.simulate)?;
         let journal = match &options.journal {
@@ -196,13 +213,17 @@ impl Server {
         listener.set_nonblocking(true).map_err(bound)?;
         let address = listener.local_addr().map_err(bound)?;
         let Ready { name, names, paged, plans, .. } = ready;
+        if let Some(last) = journal.as_ref().and_then(|(_, said)| said.last()) {
+            tell(Resuming { time: 0.0, until: last.time });
+        }
         let mut engine = Engine::new(&name, plans()?, options.speed);
         let resumed = match journal {
-            Some((journal, said)) => Some(engine.resume(journal, &said)).filter(|_| !said.is_empty()),
+            Some((journal, said)) => Some(engine.resume(journal, &said, tell)?).filter(|_| !said.is_empty()),
             None => None,
         };
         let (access, links) = invite(address, options, &paged, &names)?;
         let (handle, carries) = engine.start(options.begin);
+        let published = handle.published.clone();
         let (end, ended) = watch::channel(false);
         let app =
             App { access: Mutex::new(access), links: Bucket::of_links(), engine: handle, port: address.port(), paged };
@@ -217,7 +238,7 @@ impl Server {
             });
             runtime.shutdown_background();
         });
-        Ok(Server { address, links, resumed, end, threads: vec![answers, carries] })
+        Ok(Server { address, links, resumed, published, end, threads: vec![answers, carries] })
     }
 
     /// Where it listens.
@@ -247,10 +268,22 @@ impl Server {
     ///
     /// It ended although nobody ended it.
     pub fn wait(self) -> Result<(), NoServer> {
+        self.wait_and_tell(&mut |_| {})
+    }
+
+    /// The same; `tell` hears, again and again, by how much the mission is behind its clock while it lags.
+    ///
+    /// # Errors
+    ///
+    /// As [`Server::wait`].
+    pub fn wait_and_tell(self, tell: &mut dyn FnMut(Duration)) -> Result<(), NoServer> {
         let pause = Duration::from_millis(50);
         while !*self.end.borrow() {
             if self.threads.iter().any(JoinHandle::is_finished) {
                 return Err(NoServer::Ended);
+            }
+            if let Some(behind) = self.published.borrow().behind {
+                tell(behind);
             }
             std::thread::sleep(pause);
         }

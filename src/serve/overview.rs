@@ -8,6 +8,9 @@ use super::diary::Diary;
 use super::view::{AgentRow, RobotRow, SupervisorView};
 use super::words::{self, written};
 
+/// How good the plan is where there is none any more.
+pub const NO_PLAN: &str = "no plan";
+
 /// The page of the supervisor; what it says of pages is added where they are served.
 pub fn supervisor(execution: &Execution, diary: &Diary) -> SupervisorView {
     let (plan, problem) = (execution.plan(), execution.problem());
@@ -26,9 +29,10 @@ pub fn supervisor(execution: &Execution, diary: &Diary) -> SupervisorView {
         paged: false,
         lost: agent.doing == Doing::Lost,
     });
-    let ends = plan.end().map(|end| format!("ends at {}, ", written(end))).unwrap_or_default();
+    let stands = execution.stranded().is_none();
+    let ends = plan.end().filter(|_| stands).map(|end| format!("ends at {}, ", written(end))).unwrap_or_default();
     SupervisorView {
-        status: status(plan),
+        status: if stands { status(plan) } else { NO_PLAN.into() },
         numbers: format!("{ends}moved {}, planned anew {}", times(outcome.reschedules), times(outcome.reallocations)),
         over: match execution.stranded() {
             _ if execution.done() => Some("The mission is done: everything is served that can be.".into()),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use mission::execution::{Doing, Event, Execution, Happening};
+use mission::execution::{Doing, Event, EventError, Execution, Happening};
 use mission::plan::Actor;
 
 use super::diary::Diary;
@@ -44,25 +44,28 @@ impl World for Schedule {
         self.remember();
     }
 
-    fn replay(&mut self, entry: &Entry) {
+    fn replay(&mut self, entry: &Entry) -> Result<(), String> {
         let time = self.execution.time();
         match entry {
-            // What was refused then is refused now.
             Entry::Event(event) => {
+                self.could(event)?;
                 let _ = self.execution.tell(*event);
             }
             Entry::Serve { agent, operation } => {
-                if let Some(page) = self.diary.page_mut(*agent) {
-                    page.begin(*operation, time);
+                let who = self.execution.problem().agents.get(*agent).ok_or_else(|| nobody(*agent))?;
+                if *operation >= who.operations {
+                    return Err(format!("{} has no operation {operation}", who.name));
                 }
+                self.diary.page_mut(*agent).ok_or_else(|| nobody(*agent))?.begin(*operation, time);
             }
             Entry::Served { agent } => {
-                self.diary.page_mut(*agent).and_then(|page| page.end(time));
+                self.diary.page_mut(*agent).ok_or_else(|| nobody(*agent))?.end(time);
             }
-            // Of layers, and of the engine.
-            Entry::Layered(_) | Entry::Records(_) => {}
+            Entry::Layered(_) => return Err("it is of a mission of layers".into()),
+            Entry::Records(_) => {}
         }
         self.remember();
+        Ok(())
     }
 
     fn shown(&self, running: bool) -> Shown {
@@ -107,8 +110,36 @@ impl Schedule {
         self.noted = self.execution.records().len();
     }
 
+    /// Refuses what could never happen in this mission, whatever has happened before.
+    fn could(&self, event: &Event) -> Result<(), String> {
+        let problem = self.execution.problem();
+        let actor = match event {
+            Event::Begun { agent }
+            | Event::Done { agent }
+            | Event::Late { agent, .. }
+            | Event::Served { agent }
+            | Event::Failed { agent }
+            | Event::Moved { agent, .. } => Actor::Agent(*agent),
+            Event::Said { agent, wait, approach, distance } => {
+                if let Some(step) = [wait, approach, distance].into_iter().find(|step| !(-2..=2).contains(*step)) {
+                    return Err(EventError::Step { step: *step }.to_string());
+                }
+                Actor::Agent(*agent)
+            }
+            Event::Feedback(feedback) => Actor::Agent(feedback.agent),
+            Event::Lost { who } | Event::Back { who } => *who,
+            Event::Replan => return Ok(()),
+        };
+        match actor {
+            Actor::Agent(agent) if agent >= problem.agents.len() => Err(nobody(agent)),
+            Actor::Robot(robot) if robot >= problem.robots.len() => Err(EventError::NoRobot { robot }.to_string()),
+            _ => Ok(()),
+        }
+    }
+
     /// Writes an event down and lets it happen. Gives whether the plan has moved, or was made anew.
     fn happen(&mut self, event: Event, note: &mut Note<'_>) -> Result<Followed, String> {
+        self.could(&event).map_err(|why| format!("That cannot be: {why}."))?;
         note(Entry::Event(event))?;
         let followed = self.execution.tell(event).map(|records| Followed {
             anew: records.iter().any(|record| matches!(record.what, Happening::Reallocated { .. })),
@@ -202,6 +233,10 @@ impl Schedule {
             _ => Err("That service has not been.".into()),
         }
     }
+}
+
+fn nobody(agent: usize) -> String {
+    EventError::NoAgent { agent }.to_string()
 }
 
 /// What an event led to, of the plan.

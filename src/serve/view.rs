@@ -1,6 +1,7 @@
 //! What the pages show, as data: made by the engine from the execution, sent as JSON.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use mission::execution::{AgentView, Coming, Doing, Execution, RobotView, Stage};
 use mission::plan::{Actor, Phase, Plan};
@@ -17,6 +18,8 @@ pub struct Published {
     pub mission: Arc<str>,
     /// Time of the mission (s), how fast it runs, and whether it does.
     pub clock: ClockView,
+    /// How long the mission is behind its clock, where it lags.
+    pub behind: Option<Duration>,
     /// For each agent the page of it.
     pub people: Vec<PersonView>,
     /// The page of the supervisor.
@@ -206,7 +209,10 @@ pub fn person(execution: &Execution, diary: &Diary, index: usize, running: bool)
         comes,
         robot,
         at: agent.operation.unwrap_or(total),
-        operation: format!("Operation {} of {total}", number.min(total)),
+        operation: match agent.doing {
+            Doing::Lost => "Operation".into(),
+            _ => format!("Operation {} of {total}", number.min(total)),
+        },
         service: Some(format!(
             "Service of operation {}",
             page.measured_operation().unwrap_or(number.min(total).max(1) - 1) + 1
@@ -249,7 +255,7 @@ fn note(execution: &Execution, agent: &AgentView, running: bool) -> Option<Strin
             execution.stranded().map(|why| format!("There is no plan any more: {why}. Ask the supervisor."))
         }
         () if agent.doing == Doing::Lost => {
-            Some("The supervisor has noted that you left. If you are back, tell so.".into())
+            Some("The supervisor has noted that you left. If you are back, tell the supervisor.".into())
         }
         () if !running => Some("The clock of the mission stands. The supervisor lets it run.".into()),
         () => None,
@@ -329,8 +335,10 @@ fn steps(execution: &Execution, agent: &AgentView, index: usize) -> Vec<Step> {
         let number = operation.target.operation + 1;
         let text = match by {
             Some((robot, at)) if state == "done" => format!("Operation {number}, served by {robot} at {}", written(at)),
-            Some((robot, at)) => format!("Operation {number}; {robot} serves at {}", written(at)),
-            None => format!("Operation {number}"),
+            Some((robot, at)) if execution.stranded().is_none() => {
+                format!("Operation {number}; {robot} serves at {}", written(at))
+            }
+            _ => format!("Operation {number}"),
         };
         Step { at: operation.start, text, state }
     };

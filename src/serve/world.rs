@@ -36,8 +36,12 @@ pub trait World: Send {
     /// Lets time pass until then (s), which is later than now.
     fn advance(&mut self, to: f64);
 
-    /// Does again at the present time what a journal says was told; entries that are of another kind of mission do nothing.
-    fn replay(&mut self, entry: &Entry);
+    /// Does again at the present time what a journal says was told. What was refused then is refused now.
+    ///
+    /// # Errors
+    ///
+    /// Why this could never be told of this mission.
+    fn replay(&mut self, entry: &Entry) -> Result<(), String>;
 
     /// What pages show; `running` says whether the clock does.
     fn shown(&self, running: bool) -> Shown;

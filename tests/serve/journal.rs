@@ -94,3 +94,48 @@ fn a_journal_of_another_mission_is_refused() {
     let Err(refused) = hierarq::serve::Server::start(other, &options(&path, false)) else { panic!("it runs") };
     assert!(refused.to_string().contains("before the spec or an option changed"), "{refused}");
 }
+
+/// Somebody who is not there, steps that no button has, and what is of another kind of mission: the line is told.
+#[test]
+fn what_could_never_have_been_told_is_refused_with_its_line() {
+    let path = path("never.journal");
+    Running::with(&options(&path, false)).end();
+    let head = std::fs::read_to_string(&path).expect("readable");
+    for (entry, words) in [
+        (json!({ "event": { "done": { "agent": 99 } } }), "no agent with number 99"),
+        (json!({ "event": { "lost": { "who": { "robot": 99 } } } }), "no robot with number 99"),
+        (json!({ "event": { "said": { "agent": 0, "wait": 127, "approach": 0, "distance": 0 } } }), "127"),
+        (json!({ "layered": { "done": { "agent": 0 } } }), "of a mission of layers"),
+        (json!({ "serve": { "agent": 0, "operation": usize::MAX } }), "no operation"),
+        (json!({ "served": { "agent": 99 } }), "no agent with number 99"),
+    ] {
+        std::fs::write(&path, format!("{head}{}\n", json!({ "time": 0.5, "entry": entry }))).expect("writable");
+        let line = head.lines().count() + 1;
+        let Err(refused) = hierarq::serve::Server::start(crate::mission(), &options(&path, false)) else {
+            panic!("{entry} is taken")
+        };
+        let told = refused.to_string();
+        assert!(told.starts_with(&format!("line {line} of the journal")) && told.contains(words), "{told}");
+    }
+}
+
+/// Nobody presses anything for an hour: what is gone through again takes no long, and how far it is is told.
+#[test]
+fn an_idle_hour_is_gone_through_quickly() {
+    let path = path("idle.journal");
+    Running::with(&options(&path, false)).end();
+    let head = std::fs::read_to_string(&path).expect("readable");
+    std::fs::write(&path, format!("{head}{}\n", json!({ "time": 3600.0, "entry": { "records": 10 } })))
+        .expect("writable");
+    let mut told = Vec::new();
+    let mut tell = |at: hierarq::serve::Resuming| told.push(at);
+    let begun = std::time::Instant::now();
+    let on =
+        hierarq::serve::Server::start_and_tell(crate::mission(), &options(&path, false), &mut tell).expect("served");
+    assert!(begun.elapsed() < std::time::Duration::from_secs(30), "{:?}", begun.elapsed());
+    assert_eq!(on.resumed(), Some((3600.0, false)));
+    assert_eq!((told[0].time, told[0].until), (0.0, 3600.0));
+    assert!(told.len() > 10 && told.windows(2).all(|two| two[0].time <= two[1].time), "{told:?}");
+    let _ = on.end().send(true);
+    on.wait().expect("ended");
+}

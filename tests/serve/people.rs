@@ -117,9 +117,33 @@ fn a_robot_breaks_down_and_the_other_takes_over() {
     supervisor.tell(json!({ "what": "lost", "robot": 1 }));
     let state = supervisor.until(|state| !state["over"].is_null());
     assert_eq!(state["over"], "There is no plan any more: every robot is lost.");
-    assert!(anna.state()["person"]["note"].as_str().expect("a note").contains("every robot is lost"));
+    assert_eq!(state["status"], "no plan");
+    assert!(!state["numbers"].as_str().expect("text").contains("ends at"), "{state:#}");
+    let page = anna.state();
+    assert!(page["person"]["note"].as_str().expect("a note").contains("every robot is lost"));
+    assert!(!page["person"]["steps"].to_string().contains("serves at"), "{page:#}");
     supervisor.tell(json!({ "what": "back", "robot": 1 }));
     supervisor.until(|state| state["over"].is_null());
+    // Who left reads what to do, and of nothing that still runs.
+    supervisor.tell(json!({ "what": "lost", "agent": 0 }));
+    let page = anna.until(|state| state["person"]["doing"] == "You have left the mission.")["person"].clone();
+    assert!(page["note"].as_str().expect("a note").ends_with("tell the supervisor."), "{page:#}");
+    assert_eq!((&page["operation"], &page["measured"]), (&json!("Operation"), &json!([])));
+}
+
+/// However often the plan is made anew, a page says so once, and what else was said stays.
+#[test]
+fn the_same_news_are_told_once() {
+    let on = Running::at_speed(5.0);
+    let (anna, supervisor) = (on.anna(), on.supervisor());
+    anna.until(may("done"));
+    for _ in 0..3 {
+        supervisor.tell(json!({ "what": "replan" }));
+    }
+    let told = anna.state()["person"]["messages"].to_string();
+    assert_eq!(told.matches("The plan was made anew.").count(), 1, "{told}");
+    assert!(told.contains("Your operation 1 begins."), "{told}");
+    assert!(supervisor.state()["numbers"].as_str().expect("text").ends_with("planned anew 3 times"));
 }
 
 #[test]

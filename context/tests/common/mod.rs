@@ -17,6 +17,8 @@ pub enum Reply {
     Status(u16, &'static str, String),
     /// Says nothing for this long, then closes.
     Silent(Duration),
+    /// A body that is no text.
+    NoText,
     /// Closes at once.
     Closes,
     /// A completion whose body is shorter than its head promised.
@@ -122,6 +124,11 @@ fn answer(mut stream: TcpStream, reply: Reply) -> std::io::Result<()> {
         Reply::Silent(time) => {
             std::thread::sleep(time);
             Ok(())
+        }
+        Reply::NoText => {
+            let body = b"{\"choices\": [{\"message\": {\"content\": \"\xff\xfe\"}}]}";
+            write!(stream, "HTTP/1.1 200 X\r\nContent-Length: {}\r\nConnection: close\r\n\r\n", body.len())?;
+            stream.write_all(body)
         }
         Reply::Closes => Ok(()),
     }

@@ -9,6 +9,7 @@ use super::durations;
 use super::motion::{Leg, distance, waiting_place};
 use super::record::Happening;
 use super::settings::Durations;
+use super::update::Anew;
 use super::view::{Doing, Stage};
 
 /// Times that differ by less are the same (s).
@@ -84,9 +85,11 @@ impl Execution {
         state.late += 1;
         let elapsed = self.time - state.start;
         state.expected = state.start + durations::expected(duration, confidence, state.late, elapsed);
-        let (operation, expected) = (state.operation, state.expected);
+        let (operation, expected, late) = (state.operation, state.expected, state.late);
         self.record(Happening::OperationLate { agent, operation, expected });
-        self.update(self.problem.clone());
+        // Around somebody who stays away plans are made anew less and less often.
+        let anew = if late.is_power_of_two() { Anew::IfItPays } else { Anew::IfItMust };
+        self.update_or_plan(self.problem.clone(), anew);
     }
 
     /// The service that a robot is at.

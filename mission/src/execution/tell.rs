@@ -11,7 +11,7 @@ use super::event::{Event, EventError};
 use super::motion::Leg;
 use super::record::{Happening, Record};
 use super::settings::{Replan, Travel};
-use super::update::set_absence;
+use super::update::{Anew, set_absence};
 use super::view::{Doing, Stage};
 
 /// `D` of thesis 5.4.1 (m): the largest change of a waiting distance that a step of feedback asks for.
@@ -81,7 +81,7 @@ impl Execution {
             Event::Feedback(feedback) => self.heard(&feedback, event)?,
             Event::Replan => {
                 recorded(self);
-                self.update_or_plan(self.problem.clone(), true);
+                self.update_or_plan(self.problem.clone(), Anew::Asked);
             }
             Event::Lost { who: Actor::Robot(robot) } => {
                 self.is_lost(Actor::Robot(robot), false)?;
@@ -218,8 +218,8 @@ impl Execution {
         if self.settings.replan != Replan::None {
             self.satisfied[agent] = Some(satisfied);
             // What one may do now and might not do before is in no plan, and so in no cost that could have changed.
-            let freer = widened(&self.problem, &problem, agent);
-            self.update_or_plan(problem, freer);
+            let anew = if widened(&self.problem, &problem, agent) { Anew::Asked } else { Anew::IfItPays };
+            self.update_or_plan(problem, anew);
         }
         if let (Some(before), Some(after)) = (before, self.next_wait_and_speed(agent)) {
             self.indices[agent] = self.indices[agent].after(feedback.wait, feedback.approach, before, after);
@@ -268,7 +268,7 @@ impl Execution {
         state.leg = Leg::rest(state.position, self.time);
         let mut problem = self.problem.clone();
         problem.absent.retain(|absence| absence.robot != robot);
-        self.update_or_plan(problem, true);
+        self.update_or_plan(problem, Anew::Asked);
     }
 
     fn lose_agent(&mut self, agent: usize) {

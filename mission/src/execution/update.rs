@@ -18,14 +18,25 @@ use super::view::{Doing, Stage};
 /// The largest index that is written down: where nothing became something it is infinite.
 const LARGE: f64 = 1e6;
 
+/// When what has not begun is planned anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Anew {
+    /// When there is no plan otherwise.
+    IfItMust,
+    /// Also when the index of (5.19) is large.
+    IfItPays,
+    /// Somebody asks for it.
+    Asked,
+}
+
 impl Execution {
     /// The plan under these parameters and with what has happened by now.
     pub(super) fn update(&mut self, problem: Problem) {
-        self.update_or_plan(problem, false);
+        self.update_or_plan(problem, Anew::IfItPays);
     }
 
-    /// As [`Execution::update`]; where planning anew is allowed and `asked`, it is not left to the index.
-    pub(super) fn update_or_plan(&mut self, problem: Problem, asked: bool) {
+    /// As [`Execution::update`], where planning anew is allowed it is done as `anew` says.
+    pub(super) fn update_or_plan(&mut self, problem: Problem, anew: Anew) {
         let progress = self.progress(&problem);
         let (after, schedule) = repair(&self.problem, &self.schedule, &problem, self.time, &progress);
         if schedule.len() < after.operations() {
@@ -44,7 +55,12 @@ impl Execution {
             self.reschedules += 1;
             self.record(Happening::Rescheduled { index });
         }
-        if self.settings.replan == Replan::Both && (asked || index > self.settings.reallocate_above) {
+        let wanted = match anew {
+            Anew::IfItMust => false,
+            Anew::IfItPays => index > self.settings.reallocate_above,
+            Anew::Asked => true,
+        };
+        if self.settings.replan == Replan::Both && wanted {
             self.reallocate(index);
         }
     }

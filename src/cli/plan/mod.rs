@@ -86,7 +86,11 @@ pub fn run(a: &Arguments) -> Outcome {
     };
     match done {
         Ok(printed) => {
-            output::print(&printed);
+            if a.json {
+                output::data(&printed)
+            } else {
+                output::print(&printed)
+            }
             Outcome::Good
         }
         Err(trouble) => Outcome::Trouble(trouble),

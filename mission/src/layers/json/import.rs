@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use crate::layers::check::{Item, Key, MAX_TASKS, Mistake};
-use crate::layers::problem::{Body, Problem};
-use crate::layers::steps::{Step, to_plan};
-use crate::plan::{Plan, Statistics, Status};
+use crate::layers::problem::Problem;
+use crate::plan::Plan;
 
+use super::given;
 use super::nearest::{listed, suggest};
 use super::order::layers;
 use super::task::{ReadTask, Reader, join};
@@ -18,8 +18,8 @@ use super::{Fault, FaultKind, Mode, Position};
 pub struct Imported {
     /// The problem with the layers and tasks of the text. Nothing of it has begun.
     pub problem: Problem,
-    /// With [`Mode::Scheduled`] the plan that the text gives, with its cost: nobody has checked it yet
-    /// ([`validate`](crate::layers::validate::validate) does). A robot moves as slowly as its time allows.
+    /// With [`Mode::Scheduled`] the plan that the text gives, with its cost:
+    /// [`validate`](crate::layers::validate::validate) has found nothing. A robot moves as slowly as its time allows.
     pub plan: Option<Plan>,
 }
 
@@ -43,8 +43,10 @@ pub fn import(text: &str, problem: &Problem, mode: Mode) -> Result<Imported, Vec
         };
         let mistakes = problem.check();
         if mistakes.is_empty() {
-            let plan = (mode == Mode::Scheduled).then(|| scheduled(&problem, &tree.tasks));
-            return Ok(Imported { problem, plan });
+            match (mode == Mode::Scheduled).then(|| given::plan(&problem, &tree.tasks)).transpose() {
+                Ok(plan) => return Ok(Imported { problem, plan }),
+                Err(faults) => reader.faults.extend(faults),
+            }
         }
         for mistake in mistakes {
             reader.faults.push(fault_of(&problem, &tree, &mistake));
@@ -63,7 +65,11 @@ struct Tree {
 
 fn tree(reader: &mut Reader<'_>, root: &Node) -> Tree {
     let mut tree = Tree::default();
-    let Some(entries) = reader.entries(root, "", &["layers", "tasks"]) else { return tree };
+    const FORM: &str = "give {\"layers\": [{\"name\": .., \"tasks\": [..]}]}";
+    let Some(entries) = reader.entries(root, "", &["layers", "tasks"]) else {
+        reader.faults.iter_mut().filter(|fault| fault.path.is_empty()).for_each(|fault| fault.fix = FORM.into());
+        return tree;
+    };
     match (entries.get("layers"), entries.get("tasks")) {
         (Some(layers), None) => layered(reader, layers, &mut tree),
         (None, Some(tasks)) => {
@@ -77,8 +83,7 @@ fn tree(reader: &mut Reader<'_>, root: &Node) -> Tree {
         }
         (None, None) if root.broken => {}
         (None, None) => {
-            let fix = "give {\"layers\": [{\"name\": .., \"tasks\": [..]}]}".into();
-            reader.fault(root.at, "", FaultKind::Missing, "`layers` is missing".into(), fix);
+            reader.fault(root.at, "", FaultKind::Missing, "`layers` is missing".into(), FORM.into());
         }
     }
     twice(reader, &tree);
@@ -198,26 +203,4 @@ fn fault_of(problem: &Problem, tree: &Tree, mistake: &Mistake) -> Fault {
     };
     let (what, fix) = mistake.describe(problem);
     Fault { at, path, kind: FaultKind::Impossible, what, fix }
-}
-
-/// The plan of tasks that have agents and times.
-fn scheduled(problem: &Problem, tasks: &[ReadTask]) -> Plan {
-    let step = |(task, read): (usize, &ReadTask)| {
-        let (agent, object) = (read.task.agent?, read.task.object);
-        let (start, end) = (read.start?, read.end?);
-        let who = problem.agents.get(agent)?;
-        let skill = who.skill(&read.task.action)?;
-        let speed = match who.body {
-            Body::Human { .. } => problem.pace(who, skill, problem.mass(object))?,
-            Body::Robot { speed, .. } => {
-                let left = end - start - skill.duration;
-                let way = problem.distance(agent, task, object);
-                if left > 0.0 { (way / left).clamp(speed.low, speed.high) } else { speed.high }
-            }
-        };
-        Some(Step { task, agent, object, speed, start, end, begun: false })
-    };
-    let steps: Vec<Step> = tasks.iter().enumerate().filter_map(step).collect();
-    let status = Status::Unbounded { stopped: None };
-    to_plan(problem, &steps, status, "given".into(), Statistics::default())
 }

@@ -15,6 +15,7 @@
 //! [`import`] tells every mistake that it finds, a hundred at most, where it is and what would be right.
 
 mod export;
+mod given;
 mod import;
 mod nearest;
 mod order;

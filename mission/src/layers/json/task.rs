@@ -5,11 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::nearest::{listed, suggest};
 use super::text::{Node, Value};
 use super::{Fault, FaultKind, Mode, Position};
+use crate::characters::{commands, plain};
 use crate::layers::check::{MAX_ENTRIES, MAX_TASKS};
 use crate::layers::problem::{Problem, Task};
 
 /// So many mistakes are told of one text.
-const MAX_FAULTS: usize = 100;
+pub(super) const MAX_FAULTS: usize = 100;
 
 /// What the texts of a mission may speak of, and the mistakes so far.
 pub(super) struct Reader<'a> {
@@ -36,7 +37,9 @@ pub(super) type Entries<'n> = BTreeMap<&'n str, &'n Node>;
 
 impl Reader<'_> {
     pub fn fault(&mut self, at: Position, path: &str, kind: FaultKind, what: String, fix: String) {
-        self.faults.push(Fault { at, path: path.into(), kind, what, fix });
+        // Both may quote keys and texts as they came.
+        let [path, what, fix] = [path, &what, &fix].map(plain);
+        self.faults.push(Fault { at, path, kind, what, fix });
     }
 
     /// No more mistakes are looked for.
@@ -59,7 +62,10 @@ impl Reader<'_> {
         for (key, at, value) in entries {
             let here = join(path, key);
             if !keys.contains(&key.as_str()) && key != "description" {
-                let fix = suggest(key, keys.iter().copied());
+                let fix = match key.as_str() {
+                    "start" | "end" if keys.contains(&"action") => "leave it out: times are planned".into(),
+                    _ => suggest(key, keys.iter().copied()),
+                };
                 self.fault(*at, &here, FaultKind::UnknownKey, format!("`{key}` has no meaning here"), fix);
             } else if found.insert(key.as_str(), value).is_some() {
                 let fix = "leave one of them out".into();
@@ -81,6 +87,13 @@ impl Reader<'_> {
 
     pub fn text(&mut self, node: &Node, path: &str) -> Option<String> {
         match &node.value {
+            Value::Text(text) if text.chars().any(commands) => {
+                let number = text.chars().find(|c| commands(*c)).map_or(0, u32::from);
+                let what = format!("this is no name: it holds U+{number:04X}, which commands and is not shown");
+                let fix = "give a name of letters, digits and signs that are shown".into();
+                self.fault(node.at, path, FaultKind::Type, what, fix);
+                None
+            }
             Value::Text(text) if !text.is_empty() && text.len() <= 200 => Some(text.clone()),
             Value::Text(_) => {
                 let fix = "give a name of 1 to 200 characters".into();
@@ -275,7 +288,10 @@ impl Reader<'_> {
     }
 }
 
-/// `path.key`, or the key alone.
+/// `path.key`, or the one of them that is not empty.
 pub(super) fn join(path: &str, key: &str) -> String {
-    if path.is_empty() { key.into() } else { format!("{path}.{key}") }
+    match (path, key) {
+        ("", one) | (one, "") => one.into(),
+        (path, key) => format!("{path}.{key}"),
+    }
 }

@@ -1,0 +1,43 @@
+//! A file that is begun anew and never in place of another: what was recorded once stays.
+
+use std::fs::File;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+/// Files of one name that there may be.
+const MOST: usize = 10_000;
+
+/// A new file of this name, or with the first free number in it: `talk.jsonl`, `talk.2.jsonl`. With its name.
+///
+/// # Errors
+///
+/// What to say where no such file can be written.
+pub fn begin(path: &Path) -> Result<(File, PathBuf), String> {
+    for number in 1..=MOST {
+        let name = numbered(path, number);
+        match File::create_new(&name) {
+            Ok(file) => return Ok((file, name)),
+            Err(e) if e.kind() == ErrorKind::AlreadyExists && !path.is_dir() => {}
+            Err(e) => return Err(format!("cannot write `{}`: {e}", name.display())),
+        }
+    }
+    Err(format!("there are {MOST} files like `{}` already", path.display()))
+}
+
+/// Whether two paths name the same file.
+pub fn is_same(one: &Path, other: &Path) -> bool {
+    one == other || one.canonicalize().is_ok_and(|one| other.canonicalize().is_ok_and(|other| one == other))
+}
+
+fn numbered(path: &Path, number: usize) -> PathBuf {
+    if number == 1 {
+        return path.into();
+    }
+    let mut name = path.file_stem().unwrap_or_default().to_os_string();
+    name.push(format!(".{number}"));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
+}
