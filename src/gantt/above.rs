@@ -74,8 +74,8 @@ fn write(problem: &Problem, plan: &Plan, standing: &Standing, frame: &Frame, out
             names.write(at(&object.place), &object.name, out)?;
         }
     }
-    let agents = problem.agents.iter().map(|agent| agent.name.as_str());
-    frame.moving(agents.zip(standing.robots.iter().copied()), out)?;
+    let robots = problem.agents.iter().filter(|agent| matches!(agent.body, Body::Robot { .. }));
+    frame.moving(robots.map(|agent| agent.name.as_str()).zip(standing.robots.iter().copied()), out)?;
     words(frame, out)?;
     writeln!(out, "</svg>")
 }

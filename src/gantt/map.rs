@@ -15,7 +15,7 @@ use super::svg::head;
 /// Where robots, or hands, are now, and how the map is drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Standing {
-    /// Position of each robot, or of each agent of layers (m), in the problem's order; empty: they are not drawn.
+    /// Position of each robot, or of its hand (m), in the problem's order; empty: they are not drawn.
     pub robots: Vec<[f64; 2]>,
     /// With rules of style of its own; a page that has [`super::STYLE`] needs none.
     pub styled: bool,

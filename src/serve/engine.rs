@@ -194,7 +194,7 @@ impl Engine {
             people: shown.people,
             supervisor: shown.supervisor,
             plan: shown.plan,
-            problem: shown.problem,
+            ground: shown.ground,
         }
     }
 
@@ -263,7 +263,7 @@ mod tests {
                 numbers: String::new(),
                 over: None,
                 note: None,
-                map: false,
+                moves: false,
                 agents: Vec::new(),
                 robots: Vec::new(),
                 events: Vec::new(),
@@ -279,7 +279,7 @@ mod tests {
                 statistics: Statistics::default(),
                 layered: None,
             };
-            Shown { people: Vec::new(), supervisor, plan: Arc::new(plan), problem: None }
+            Shown { people: Vec::new(), supervisor, plan: Arc::new(plan), ground: None }
         }
         fn person(&mut self, _: usize, _: PersonTells, _: &mut Note<'_>) -> Answer {
             Ok("Noted.".into())

@@ -18,7 +18,7 @@ use super::schedule::{Followed, said};
 use super::told::{PersonTells, SupervisorTells};
 use super::view::Message;
 use super::words::written;
-use super::world::{Note, Shown, World};
+use super::world::{Ground, Note, Shown, World};
 
 /// Messages of one person's page.
 const MESSAGES: usize = 12;
@@ -128,7 +128,7 @@ impl World for Layered {
             people: pages.map(|(agent, messages)| person(execution, agent, messages.shown(), running)).collect(),
             supervisor: supervisor(execution, self.events.shown()),
             plan: Arc::new(execution.plan().clone()),
-            problem: None,
+            ground: Some(Ground::Layers(Arc::new(self.execution.problem().clone()))),
         }
     }
 

@@ -177,7 +177,8 @@ pub fn supervisor(on: &LayeredExecution, events: Vec<Message>) -> SupervisorView
     });
     let robots = robots(problem).into_iter().map(|agent| {
         let (doing, lost) = doing(agent);
-        RobotRow { name: name(problem, agent).into(), doing, at: None, lost }
+        let at = on.agent(agent).map(|view| [view.position[0], view.position[1]]);
+        RobotRow { name: name(problem, agent).into(), doing, at, lost }
     });
     let stands = on.stranded().is_none();
     let ends = plan.end().filter(|_| stands).map(|end| format!("ends at {}, ", written(end))).unwrap_or_default();
@@ -191,7 +192,7 @@ pub fn supervisor(on: &LayeredExecution, events: Vec<Message>) -> SupervisorView
         ),
         over: on.done().then(|| "The mission is done: every task is done.".to_string()),
         note: on.stranded().map(|why| format!("There is no plan for everything any more: {why}.")),
-        map: false,
+        moves: false,
         agents: agents.collect(),
         robots: robots.collect(),
         events,

@@ -40,7 +40,7 @@ pub fn supervisor(execution: &Execution, diary: &Diary) -> SupervisorView {
             None => None,
         },
         note: None,
-        map: true,
+        moves: true,
         agents: agents.collect(),
         robots: robots.collect(),
         events: diary.events(),

@@ -26,6 +26,7 @@ use super::rate::Bucket;
 use super::stream::stream;
 use super::told::{PersonTells, SupervisorTells, Tells};
 use super::view::{ClockView, PersonView, Published, SupervisorView};
+use super::world::Ground;
 
 /// Bytes of what is told.
 const BODY: usize = 4096;
@@ -286,8 +287,12 @@ async fn gantt_svg(State(app): Shared, headers: HeaderMap) -> Response {
 async fn map_svg(State(app): Shared, headers: HeaderMap) -> Response {
     picture(&app, &headers, |published| {
         let robots = published.supervisor.robots.iter().filter_map(|robot| robot.at).collect();
-        let Some(problem) = &published.problem else { return String::new() };
-        gantt::map(problem, &published.plan, &gantt::Standing { robots, styled: false })
+        let (plan, standing) = (&published.plan, gantt::Standing { robots, styled: false });
+        match &published.ground {
+            Some(Ground::Schedule(problem)) => gantt::map(problem, plan, &standing),
+            Some(Ground::Layers(problem)) => gantt::layered_map(problem, plan, &standing),
+            None => String::new(),
+        }
     })
 }
 

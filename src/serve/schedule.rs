@@ -12,7 +12,7 @@ use super::overview::supervisor;
 use super::told::{PersonTells, SupervisorTells};
 use super::view::person;
 use super::words::written;
-use super::world::{Note, Shown, World};
+use super::world::{Ground, Note, Shown, World};
 
 /// A schedule under way, with what pages remember of it.
 pub struct Schedule {
@@ -75,7 +75,7 @@ impl World for Schedule {
             people: people.map(|index| person(execution, &self.diary, index, running)).collect(),
             supervisor: supervisor(execution, &self.diary),
             plan: Arc::new(execution.plan().clone()),
-            problem: Some(Arc::new(execution.problem().clone())),
+            ground: Some(Ground::Schedule(Arc::new(execution.problem().clone()))),
         }
     }
 

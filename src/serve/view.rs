@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::diary::Diary;
 use super::words::{self, written};
+use super::world::Ground;
 
 /// Everything that pages need, at one instant.
 #[derive(Clone, Debug)]
@@ -26,8 +27,8 @@ pub struct Published {
     pub supervisor: SupervisorView,
     /// What the pictures show.
     pub plan: Arc<Plan>,
-    /// The problem that belongs to the plan, for the map; none where there is none.
-    pub problem: Option<Arc<Problem>>,
+    /// What the map shows; none where there is none.
+    pub ground: Option<Ground>,
 }
 
 /// The clock of a mission.
@@ -142,8 +143,8 @@ pub struct SupervisorView {
     pub over: Option<String>,
     /// What stands above all else of one that goes on.
     pub note: Option<String>,
-    /// There is a map, on which agents have places that change.
-    pub map: bool,
+    /// Agents may be told to have moved to another place.
+    pub moves: bool,
     /// The agents.
     pub agents: Vec<AgentRow>,
     /// The robots.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use mission::plan::Plan;
-use mission::schedule::problem::Problem;
+use mission::{layers, schedule};
 
 use super::engine::Answer;
 use super::journal::Entry;
@@ -12,6 +12,15 @@ use super::view::{PersonView, SupervisorView};
 
 /// Writes an entry into the journal, before it has an effect; why that cannot be, if it cannot.
 pub type Note<'n> = dyn FnMut(Entry) -> Result<(), String> + 'n;
+
+/// What a map shows: where everything is.
+#[derive(Clone, Debug)]
+pub enum Ground {
+    /// Depots, places and waiting places.
+    Schedule(Arc<schedule::problem::Problem>),
+    /// Bases, objects and where they are brought.
+    Layers(Arc<layers::problem::Problem>),
+}
 
 /// What pages show of a mission.
 pub struct Shown {
@@ -22,7 +31,7 @@ pub struct Shown {
     /// What the chart shows.
     pub plan: Arc<Plan>,
     /// What the map shows; none where there is none.
-    pub problem: Option<Arc<Problem>>,
+    pub ground: Option<Ground>,
 }
 
 /// A mission under way.

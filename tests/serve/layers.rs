@@ -153,7 +153,13 @@ fn somebody_leaves_and_an_arm_breaks_down() {
     }
     let chart = supervisor.get("/supervisor/gantt.svg").body;
     assert!(chart.starts_with("<svg") && chart.contains("right"), "{chart}");
-    assert!(!chart.contains("<b>") && supervisor.state()["map"] == false);
+    assert!(!chart.contains("<b>") && supervisor.state()["moves"] == false);
+    // Hands of robots are on the map where they are.
+    let map = supervisor.get("/supervisor/map.svg").body;
+    assert!(map.starts_with("<svg") && map.contains("class=\"carries"), "{map}");
+    let state = supervisor.state();
+    assert_eq!(state["robots"].as_array().map(Vec::len), Some(2));
+    assert!(state["robots"][0]["at"].as_array().is_some_and(|at| at.len() == 2));
 }
 
 fn path(name: &str) -> PathBuf {

@@ -16,7 +16,6 @@ function show(next) {
   byId('numbers').textContent = state.numbers;
   byId('over').hidden = !(state.over ?? state.note);
   byId('over').textContent = state.over ?? state.note ?? '';
-  byId('places').hidden = !state.map;
   byId('run').textContent = state.running ? 'Stop the clock' : 'Let the clock run';
   may(byId('run'), !state.over);
   may(byId('replan'), !state.over);
@@ -60,7 +59,7 @@ function agent(row, index) {
   return { key: row, draw: () => el('tr', {},
     el('td', {}, row.name), el('td', {}, row.doing), el('td', { class: 'quiet' }, row.page),
     el('td', { class: 'tools' },
-      state.map ? el('button', { class: 'small', type: 'button', onclick: () => choose(index, row.name) }, 'Moved') : null, ' ',
+      state.moves ? el('button', { class: 'small', type: 'button', onclick: () => choose(index, row.name) }, 'Moved') : null, ' ',
       ...tools(row, { agent: index }), ' ',
       row.paged ? el('button', { class: 'small', type: 'button', onclick: () => invite(index, row.name) }, 'New link') : null)) };
 }
@@ -112,7 +111,7 @@ async function draw() {
   drawing = true;
   while (state.drawing !== drawn && online()) {
     const version = state.drawing;
-    for (const id of state.map ? ['gantt', 'map'] : ['gantt']) {
+    for (const id of ['gantt', 'map']) {
       const text = await fetch(`${id}.svg`).then((answer) => (answer.ok ? answer.text() : ''), () => '');
       const root = new DOMParser().parseFromString(text, 'image/svg+xml').documentElement;
       if (root.namespaceURI !== SVG || root.querySelector('parsererror')) continue;

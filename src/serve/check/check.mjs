@@ -150,7 +150,7 @@ const layers = await serve('box.hq');
 const she = await enter(second, layers.links.anna, phone);
 const over = await enter(first, layers.links.supervisor, { width: 1200, height: 900 });
 check('nobody is served in layers', await she.until(`document.getElementById('services').hidden && !document.getElementById('failed').hidden`));
-check('there is no map of layers', await over.until(`document.getElementById('places').hidden`));
+check('the map of layers is drawn', await over.until(`document.querySelectorAll('#map .carries').length > 0`));
 await press(over, 'run');
 check('it is her turn', await she.until(enabled('begin')) && (await text(she, 'doing')).startsWith('Your turn: lid: open'), await text(she, 'doing'));
 await press(she, 'begin');
