@@ -154,6 +154,7 @@ impl Lowerer<'_> {
             let d = keys.entry("step").iter().fold(d, |d, e| d.label(e.value.span, "from one instant to the next"));
             self.push(d.help("shorten the run, or write a longer `step`"));
         }
+        let settled = self.errors() == before;
         let happens = self.happenings(keys, of, duration);
         let replies = match of {
             Executed::Schedule(problem) => self.replies(keys, problem),
@@ -162,7 +163,8 @@ impl Lowerer<'_> {
                 Vec::new()
             }
         };
-        if self.errors() > before {
+        // What is wrong with an event is no matter of what is expected: both are told at once. Settings are.
+        if !settled {
             return None;
         }
         let scenario = MissionScenarioProgram {
