@@ -13,6 +13,9 @@ use crate::catalogue::{presence, quantity, unit};
 pub fn describe(holds: &Holds) -> String {
     match holds {
         Holds::Number(q) => quantity(q),
+        Holds::NumberOr(q, words) => {
+            format!("{}, or {}", quantity(q), words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "))
+        }
         Holds::Numbers(q) => format!("{}, or a list of them", quantity(q)),
         Holds::Vector(d) => format!("vector in {}", unit(*d)),
         Holds::Spot => "position in m, or a place".to_string(),

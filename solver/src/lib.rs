@@ -75,6 +75,7 @@ mod nnls;
 pub mod problem;
 pub mod solution;
 mod space;
+pub mod smooth;
 mod stage;
 pub mod structure;
 
@@ -84,4 +85,5 @@ pub use cascade::{ClarabelCascade, Statistics};
 pub use certificate::certificate;
 pub use problem::{Level, LevelShape, Problem, ProblemError, check};
 pub use solution::{Active, Blocking, HierarchicalSolver, LevelSolution, LevelStatus, Solution, Status};
+pub use smooth::Smooth;
 pub use structure::Structure;

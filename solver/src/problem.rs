@@ -57,9 +57,9 @@ pub struct Level {
     stride: usize,
     /// No slack allowed. The weights do not matter then.
     pub hard: bool,
-    /// delta >= 0: adds `delta * |x|^2` to this level's own cost. A damped level trades its rows
-    /// against the size of `x` and thereby fixes `x` completely: no level below it has any
-    /// freedom left.
+    /// delta >= 0: adds `delta * |x|^2` to this level's own cost. For a solver of exact hierarchies a damped level
+    /// thereby fixes `x` completely, and no level below it has any freedom left; [`crate::Smooth`] passes on what its
+    /// rows reached.
     pub damping: f64,
     /// Row-major, `stride` numbers a row of which the first `n` count; the padding stays 0.
     a: Vec<f64>,
@@ -73,6 +73,8 @@ pub struct Level {
     structure: Vec<Structure>,
     /// How many of them are not open.
     fixed: usize,
+    /// For each row and variable a bound of the row's second derivatives, `n` numbers a row; empty for linear rows.
+    curvature: Vec<f64>,
 }
 
 impl Level {
@@ -91,7 +93,27 @@ impl Level {
             weight: vec![1.0; shape.rows],
             structure: vec![Structure::Open; shape.rows],
             fixed: 0,
+            curvature: Vec::new(),
         }
+    }
+
+    /// Says how much rows bend: for each row and variable `c_ij >= 0`, `n` numbers a row, a time times the sum over `k` of
+    /// `|d^2 a_i x / dx_j dx_k|`. [`crate::Smooth`] damps a level with a `c_ij` above zero where it is not met; exact solvers
+    /// pay no heed. Of another length than `rows() n`, or with a number that is not finite and not negative, it is refused,
+    /// and the rows count as linear.
+    pub fn set_curvature(&mut self, curvature: Vec<f64>) {
+        let good = curvature.len() == self.rows * self.n && curvature.iter().all(|c| c.is_finite() && *c >= 0.0);
+        self.curvature = if good && curvature.iter().any(|c| *c > 0.0) { curvature } else { Vec::new() };
+    }
+
+    /// Whether a row is known to bend.
+    pub fn is_curved(&self) -> bool {
+        !self.curvature.is_empty()
+    }
+
+    /// How much row `i` bends with each variable; empty where no row of the level does.
+    pub fn curvature(&self, i: usize) -> &[f64] {
+        if self.curvature.is_empty() { &[] } else { &self.curvature[i * self.n..(i + 1) * self.n] }
     }
 
     /// What was known of it before any number.
@@ -185,6 +207,18 @@ impl Level {
         self.upper.copy_from_slice(&other.upper);
         self.weight.copy_from_slice(&other.weight);
         self.structure.copy_from_slice(&other.structure);
+    }
+
+    /// Makes the first rows of this level equal to those of another one with as many variables and no more rows, without
+    /// allocating. Panics where it does not fit, as slices do.
+    pub fn copy_rows_from(&mut self, other: &Level) {
+        for i in 0..other.rows {
+            self.set_structure(i, other.structure[i]);
+        }
+        self.a[..other.a.len()].copy_from_slice(&other.a);
+        self.lower[..other.rows].copy_from_slice(&other.lower);
+        self.upper[..other.rows].copy_from_slice(&other.upper);
+        self.weight[..other.rows].copy_from_slice(&other.weight);
     }
 
     /// What is known of the coefficients of each row.

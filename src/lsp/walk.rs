@@ -284,7 +284,7 @@ impl Walker<'_> {
             Holds::Link => self.link(value),
             Holds::Geometries => self.geometries(value),
             Holds::Links => self.links(value),
-            Holds::WordOr(words) => match &value.kind {
+            Holds::WordOr(words) | Holds::NumberOr(_, words) => match &value.kind {
                 ValueKind::Name(name) if self.marked(name, || Slot::Words(words)) || words.contains(&name.as_str()) => {
                 }
                 _ => self.expression(value),

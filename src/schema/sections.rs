@@ -52,6 +52,7 @@ fn block(section: &Section) -> Value {
 fn held(holds: &Holds) -> Value {
     match holds {
         Holds::Number(q) | Holds::Spread(q) => values::scalar(q),
+        Holds::NumberOr(q, words) => json!({ "anyOf": [values::scalar(q), { "enum": words }] }),
         Holds::Vector(d) => values::vector(*d),
         Holds::Spot => values::vector(LENGTH),
         Holds::Pair(d) => values::pair(*d),

@@ -12,7 +12,7 @@ use super::declared::twice;
 use super::in_place::in_place;
 use crate::binding::{Binder, BoundTask};
 use crate::constants::Constants;
-use crate::forms::{check_keys, items_of, unknown_key};
+use crate::forms::{check_keys, items_of, text_of, unknown_key};
 use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints};
 use crate::sections::{LEVEL, STACK};
@@ -89,7 +89,11 @@ impl Lowerer<'_> {
                 self.push(twice(&l.name, first.name.span));
             }
             check_keys(&l.settings, &LEVEL, self.diagnostics);
-            let damping = l.settings.get("damping").and_then(|e| self.constant(&e.value, "the damping", 0.0, true));
+            let damping = l.settings.get("damping").map(|e| &e.value);
+            let word = damping.and_then(text_of);
+            let exact = word == Some("none");
+            let damping = damping.filter(|_| !exact && word != Some("auto"));
+            let damping = damping.and_then(|value| self.constant(value, "the damping", 0.0, true));
             if l.members.is_empty() {
                 self.push(
                     Diagnostic::error("HQ0601", l.name.span, format!("level `{}` has no task", l.name.value))
@@ -146,6 +150,7 @@ impl Lowerer<'_> {
                 name: l.name.value.clone(),
                 hard: l.hard.is_some(),
                 damping: damping.unwrap_or(0.0),
+                exact,
                 members,
             });
         }

@@ -134,6 +134,8 @@ pub enum Place {
 pub enum Holds {
     /// A constant number.
     Number(Quantity),
+    /// A constant number, or one of these words.
+    NumberOr(Quantity, &'static [&'static str]),
     /// One constant number, or a list of them.
     Numbers(Quantity),
     /// Three constant numbers.

@@ -77,9 +77,10 @@ pub static LEVEL: Section = Section {
             .at(Place::Word),
         Key::or(
             "damping",
-            Holds::Number(Quantity::at_least(NONE, 0.0)),
-            "0",
-            "Adds `damping · |v|²` to the cost of this level. At zero the level is strict.",
+            Holds::NumberOr(Quantity::at_least(NONE, 0.0), &["auto", "none"]),
+            "auto",
+            "What keeps the level from chasing what it cannot reach. `auto`: exact where the level can be met, damped where \
+             it cannot. `none`: exact always. A number of zero or more: `damping · |v|²` in the cost of the level, met or not.",
         ),
         Key::required(
             "tasks",

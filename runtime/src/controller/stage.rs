@@ -19,7 +19,7 @@
 //! until it stands; without a blend it is as short as they allow. A limit of acceleration that is not one joint's own may
 //! have no answer at a switch, which is the fault `infeasible`.
 
-use solver::{HierarchicalSolver, LevelShape, LevelStatus, Problem, Solution, Status};
+use solver::{HierarchicalSolver, LevelShape, LevelStatus, Problem, Smooth, Solution, Status};
 
 use crate::evaluator::{Evaluator, Moment};
 use crate::fault::Fault;
@@ -52,7 +52,7 @@ pub struct Stage {
     pub(super) solution: Solution,
     level_names: Vec<String>,
     pub(super) value_names: Vec<(std::ops::Range<usize>, String)>,
-    solver: Box<dyn HierarchicalSolver + Send>,
+    solver: Smooth,
     blend: Blend,
     /// Index of the stack in the program.
     stack: usize,
@@ -78,6 +78,7 @@ fn same_level(program: &Program, a: &LevelProgram, b: &LevelProgram) -> bool {
     let members = || a.members.iter().zip(&b.members);
     a.hard == b.hard
         && a.damping == b.damping
+        && a.exact == b.exact
         && a.members.len() == b.members.len()
         && members().all(|(x, y)| x.weight == y.weight && program.alike(x.task, y.task))
 }
@@ -92,12 +93,23 @@ fn in_common(program: &Program, a: &StackProgram, b: &StackProgram) -> usize {
     a.levels.iter().zip(&b.levels).take_while(|(a, b)| same_level(program, a, b) && lasting(a)).count()
 }
 
+/// How long the damping that rows above make of a level takes to fade, in s.
+const FADING: f64 = 0.1;
+
+/// The solver of a stack.
+fn smooth(problem: &Problem, stack: &StackProgram, program: &Program) -> Smooth {
+    let solver = Smooth::new(problem, program.run.solver).with_fading((-program.robot.period / FADING).exp());
+    let exact = stack.levels.iter().enumerate().filter(|(_, level)| level.exact);
+    exact.fold(solver, |solver, (k, _)| solver.with_exact(k))
+}
+
 impl Stage {
     pub(super) fn new(program: &Program, stack: usize) -> Result<Stage, ProgramError> {
         let Some(stack_program) = program.stacks.get(stack) else {
             return Err(crate::program::error("stacks", "there is no such stack"));
         };
-        let (evaluator, problem) = Evaluator::new(program, stack)?;
+        let (mut evaluator, mut problem) = Evaluator::new(program, stack)?;
+        evaluator.measure_curvature(program.robot.period, &mut problem);
         let nv = evaluator.model().nv();
         // Above the levels of the stack one for the joints that it locks.
         let mut between = problem.clone();
@@ -115,7 +127,7 @@ impl Stage {
         };
         Ok(Stage {
             solution: Solution::new(&problem),
-            solver: program.run.solver.solver(&problem),
+            solver: smooth(&problem, stack_program, program),
             level_names: stack_program.levels.iter().map(|l| l.name.clone()).collect(),
             value_names: value_names(program, stack_program),
             blend,
@@ -152,6 +164,21 @@ impl Stage {
         &self.problem
     }
 
+    /// The problem whose exact optimum the answer of the last tick is: damped levels ask for what they reached.
+    pub fn settled(&self) -> &Problem {
+        self.solver.settled().unwrap_or(&self.problem)
+    }
+
+    /// A solver like that of the stack, with another backend.
+    pub fn other_solver(&self, program: &Program) -> Smooth {
+        let mut program_of_other = program.clone();
+        program_of_other.run.solver = program.run.solver.other();
+        match program.stacks.get(self.stack) {
+            Some(stack) => smooth(&self.problem, stack, &program_of_other),
+            None => Smooth::new(&self.problem, program_of_other.run.solver),
+        }
+    }
+
     /// Names of its levels.
     pub fn level_names(&self) -> &[String] {
         &self.level_names
@@ -180,6 +207,7 @@ impl Stage {
     /// with what ran before.
     pub(super) fn enter(&mut self, q: &[f64], moment: Moment, blend: f64, common: usize) {
         self.evaluator.enter(q, moment);
+        self.solver.forget();
         self.ticks = 0;
         self.blend.duration = blend;
         for (i, (kept, level)) in self.blend.kept.iter_mut().zip(&self.problem.levels).enumerate() {
@@ -246,9 +274,12 @@ impl Stage {
                 }
             }
         }
-        for (i, ((to, from), kept)) in levels.iter_mut().zip(&self.problem.levels).zip(&b.kept).enumerate() {
+        // A level that was damped holds what its rows reached, which the velocity between need not give up.
+        let settled = self.solver.settled().unwrap_or(&self.problem);
+        for (i, ((to, from), kept)) in levels.iter_mut().zip(&settled.levels).zip(&b.kept).enumerate() {
             if *kept {
                 to.copy_from(from);
+                to.damping = 0.0;
             } else {
                 (0..to.rows()).for_each(|i| to.leave_out(i));
             }

@@ -5,6 +5,7 @@
 
 mod build;
 mod capture;
+mod curvature;
 mod member;
 mod moment;
 mod ready;
@@ -12,6 +13,7 @@ mod telling;
 mod update;
 
 use robot::{Data, Model};
+use solver::Problem;
 use stdlib_tasks::task::Task;
 
 pub use build::{Built, build_tasks};
@@ -139,6 +141,14 @@ impl Evaluator {
     /// Signals that must be present for the stack to run.
     pub fn needs(&self) -> &[usize] {
         &self.needs
+    }
+
+    /// Tells the soft levels of the stack's problem how much their rows bend; see [`curvature`]. Called before the stack is
+    /// entered.
+    pub(crate) fn measure_curvature(&mut self, period: f64, problem: &mut Problem) {
+        let Evaluator { model, values, tasks, members, locked, .. } = self;
+        let (values, rates) = (&values.current[..], &values.rates[..]);
+        curvature::Stack { model, members, tasks, values, rates, locked, period }.measure(problem);
     }
 
     /// Takes over what the planners of another evaluator of the same robot decided at this tick, that of the controller:

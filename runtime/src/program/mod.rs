@@ -229,8 +229,12 @@ pub struct LevelProgram {
     pub name: String,
     /// Takes no slack: if it cannot be met, that is a fault.
     pub hard: bool,
-    /// Weight of `|v|^2` in the level's own cost; 0 leaves the level strict.
+    /// Weight of `|v|^2` in the level's own cost, whether it can be met or not; 0 for the damping that the program chooses
+    /// where it cannot.
     pub damping: f64,
+    /// The exact optimum also where the level cannot be met, without any damping.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub exact: bool,
     /// Tasks, in the order written.
     pub members: Vec<MemberProgram>,
 }

@@ -1,10 +1,10 @@
 //! A second opinion: every tick's problem is solved again by the other backend, and its answer is
-//! put to the certificate.
+//! put to the certificate: that of the problem in which damped levels ask for what they reached.
 
 use serde::Serialize;
-use solver::{HierarchicalSolver, Problem, Solution, Status, certificate};
+use solver::{HierarchicalSolver, Smooth, Solution, Status, certificate};
 
-use crate::controller::Controller;
+use crate::controller::{Controller, Stage};
 use crate::program::Program;
 use crate::simulate::{Recorder, Tick};
 
@@ -37,7 +37,9 @@ pub struct Verification {
 /// Solves every tick a second time.
 pub struct Verifier {
     /// For each stage.
-    solvers: Vec<(Box<dyn HierarchicalSolver + Send>, Solution)>,
+    solvers: Vec<(Smooth, Solution)>,
+    /// The visit to a stack that was seen last.
+    visit: Option<u64>,
     so_far: Verification,
 }
 
@@ -45,9 +47,10 @@ impl Verifier {
     /// For a run of this program.
     pub fn new(program: &Program, controller: &Controller) -> Self {
         let other = program.run.solver.other();
-        let solver = |p: &Problem| (other.solver(p), Solution::new(p));
+        let solver = |s: &Stage| (s.other_solver(program), Solution::new(s.problem()));
         Verifier {
-            solvers: controller.stages().iter().map(|s| solver(s.problem())).collect(),
+            solvers: controller.stages().iter().map(solver).collect(),
+            visit: None,
             so_far: Verification {
                 backend: other.name(),
                 ticks: 0,
@@ -72,9 +75,14 @@ impl Recorder for Verifier {
             return Ok(());
         }
         let (solver, solution) = &mut self.solvers[tick.stage];
+        let visit = Some(tick.controller.visit());
+        if std::mem::replace(&mut self.visit, visit) != visit {
+            solver.forget();
+        }
         solver.solve(tick.problem, solution);
         let v = &mut self.so_far;
-        v.max_certificate = v.max_certificate.max(certificate(tick.problem, &tick.solution.x));
+        let settled = tick.controller.stages()[tick.stage].settled();
+        v.max_certificate = v.max_certificate.max(certificate(settled, &tick.solution.x));
         if solution.status != Status::Optimal {
             v.failed += 1;
             return Ok(());

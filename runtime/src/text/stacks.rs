@@ -28,6 +28,9 @@ pub(super) fn stack(p: &Program, index: usize, stack: &StackProgram, out: &mut S
         if level.hard {
             flags.push_str("  hard");
         }
+        if level.exact {
+            flags.push_str("  damping none");
+        }
         if level.damping > 0.0 {
             let _ = write!(flags, "  damping {}", level.damping);
         }

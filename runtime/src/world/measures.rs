@@ -39,7 +39,7 @@ struct Probe {
 impl Probe {
     fn new(program: &Program, task: usize) -> Result<Probe, ProgramError> {
         let member = MemberProgram { task, weight: 1.0, idle: Vec::new() };
-        let level = LevelProgram { name: String::new(), hard: false, damping: 0.0, members: vec![member] };
+        let level = LevelProgram { name: String::new(), hard: false, damping: 0.0, exact: false, members: vec![member] };
         let own = StackProgram { name: String::new(), locked: Vec::new(), levels: vec![level] };
         // A task is built for the stack that it stands in.
         let stack = stack_of(program, task).unwrap_or(&own);

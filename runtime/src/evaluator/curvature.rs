@@ -1,0 +1,145 @@
+//! How much the rows of levels bend, for [`solver::Smooth`]: measured once, when a stack is made ready.
+//!
+//! For a row `s(q)` and two joints j and k of a chain, the second derivative `d^2 s / dq_j dq_k` is a cross product of the
+//! axis of the joint nearer to the root with what the other one does to `s`, and so is at most as large as what either of
+//! them can do to it, `min(m_j, m_k)` with `m_j = max |ds/dq_j|`. The largest coefficients are taken from the rows themselves
+//! at [`SAMPLES`] configurations within the position limits, so that this holds for every task type and expression alike:
+//! of a size, not a proof. A row with the same coefficients at all of them is linear and does not bend. Source: ours.
+
+use robot::{Data, Model};
+use solver::Problem;
+use stdlib_tasks::task::{Nature, Rows, State, Task};
+
+use super::Member;
+
+/// Configurations that are looked at.
+const SAMPLES: usize = 48;
+
+/// The share of them whose coefficients count, from the smallest: near a singular configuration of the row itself they may
+/// be as large as one likes.
+const COUNTED: f64 = 0.9;
+
+/// A coefficient that varies by less between configurations is constant.
+const CONSTANT: f64 = 1e-9;
+
+/// The shortest time tau over which a damped level counts second derivatives, in s; two periods where these are longer. A
+/// longer one is smoother, and slower to come to rest at the nearest point.
+const HORIZON: f64 = 0.04;
+
+/// Uniform numbers in 0..1: a linear congruential generator is enough to spread configurations (Knuth, MMIX).
+struct Spread(u64);
+
+impl Spread {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// What a stack's tasks are looked at with.
+pub(super) struct Stack<'a> {
+    pub model: &'a Model,
+    pub members: &'a [Member],
+    pub tasks: &'a mut [Box<dyn Task>],
+    /// Parameter values and their rates.
+    pub values: &'a [f64],
+    pub rates: &'a [f64],
+    pub locked: &'a [usize],
+    pub period: f64,
+}
+
+/// Coefficients of the rows of one task, one vector of samples for each row and variable.
+struct Coefficients {
+    seen: Vec<Vec<f64>>,
+}
+
+impl Coefficients {
+    /// The largest that counts, and whether it varies. One that was never seen is taken to be one, and to vary.
+    fn of(&mut self, at: usize) -> (f64, bool) {
+        let seen = &mut self.seen[at];
+        let Some(&first) = seen.first() else { return (1.0, true) };
+        let varies = seen.iter().any(|c| (c - first).abs() > CONSTANT * (1.0 + first.abs()));
+        seen.iter_mut().for_each(|c| *c = c.abs());
+        seen.sort_by(f64::total_cmp);
+        (seen[(COUNTED * (seen.len() - 1) as f64).round() as usize], varies)
+    }
+}
+
+impl Stack<'_> {
+    /// Tells the problem's levels how much their rows bend.
+    pub(super) fn measure(&mut self, problem: &mut Problem) {
+        let n = self.model.nv();
+        let mut curvature: Vec<Vec<f64>> = problem.levels.iter().map(|l| vec![0.0; l.rows() * n]).collect();
+        for i in 0..self.members.len() {
+            let m = &self.members[i];
+            if m.constant || m.rows.is_empty() {
+                continue;
+            }
+            let first = m.rows.start * n;
+            let level = m.level;
+            let rows = m.rows.len();
+            let mut found = self.coefficients(i);
+            for row in 0..rows {
+                let of: Vec<(f64, bool)> = (0..n).map(|j| found.of(row * n + j)).collect();
+                if !of.iter().any(|(_, varies)| *varies) {
+                    continue;
+                }
+                for j in (0..n).filter(|j| !self.locked.contains(j)) {
+                    let open = (0..n).filter(|k| !self.locked.contains(k));
+                    let sum: f64 = open.map(|k| of[j].0.min(of[k].0)).sum();
+                    curvature[level][first + row * n + j] = sum * HORIZON.max(2.0 * self.period);
+                }
+            }
+        }
+        for (level, curvature) in problem.levels.iter_mut().zip(curvature) {
+            level.set_curvature(curvature);
+        }
+    }
+
+    /// The rows of a task at the configurations. Those at which it has none are passed over.
+    fn coefficients(&mut self, task: usize) -> Coefficients {
+        let (n, m) = (self.model.nv(), &self.members[task]);
+        let rows = m.rows.len();
+        let limits = if m.nature == Nature::Limit { rows } else { 0 };
+        let mut data = Data::new(self.model);
+        let mut spread = Spread(0x5eed);
+        let mut seen = vec![Vec::with_capacity(SAMPLES); rows * n];
+        let (mut jacobian, mut lower, mut upper) = (vec![0.0; rows * n], vec![0.0; rows], vec![0.0; rows]);
+        let (mut margins, mut measures) = (vec![0.0; limits], vec![0.0; m.measures.len()]);
+        let velocity = vec![0.0; n];
+        for _ in 0..SAMPLES {
+            let q = self.model.random_configuration(&mut || spread.next());
+            self.model.forward(&q, &mut data);
+            jacobian.fill(0.0);
+            lower.fill(f64::NEG_INFINITY);
+            upper.fill(f64::INFINITY);
+            margins.fill(f64::INFINITY);
+            let mut undefined = false;
+            let mut out = Rows {
+                jacobian: &mut jacobian,
+                stride: n,
+                lower: &mut lower,
+                upper: &mut upper,
+                margins: &mut margins,
+                measures: &mut measures,
+                undefined: &mut undefined,
+                idle: &[],
+                trial: true,
+            };
+            let state = State {
+                model: self.model,
+                data: &data,
+                q: &q,
+                values: self.values,
+                rates: self.rates,
+                velocity: &velocity,
+            };
+            let fails = self.tasks[task].update(&state, &mut out).is_err() || undefined;
+            if fails || jacobian.iter().any(|a| !a.is_finite()) {
+                continue;
+            }
+            seen.iter_mut().zip(&jacobian).for_each(|(seen, a)| seen.push(*a));
+        }
+        Coefficients { seen }
+    }
+}

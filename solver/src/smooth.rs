@@ -1,0 +1,326 @@
+//! Smooth levels: exact where they can be met, damped where they cannot.
+//!
+//! The optimum of a level that cannot be met jumps with its data. Near a singular configuration, or where a bound above
+//! makes one, a direction that moves the level by 1e-6 is used at full speed, one way or the other by the sign of a
+//! gradient of that size. The linear rows promise an improvement there that the step does not bring. What the step does
+//! bring is second order: with `s_i` what remains of row `i` in the level's optimum, a step of `x` over a time T changes
+//! the cost by `T sum_i w_i s_i x^T H_i x` more than the rows say, `H_i` the second derivative of row `i`.
+//!
+//! A level that is not met is therefore solved with damping,
+//!
+//! ```text
+//! min  sum_i w_i dist(a_i x, [lower_i, upper_i])^2  +  sum_j D_j x_j^2
+//! D_j^2  =  sum_i (c_ij f_i)^2,      c_ij >= tau sum_k |H_ijk|
+//! ```
+//!
+//! among the minimisers of the levels above. The forces `f_i` are those of the optimum without damping: `w_i s_i` for the
+//! level's own rows, and the multipliers of the rows above that hold it back. `c_ij` is [`crate::Level::set_curvature`].
+//! By Gershgorin's theorem `diag(D)` bounds the second derivatives of the level's Lagrangian, so that with tau of half a
+//! period or more a step does not take back what it promises. This is the Levenberg-Marquardt step of Sugihara (2011)
+//! with a bound of the second derivative in place of a constant and the part of the error that no motion removes in place
+//! of the whole; Pfeiffer, Escande and Kheddar (2018) use the matrix itself, of the Lagrangian too. D vanishes with what
+//! remains: a level that can be met is met exactly.
+//!
+//! To the levels below a damped level passes on what its rows reached, `y_i = a_i x`, and not the point: its damping takes
+//! none of their freedom. Were these equalities, a direction that moves the level by next to nothing would belong to it
+//! down to rounding, and to the levels below beyond it, with a jump. So levels below may move row `i` by at most
+//! [`SLACK`], less where less remains; that is all by which they ever worsen it.
+//!
+//! Where the velocity is limited from tick to tick, it changes from tick to tick which rows carry the force of a level
+//! that presses against those above. What the rows above add to D therefore fades with a time of its own
+//! ([`Smooth::with_fading`]) and only rises at once. This is the one thing that is remembered; [`Smooth::forget`] ends it.
+//!
+//! A level that is met, or that nothing curved holds back, is passed on as ever. So is one with a hard level below, whose
+//! rows a damped answer might not leave room for.
+
+use crate::backend::Backend;
+use crate::problem::{Level, LevelShape, Problem};
+use crate::solution::{Active, HierarchicalSolver, LevelStatus, Solution, Status};
+
+/// How far levels below may move a row of weight one of a damped level, in the unit of the row (0.02 mm/s, 0.02 mrad/s).
+pub const SLACK: f64 = 2e-5;
+
+/// What remains of a level where they may move it half as far.
+pub const HALF: f64 = 1e-2;
+
+/// A room below this is none, in the unit of the row.
+const NARROW: f64 = 1e-12;
+
+/// A slack up to this part of a row and its bound is none, as in [`LevelStatus::Met`].
+const MET: f64 = 1e-9;
+
+/// One level and those above it, with damping.
+struct Damped {
+    /// The levels down to this one; behind its rows one for each variable.
+    problem: Problem,
+    solution: Solution,
+    solver: Box<dyn HierarchicalSolver + Send>,
+    /// D.
+    damping: Vec<f64>,
+    /// The squares of what the rows above add to it: at this solve, and with what has not faded.
+    now: Vec<f64>,
+    held: Vec<f64>,
+    /// It was damped at the last solve.
+    used: bool,
+}
+
+/// A solver of smooth hierarchies on top of one of exact hierarchies.
+pub struct Smooth {
+    exact: Box<dyn HierarchicalSolver + Send>,
+    /// For each level that may be damped.
+    damped: Vec<Option<Damped>>,
+    /// The problem with what damped levels reached in place of what they ask for.
+    settled: Problem,
+    below: Box<dyn HierarchicalSolver + Send>,
+    answer: Solution,
+    /// Which part of the damping that rows above make is left at the next solve.
+    fading: f64,
+    /// Levels were damped at the last solve.
+    used: bool,
+}
+
+impl Smooth {
+    /// A solver for problems of this shape.
+    pub fn new(problem: &Problem, backend: Backend) -> Self {
+        let last_hard = problem.levels.iter().rposition(|l| l.hard);
+        let may = |k: usize| problem.levels[k].rows() > 0 && last_hard.is_none_or(|h| k > h);
+        let damped = |k: usize| {
+            let mut shapes: Vec<LevelShape> = problem.levels[..=k].iter().map(Level::shape).collect();
+            shapes.iter_mut().for_each(|s| s.damping = 0.0);
+            shapes[k].rows += problem.n;
+            let problem = Problem::new(problem.n, &shapes);
+            let zeros = || vec![0.0; problem.n];
+            Damped {
+                damping: zeros(),
+                now: zeros(),
+                held: zeros(),
+                solution: Solution::new(&problem),
+                solver: backend.solver(&problem),
+                problem,
+                used: false,
+            }
+        };
+        Smooth {
+            exact: backend.solver(problem),
+            damped: (0..problem.levels.len()).map(|k| may(k).then(|| damped(k))).collect(),
+            below: backend.solver(problem),
+            answer: Solution::new(problem),
+            settled: problem.clone(),
+            fading: 0.0,
+            used: false,
+        }
+    }
+
+    /// Which part of the damping that rows above make is left at the next solve, 0 to 1; 0 at first.
+    pub fn with_fading(mut self, part: f64) -> Self {
+        self.fading = part.clamp(0.0, 1.0);
+        self
+    }
+
+    /// A level that is to be exact always, whether it can be met or not.
+    pub fn with_exact(mut self, level: usize) -> Self {
+        if let Some(damped) = self.damped.get_mut(level) {
+            *damped = None;
+        }
+        self
+    }
+
+    /// Forgets the damping that has not faded.
+    pub fn forget(&mut self) {
+        self.damped.iter_mut().flatten().for_each(|d| d.held.fill(0.0));
+    }
+
+    /// The problem whose exact optimum the last answer is: that which was given, with what damped levels reached in place
+    /// of what they ask for. None where nothing was damped, and the answer is the optimum of the problem itself.
+    pub fn settled(&self) -> Option<&Problem> {
+        self.used.then_some(&self.settled)
+    }
+
+    /// Whether a level was damped at the last solve.
+    pub fn is_damped(&self, level: usize) -> bool {
+        self.damped.get(level).and_then(Option::as_ref).is_some_and(|d| d.used)
+    }
+
+    /// Copies the problem, without the damping of levels that may be damped here.
+    fn copy(&mut self, problem: &Problem) {
+        self.settled.reference.copy_from_slice(&problem.reference);
+        for ((to, from), damped) in self.settled.levels.iter_mut().zip(&problem.levels).zip(&self.damped) {
+            to.copy_from(from);
+            to.damping = if damped.is_some() { 0.0 } else { from.damping };
+        }
+    }
+
+    /// The first level from `from` on that is to be damped, by an answer without its damping.
+    fn next(&self, problem: &Problem, from: usize, answer: &Solution) -> Option<usize> {
+        let wants = |&k: &usize| {
+            let curved = |k: usize| problem.levels[k].is_curved();
+            let held = || answer.blocking.iter().any(|b| b.level == k && curved(b.by_level));
+            let unmet = answer.levels[k].status == LevelStatus::Relaxed;
+            self.damped[k].is_some() && (problem.levels[k].damping > 0.0 || (unmet && (curved(k) || held())))
+        };
+        (from..problem.levels.len()).find(wants)
+    }
+}
+
+impl Damped {
+    /// Solves level `k` with damping, after the levels above as they are settled. `undamped` is the answer without. False
+    /// if there is no answer.
+    fn solve(&mut self, k: usize, problem: &Problem, settled: &Problem, undamped: &Solution, fading: f64) -> bool {
+        let asked = &problem.levels[k];
+        if asked.damping > 0.0 {
+            self.damping.fill(asked.damping);
+        } else {
+            self.bound_curvature(k, problem, undamped, fading);
+        }
+        let Some((level, above)) = self.problem.levels.split_last_mut() else { return false };
+        for (to, from) in above.iter_mut().zip(&settled.levels) {
+            to.copy_from(from);
+        }
+        level.copy_rows_from(asked);
+        for (j, &damping) in self.damping.iter().enumerate() {
+            let i = asked.rows() + j;
+            level.leave_out(i);
+            if damping > 0.0 {
+                level.row_mut(i)[j] = damping.sqrt();
+                (level.lower[i], level.upper[i]) = (0.0, 0.0);
+            }
+        }
+        self.problem.reference.copy_from_slice(&settled.reference);
+        self.solver.solve(&self.problem, &mut self.solution);
+        self.used = true;
+        self.solution.status == Status::Optimal
+    }
+
+    /// D, the bound of the second derivatives of the Lagrangian of level `k` at an answer.
+    fn bound_curvature(&mut self, k: usize, problem: &Problem, answer: &Solution, fading: f64) {
+        let add = |sums: &mut [f64], level: &Level, row: usize, force: f64| {
+            for (sum, c) in sums.iter_mut().zip(level.curvature(row)) {
+                *sum += (c * force).powi(2);
+            }
+        };
+        self.damping.fill(0.0);
+        self.now.fill(0.0);
+        let level = &problem.levels[k];
+        for (i, slack) in answer.levels[k].slack.iter().enumerate() {
+            add(&mut self.damping, level, i, level.weight[i] * slack);
+        }
+        for b in answer.blocking.iter().filter(|b| b.level == k) {
+            add(&mut self.now, &problem.levels[b.by_level], b.by_row, b.multiplier);
+        }
+        for ((sum, now), held) in self.damping.iter_mut().zip(&self.now).zip(&mut self.held) {
+            *held = now.max(*held * fading * fading);
+            *sum = (*sum + *held).sqrt();
+        }
+    }
+
+    /// Replaces what a level asks for by what its rows reached, with the room that it leaves to those below.
+    fn settle(&self, asked: &Level, level: &mut Level, slack: &[f64]) {
+        let x = &self.solution.x;
+        let square: f64 = slack.iter().zip(&asked.weight).map(|(s, w)| w * s * s).sum();
+        let remains = square.sqrt();
+        for i in 0..asked.rows() {
+            let weight = asked.weight[i];
+            let beyond = asked.slack(i, x);
+            if weight == 0.0 || (beyond == 0.0 && !asked.is_equality(i)) {
+                continue;
+            }
+            let reached = asked.row(i).iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+            let room = SLACK * remains / (remains + HALF) / weight.sqrt();
+            let room = if room > NARROW { room } else { 0.0 };
+            if asked.is_equality(i) {
+                (level.lower[i], level.upper[i]) = (reached - room, reached + room);
+            } else if beyond < 0.0 {
+                level.lower[i] = reached - room;
+            } else {
+                level.upper[i] = reached + room;
+            }
+        }
+    }
+}
+
+impl HierarchicalSolver for Smooth {
+    fn name(&self) -> &'static str {
+        self.exact.name()
+    }
+
+    fn solve(&mut self, problem: &Problem, solution: &mut Solution) {
+        self.used = false;
+        self.damped.iter_mut().flatten().for_each(|d| d.used = false);
+        if problem.levels.iter().any(|l| l.damping > 0.0) {
+            self.copy(problem);
+            self.exact.solve(&self.settled, solution);
+        } else {
+            self.exact.solve(problem, solution);
+        }
+        if solution.status != Status::Optimal {
+            return;
+        }
+        let Some(mut k) = self.next(problem, 0, solution) else { return };
+        self.copy(problem);
+        self.used = true;
+        let mut first = true;
+        loop {
+            let Smooth { damped, settled, below, answer, fading, .. } = self;
+            let undamped = if first { &*solution } else { &*answer };
+            let Some(one) = damped[k].as_mut() else { return };
+            if !one.solve(k, problem, settled, undamped, *fading) {
+                solution.status = Status::Failed { level: k };
+                return;
+            }
+            one.settle(&problem.levels[k], &mut settled.levels[k], &undamped.levels[k].slack);
+            below.solve(settled, answer);
+            if answer.status != Status::Optimal {
+                solution.status = answer.status;
+                return;
+            }
+            first = false;
+            match self.next(problem, k + 1, &self.answer) {
+                Some(next) => k = next,
+                None => break,
+            }
+        }
+        self.report(problem, solution);
+    }
+}
+
+impl Smooth {
+    /// Writes the answer into the solution, in which the exact one is: what remains of a damped level is measured against
+    /// what it asks for, and those who hold it back are those of the damped problem. Freedoms are those without damping.
+    fn report(&self, problem: &Problem, solution: &mut Solution) {
+        solution.x.copy_from_slice(&self.answer.x);
+        solution.blocking.clear();
+        for (l, level) in problem.levels.iter().enumerate() {
+            let (out, answer) = (&mut solution.levels[l], &self.answer.levels[l]);
+            let damped = self.damped[l].as_ref().filter(|d| d.used);
+            if damped.is_some() {
+                let (mut sum, mut met) = (0.0, true);
+                for i in 0..level.rows() {
+                    let slack = level.slack(i, &self.answer.x);
+                    let bound = if slack < 0.0 { level.lower[i] } else { level.upper[i] };
+                    let size: f64 = level.row(i).iter().map(|a| a * a).sum::<f64>().sqrt();
+                    let beyond = slack.abs() > MET * (size + bound.abs()) && level.weight[i] > 0.0;
+                    met &= !beyond;
+                    out.active[i] = if beyond { Active::Violated } else { answer.active[i] };
+                    out.slack[i] = slack;
+                    out.multipliers[i] = level.weight[i] * slack;
+                    sum += level.weight[i] * slack * slack;
+                }
+                out.violation = sum.sqrt();
+                out.status = if met { LevelStatus::Met } else { LevelStatus::Relaxed };
+            } else {
+                out.status = answer.status;
+                out.violation = answer.violation;
+                out.slack.copy_from_slice(&answer.slack);
+                out.active.copy_from_slice(&answer.active);
+                out.multipliers.copy_from_slice(&answer.multipliers);
+            }
+            let found = damped.map_or(&self.answer.blocking, |d| &d.solution.blocking);
+            for b in found.iter().filter(|b| b.level == l) {
+                if solution.blocking.len() < solution.blocking.capacity() {
+                    solution.blocking.push(*b);
+                }
+            }
+        }
+        solution.status = Status::Optimal;
+    }
+}
