@@ -350,4 +350,9 @@ pub trait Task: Send {
     fn speed_limits(&self, _values: &[f64]) -> Vec<(usize, f64)> {
         Vec::new()
     }
+
+    /// Accelerations that the task allows at most, as `(degree of freedom, rad/s² or m/s²)`.
+    fn acceleration_limits(&self) -> Vec<(usize, f64)> {
+        Vec::new()
+    }
 }

@@ -222,6 +222,11 @@ impl Controller {
         self.machine.is_final()
     }
 
+    /// The time from a tick to the next, in s.
+    pub fn period(&self) -> f64 {
+        self.period
+    }
+
     /// Whether the command is still going over from one stack to another.
     pub fn is_blending(&self) -> bool {
         self.stages[self.active].is_blending()

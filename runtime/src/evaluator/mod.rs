@@ -120,6 +120,15 @@ impl Evaluator {
         self.tasks.get(member).map(|t| t.sampled_loss()).unwrap_or_default()
     }
 
+    /// The least limit of each degree of freedom's acceleration, in rad/s² or m/s²; infinite if no task has one.
+    pub fn acceleration_limits(&self) -> Vec<f64> {
+        let mut limits = vec![f64::INFINITY; self.model.nv()];
+        for (dof, limit) in self.tasks.iter().flat_map(|t| t.acceleration_limits()) {
+            limits[dof] = limits[dof].min(limit);
+        }
+        limits
+    }
+
     /// The value of a parameter at the last tick.
     pub fn value(&self, at: usize) -> Option<f64> {
         self.values.current.get(at).copied()

@@ -3,6 +3,7 @@
 pub mod csv;
 pub mod expectations;
 pub mod held_back;
+pub mod joint_motion;
 pub mod roster;
 pub mod series;
 pub mod signals;

@@ -15,6 +15,7 @@ use crate::program::{Program, Subject};
 use crate::quantity::quantity;
 use crate::record::csv;
 use crate::record::held_back::HeldBackRecorder;
+use crate::record::joint_motion::JointMotionRecorder;
 use crate::record::roster::{Roster, RosterLevel};
 use crate::simulate::{Recorder, Tick};
 
@@ -93,6 +94,7 @@ pub struct SummaryRecorder {
     states: Vec<StateRecord>,
     elapsed_us: Vec<f32>,
     held_back: HeldBackRecorder,
+    joints: JointMotionRecorder,
 }
 
 impl SummaryRecorder {
@@ -126,6 +128,7 @@ impl SummaryRecorder {
             states: Vec::new(),
             elapsed_us: Vec::with_capacity(ticks),
             held_back: HeldBackRecorder::new(controller),
+            joints: JointMotionRecorder::new(controller),
         }
     }
 
@@ -204,6 +207,7 @@ impl SummaryRecorder {
             tasks,
             levels,
             held_back: self.held_back.result(),
+            joints: self.joints.result(),
             verification: None,
             tick_us: Percentiles::of(&mut self.elapsed_us),
             hints,
@@ -216,6 +220,7 @@ impl Recorder for SummaryRecorder {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
         self.ticks += 1;
         self.held_back.tick(tick)?;
+        self.joints.tick(tick)?;
         if !self.halted {
             self.elapsed_us.push((tick.elapsed * 1e6) as f32);
         }

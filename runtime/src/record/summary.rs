@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::record::expectations::ExpectationRecord;
 use crate::record::held_back::HeldBack;
+use crate::record::joint_motion::JointMotion;
 use crate::record::verify::Verification;
 
 pub use super::summarise::SummaryRecorder;
@@ -45,6 +46,8 @@ pub struct Summary {
     pub levels: Vec<LevelSummary>,
     /// Levels that gave way to limits above them, where the solver tells.
     pub held_back: Vec<HeldBack>,
+    /// How smoothly each joint moved, by name.
+    pub joints: BTreeMap<String, JointMotion>,
     /// The second solver's opinion, if it was asked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<Verification>,

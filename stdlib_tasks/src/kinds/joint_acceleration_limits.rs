@@ -103,6 +103,10 @@ impl Task for JointAccelerationLimits {
         Vec::new()
     }
 
+    fn acceleration_limits(&self) -> Vec<(usize, f64)> {
+        self.rows.clone()
+    }
+
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         for (i, (&(dof, max), last)) in self.rows.iter().zip(&mut self.last).enumerate() {
             *last = state.velocity[dof];
