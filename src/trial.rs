@@ -1,5 +1,6 @@
 //! Trials: the scenarios of specs, run and judged.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -11,6 +12,7 @@ use runtime::missions::{End, MissionSummary, Untaken, WorkerRecord};
 use runtime::program::{MissionProgram, MissionScenarioProgram, ScenarioProgram};
 use runtime::record::All;
 use runtime::record::expectations::{ExpectationRecord, is_good, records};
+use runtime::record::joint_motion::JointMotion;
 use runtime::record::summary::{FaultRecord, Summary, SummaryRecorder};
 use runtime::{Judge, Program, Simulation};
 use serde::Serialize;
@@ -35,6 +37,9 @@ pub struct Trial {
     /// Limits whose margin fell below zero, by name, where nothing else is expected.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub passed: Vec<String>,
+    /// Joints whose velocity jumped or reversed, by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub rough: BTreeMap<String, JointMotion>,
     /// What became of the mission, where one was executed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mission: Option<MissionTrial>,
@@ -176,6 +181,7 @@ pub fn run(spec: &str, program: &Program, scenario: &ScenarioProgram) -> Result<
         halted: summary.halted,
         passed: if scenario.expectations.is_empty() { passed(&summary) } else { Vec::new() },
         faults: summary.faults,
+        rough: summary.joints.into_iter().filter(|(_, j)| j.is_rough()).collect(),
         mission: None,
         expectations,
     })
@@ -198,6 +204,7 @@ pub fn run_mission(spec: &str, mission: &MissionProgram, scenario: &MissionScena
         halted: false,
         passed: Vec::new(),
         faults: Vec::new(),
+        rough: BTreeMap::new(),
         mission: Some(MissionTrial { name: mission, end, untaken, outcome, workers, layers, trouble }),
         expectations,
     })

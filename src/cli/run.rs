@@ -236,15 +236,17 @@ fn show(program: &Program, (summary, good): (&Summary, bool), folder: &Path, too
     };
     let cut = if summary.interrupted { "INTERRUPTED before its end\n" } else { "" };
     output::print(&format!(
-        "\n{}\n{}\n{}{}{}{}{}\n{cut}{mark}: {}\n{}{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\n{verified}wrote {}\n",
+        "\n{}\n{}\n{}{}{}{}{}{}\n{cut}{mark}: {}\n{}{}{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\n{verified}wrote {}\n",
         program.title,
         table::tasks(summary, &order),
         table::levels(summary),
+        table::joints(summary),
         table::held_back(summary),
         table::states(summary),
         table::answered(summary),
         table::expectations(&summary.expectations, good),
         report::verdict(summary),
+        table::rough(summary),
         table::hints(summary),
         summary.ticks,
         program.robot.period * 1e3,

@@ -1,6 +1,7 @@
 //! The table at the end of a run.
 
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use hierarq::report::roughness;
 use runtime::expect::Verdict;
 use runtime::quantity::quantity;
 use runtime::record::expectations::ExpectationRecord;
@@ -128,6 +129,44 @@ pub fn levels(summary: &Summary) -> String {
         }
     }
     format!("{table}\n")
+}
+
+/// Joints that jumped or reversed; nothing if none did.
+pub fn joints(summary: &Summary) -> String {
+    const SHOWN: usize = 12;
+    let rough = roughness::rough(&summary.joints);
+    if rough.is_empty() {
+        return String::new();
+    }
+    let mut table =
+        new_table(&["joint", "largest acceleration", "at", "reversals", "first at", "velocity jumps", "first at"]);
+    let at = |s: Option<f64>| s.map(|s| format!("{s:.2} s")).unwrap_or_default();
+    for (name, j) in rough.iter().take(SHOWN) {
+        table.add_row([
+            name.to_string(),
+            quantity(j.max_acceleration, &j.unit),
+            at(Some(j.at_s)),
+            j.reversals.to_string(),
+            at(j.first_reversal_s),
+            j.jumps.to_string(),
+            at(j.first_jump_s),
+        ]);
+    }
+    for i in 1..7 {
+        if let Some(c) = table.column_mut(i) {
+            c.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    let more = match rough.len().saturating_sub(SHOWN) {
+        0 => String::new(),
+        n => format!("and {n} more, in summary.json\n"),
+    };
+    format!("{table}\n{more}")
+}
+
+/// What to do about joints that jumped or reversed.
+pub fn rough(summary: &Summary) -> String {
+    roughness::advice(&summary.joints).map(|advice| format!("warning: {advice}\n")).unwrap_or_default()
 }
 
 /// Which limits held which level back; the ones that did so longest.

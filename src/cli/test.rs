@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
+use hierarq::report::roughness;
 use hierarq::sweep::plan::MAX_SEED;
 use hierarq::trial::{self, Trial};
 use runtime::expect::Verdict;
@@ -135,6 +136,9 @@ fn text(trials: &[Trial], broken: &[&str]) -> String {
         out.clear();
     } else {
         let _ = writeln!(out, "{}, {simulated:.0} s simulated: {verdict}", count(trials.len(), "scenario"));
+    }
+    for (t, rough) in trials.iter().filter_map(|t| Some((t, roughness::sentence(&t.rough)?))) {
+        let _ = writeln!(out, "warning: {}, {}: {rough}", t.spec, t.scenario);
     }
     for spec in broken {
         let _ = writeln!(out, "{spec}: not run, because it does not compile");

@@ -4,6 +4,7 @@
 
 mod mission;
 mod plots;
+pub mod roughness;
 mod scene;
 
 use runtime::Program;
@@ -46,6 +47,10 @@ pub fn data(program: &Program, spec: &str, (summary, good): (&Summary, bool), se
             "saturated_share": l.saturated_share, "worst_violation": l.max_violation,
         })).collect::<Vec<_>>(),
         "held_back": summary.held_back,
+        "joints": roughness::rough(&summary.joints).iter().map(|(name, j)| json!({
+            "joint": name, "unit": j.unit, "acceleration": j.max_acceleration, "at": j.at_s, "reversals": j.reversals,
+            "first_reversal": j.first_reversal_s, "jumps": j.jumps, "first_jump": j.first_jump_s,
+        })).collect::<Vec<_>>(),
         "tick_us": summary.tick_us,
         "faults": summary.faults,
         "time": series.times,
@@ -75,14 +80,15 @@ fn expected(summary: &Summary) -> String {
     }
 }
 
-/// What became of faults and limits, and what came closest to a limit.
+/// What became of faults and limits, what came closest to a limit, and joints that jumped or reversed.
 pub fn verdict(summary: &Summary) -> String {
     let answered = match summary.faults.iter().filter(|f| f.answered).count() {
         0 => String::new(),
         1 => "A fault was answered by the machine. ".to_string(),
         n => format!("{n} faults were answered by the machine. "),
     };
-    answered + &limits(summary)
+    let rough = roughness::sentence(&summary.joints).map(|text| format!(" But {text}.")).unwrap_or_default();
+    answered + &limits(summary) + &rough
 }
 
 /// What became of limits, or the fault that nothing answered.
