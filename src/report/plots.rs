@@ -29,6 +29,7 @@ pub fn all(program: &Program, series: &SeriesRecorder) -> Vec<Json> {
     errors(series, &mut plots);
     positions(program, series, &mut plots);
     velocities(program, series, &mut plots);
+    accelerations(program, series, &mut plots);
     signals(program, series, &mut plots);
     hierarchy(program, series, &mut plots);
     plots
@@ -164,6 +165,43 @@ fn velocities(program: &Program, series: &SeriesRecorder, plots: &mut Vec<Json>)
             let unit = if unit == DofUnit::Radian { "rad/s" } else { "m/s" };
             plots.push(json!({
                 "id": format!("v-{name}-{unit}"), "group": "Joint velocities", "title": name, "unit": unit, "series": lines, "limits": limits,
+            }));
+        }
+    }
+}
+
+/// The limit that the tasks of a run put on the acceleration of a degree of freedom: the largest of its stacks, infinite if one
+/// of them has none.
+fn allowed_acceleration(program: &Program) -> Vec<f64> {
+    let mut allowed = vec![0.0_f64; program.robot.model.nv()];
+    for stack in program.run_stacks() {
+        let mut own = vec![f64::INFINITY; allowed.len()];
+        let (model, values) = (&program.robot.model, &program.values.initial);
+        let built = runtime::build_tasks(model, program.robot.period, values, &program.tasks, &program.stacks[stack]);
+        for (dof, limit) in built.iter().flat_map(|b| &b.task).flat_map(|task| task.acceleration_limits()) {
+            own[dof] = own[dof].min(limit);
+        }
+        allowed.iter_mut().zip(own).for_each(|(a, x)| *a = a.max(x));
+    }
+    allowed
+}
+
+fn accelerations(program: &Program, series: &SeriesRecorder, plots: &mut Vec<Json>) {
+    let (dofs, allowed) = (&program.robot.model.dofs, allowed_acceleration(program));
+    for (name, members) in groups(program) {
+        for unit in [DofUnit::Radian, DofUnit::Metre] {
+            let of_unit: Vec<usize> = members.iter().copied().filter(|&i| dofs[i].unit == unit).collect();
+            let Some(&first) = of_unit.first() else { continue };
+            let lines: Vec<Json> = (of_unit.iter())
+                .map(|&i| json!({ "name": dofs[i].name, "y": column(&series.acceleration, i) }))
+                .collect();
+            let limit = allowed[first];
+            let same = limit.is_finite() && limit > 0.0 && of_unit.iter().all(|&i| allowed[i] == limit);
+            let limits = if same { json!([{ "name": "limit", "value": limit, "side": "upper" }]) } else { json!([]) };
+            let unit = if unit == DofUnit::Radian { "rad/s^2" } else { "m/s^2" };
+            plots.push(json!({
+                "id": format!("a-{name}-{unit}"), "group": "Joint accelerations", "title": format!("{name}, without sign"), "unit": unit,
+                "series": lines, "limits": limits,
             }));
         }
     }

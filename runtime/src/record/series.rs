@@ -21,6 +21,8 @@ pub struct SeriesRecorder {
     pub q: Vec<Vec<f64>>,
     /// Commanded velocities.
     pub command: Vec<Vec<f64>>,
+    /// Accelerations of the velocity that the hierarchy chose, without their sign: the largest of the stretch.
+    pub acceleration: Vec<Vec<f64>>,
     /// Margins: the smallest of the stretch.
     pub margins: Vec<Vec<f64>>,
     /// Errors: the largest of the stretch.
@@ -37,6 +39,9 @@ pub struct SeriesRecorder {
     pub links: Vec<LinkId>,
     /// The tasks and levels.
     pub roster: Roster,
+    period: f64,
+    /// The velocity of the tick before.
+    before: Vec<f64>,
 }
 
 impl SeriesRecorder {
@@ -47,6 +52,7 @@ impl SeriesRecorder {
             times: Vec::new(),
             q: Vec::new(),
             command: Vec::new(),
+            acceleration: Vec::new(),
             margins: Vec::new(),
             measures: Vec::new(),
             violations: Vec::new(),
@@ -55,6 +61,8 @@ impl SeriesRecorder {
             poses: Vec::new(),
             links,
             roster: Roster::new(controller),
+            period: controller.period(),
+            before: vec![0.0; controller.velocity().len()],
         }
     }
 
@@ -87,6 +95,9 @@ impl Recorder for SeriesRecorder {
             }
             self.poses.push(poses);
         }
+        let accelerations = self.before.iter().zip(tick.v).map(|(before, v)| (v - before).abs() / self.period);
+        worst(&mut self.acceleration, accelerations, first, f64::max);
+        self.before.copy_from_slice(tick.v);
         worst(&mut self.margins, self.roster.margins(tick).into_iter(), first, f64::min);
         worst(&mut self.measures, self.roster.measures(tick).into_iter(), first, f64::max);
         worst(&mut self.violations, self.roster.levels(tick, |l| l.violation).into_iter(), first, f64::max);

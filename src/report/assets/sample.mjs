@@ -34,6 +34,7 @@ function hostile() {
     states: [{ state: html, from: 0.2 }, { state: long, from: 0.6, to: null }, { state: '..', from: 0.1, to: 'x' }, null, { state: 'a' }],
     expectations: [{ label: html, text: long, verdict: html, margin: -1e-9, unit: html, at: 0.5 }, { text: 'x', verdict: 'holds', margin: 0, at: null }, {}, null],
     levels: [{ name: long, hard: true, rows: null, freedom: null, saturated_share: null, worst_violation: 1e-3 }, {}],
+    joints: [{ joint: long, unit: html, acceleration: 1e9, at: 0.5, reversals: 455, first_reversal: 0.25, jumps: 'x', first_jump: null }, { joint: html }, null],
     time: [0, 0.25, 0.25, null, 0.5, 1],
     plots: [
       { id: 'a', group: html, title: long, unit: html, series: [{ name: html, y: [1, null, 3, 4, null, 6] }, { name: long, y: [] }, {}], limits: [{ name: long, y: [0, 1, null, null, 2, 3], side: 'upper' }, { name: 'bad' }] },

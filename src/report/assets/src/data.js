@@ -56,6 +56,10 @@ function regular(raw) {
     heldBack: list(raw.held_back).map(object).map((b) => ({
       level: text(b.level), by: text(b.by_task), row: text(b.by_row), share: num(b.share), at: num(b.at_s),
     })),
+    joints: list(raw.joints).map(object).map((j) => ({
+      joint: text(j.joint), unit: text(j.unit), acceleration: num(j.acceleration), at: num(j.at),
+      reversals: num(j.reversals), firstReversal: num(j.first_reversal), jumps: num(j.jumps), firstJump: num(j.first_jump),
+    })),
     time,
     plots: list(raw.plots).map(object).map((p, i) => plot(p, i, pick)),
     scene: scene(raw.scene),

@@ -85,6 +85,22 @@ export function createLevels(data) {
     h('div', { class: 'table-wrap' }, h('table', {}, h('thead', {}, h('tr', {}, head.map(([t, c, title]) => h('th', { scope: 'col', class: c ?? '', title }, t)))), h('tbody', {}, rows))));
 }
 
+/** Joints whose velocity jumped or reversed; none if no joint did. */
+export function createJoints(data, clock, decimals) {
+  if (data.joints.length === 0) return null;
+  const at = (t) => h('td', { class: 'num' }, t === null ? '' : h('button', { type: 'button', class: 'at', title: 'Show this time', onclick: () => clock.seek(t) }, timeText(t, decimals)));
+  const rows = data.joints.map((j) => h('tr', {},
+    h('th', { scope: 'row' }, h('span', { class: 'name clamp', title: j.joint }, breakable(j.joint))),
+    h('td', { class: 'num', title: j.acceleration === null ? null : `${j.acceleration} ${j.unit}`.trim() }, glued(quantity(j.acceleration, j.unit))), at(j.at),
+    h('td', { class: 'num' }, count(j.reversals)), at(j.firstReversal),
+    h('td', { class: 'num' }, count(j.jumps)), at(j.firstJump)));
+  const head = [['Joint'], ['Acceleration', 'num', 'The largest change of its velocity from a tick to the next, over the period'], ['At', 'num'],
+    ['Reversals', 'num', 'How often it turned round and back within 0.2 s'], ['First at', 'num'],
+    ['Jumps', 'num', 'Ticks at which its velocity jumped'], ['First at', 'num']];
+  return h('section', { class: 'levels joints' }, h('h2', {}, 'Rough joints'),
+    h('div', { class: 'table-wrap' }, h('table', {}, h('thead', {}, h('tr', {}, head.map(([t, c, title]) => h('th', { scope: 'col', class: c ?? '', title }, t)))), h('tbody', {}, rows))));
+}
+
 /** Which limit held which level back; the ones that did so longest. */
 export function createHeldBack(data, clock, decimals) {
   if (data.heldBack.length === 0) return null;
