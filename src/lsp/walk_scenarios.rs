@@ -46,7 +46,8 @@ impl Walker<'_> {
             }
             ("in", _) if self.mission.is_some() => self.state_of_worker(value),
             ("in", _) => self.state_path(value),
-            ("speed", _) => match word(value) {
+            ("reversals", _) => self.joints(value),
+            ("speed" | "acceleration", _) => match word(value) {
                 Some(name) if name != MARKER && self.urdf.is_some_and(|u| !u.joints.contains_key(name)) => {
                     self.frame(value)
                 }

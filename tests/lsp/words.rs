@@ -229,6 +229,7 @@ scenario rough {
   lost { wrist { from 1 s  to 2 s } }
   expect \"inside\" always margin(limits) >= 0
   expect never speed(joint_3) > 1 rad/s
+  expect always reversals(wrist) <= 0 and acceleration(tool) < 9 m/s^2
 }
 ";
 
@@ -243,6 +244,9 @@ fn words_of_scenarios() {
         ("always mar|gin(", "margin", "smallest margin"),
         ("speed(jo|int_3", "joint_3", "revolute"),
         ("margin(li|mits)", "limits", "joint_position_limits"),
+        ("rever|sals(", "reversals", "turned round and back"),
+        ("acceler|ation(", "acceleration", "velocity that the controller chose"),
+        ("acceleration(to|ol", "tool", "link"),
     ]);
     let there = doc.at("textDocument/definition", "margin(li|mits)");
     assert_eq!(under(SCENARIO, &there["range"]), "limits", "{there}");
@@ -254,6 +258,9 @@ fn words_of_scenarios() {
         ("margin(limits) >= 0", "|", &["margin", "error", "in", "fault", "speed", "frame"], &[]),
         ("margin(limits)", "margin(|)", &["limits"], &[]),
         ("speed(joint_3)", "speed(|)", &["joint_3", "wrist"], &[]),
+        ("reversals(wrist)", "reversals(|)", &["joint_3", "wrist", "all"], &[]),
+        ("acceleration(tool)", "acceleration(|)", &["joint_3"], &[]),
+        ("margin(limits) >= 0", "|", &["acceleration", "reversals"], &[]),
         ("from 1 s  to", "|  to", &["from"], &[]),
         ("stack s\n  seed", "stack |\n  seed", &["s"], &[]),
     ]);

@@ -50,7 +50,8 @@ impl Lowering<'_> {
                 .iter()
                 .map(|f| f.name)
                 .chain(["initial", "present", "uncertainty"])
-                .chain(PRESENT.iter().copied());
+                .chain(PRESENT.iter().copied())
+                .chain(MEASURES.iter().copied());
             let names = names.chain(TRAJECTORIES.iter().map(|t| t.name));
             let mut d =
                 Diagnostic::error("HQ0201", function.span, format!("there is no function `{}`", function.value));

@@ -113,7 +113,7 @@ pub trait Scope {
 }
 
 /// The functions that expectations know, of what is measured while a scenario runs.
-pub const MEASURES: &[&str] = &["margin", "error", "in", "fault", "speed"];
+pub const MEASURES: &[&str] = &["margin", "error", "in", "fault", "speed", "acceleration", "reversals"];
 
 /// A value cannot be typed; the diagnostics say why.
 pub struct Failed;

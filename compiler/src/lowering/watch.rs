@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
+use robot::LinkId;
 use runtime::FaultKind;
 use runtime::program::{Measure, Program};
-use stdlib_tasks::dimension::{Dimension, NONE, RATE, VELOCITY};
+use stdlib_tasks::dimension::{ACCELERATION, Dimension, NONE, RATE, VELOCITY};
 use stdlib_tasks::task::Nature;
 
 use super::predicates::measure;
@@ -17,7 +18,7 @@ use crate::constants::joint_dimension;
 use crate::expr::{Axes, Frame, Graph, Kind, Meaning, Now, Scope, Start, Symbol, Typed};
 use crate::forms::path_of;
 use crate::names::{list, suggest};
-use crate::robot_binding::unknown_joint;
+use crate::robot_binding::{joints, unknown_joint};
 
 /// The scope of an expectation.
 pub(super) struct Watch<'s> {
@@ -140,19 +141,52 @@ impl Watch<'_> {
         state(machine, path, at).map(Measure::In).map_err(Some)
     }
 
+    /// The link of a name, or the tip of an arm.
+    fn link(&self, name: &str) -> Option<LinkId> {
+        let robot = self.inner.robot;
+        robot.model.link(name).or_else(|| robot.arms.iter().find(|a| a.name == name).map(|a| a.tip))
+    }
+
+    /// The diagnostic for a name that is neither a joint's nor a frame's.
+    fn neither(&self, name: &str, at: Span) -> Diagnostic {
+        let robot = self.inner.robot;
+        let frames = robot.arms.iter().map(|a| &a.name).chain(robot.model.links.iter().map(|l| &l.name));
+        let frames: Vec<&str> = frames.map(String::as_str).collect();
+        unknown_joint(&robot.model, name, at, &frames, &robot.joint_groups.locked)
+    }
+
     fn speed(&self, path: &str, at: Span) -> Result<(Measure, Dimension), Refused> {
         let model = &self.inner.robot.model;
         let dof = model.dof(path).filter(|&d| model.dofs[d].q_index.is_some());
-        let tip = || self.inner.robot.arms.iter().find(|a| a.name == path).map(|a| a.tip);
-        if let (None, Some(link)) = (dof, model.link(path).or_else(tip)) {
+        if let (None, Some(link)) = (dof, self.link(path)) {
             return Ok((Measure::PointSpeed(link), VELOCITY));
         }
-        let Some(dof) = dof else {
-            return refuse(unknown_joint(model, path, at, &[], &self.inner.robot.joint_groups.locked));
-        };
+        let Some(dof) = dof else { return refuse(self.neither(path, at)) };
         match joint_dimension(model, dof).times(RATE) {
             Some(dimension) => Ok((Measure::Speed(dof), dimension)),
             None => Err(None),
+        }
+    }
+
+    fn acceleration(&self, path: &str, at: Span) -> Result<(Measure, Dimension), Refused> {
+        let model = &self.inner.robot.model;
+        match (model.dof(path), self.link(path)) {
+            (Some(dof), _) => {
+                let dimension = joint_dimension(model, dof).times(RATE).and_then(|d| d.times(RATE)).ok_or(None)?;
+                Ok((Measure::Acceleration(dof), dimension))
+            }
+            (None, Some(link)) => Ok((Measure::PointAcceleration(link), ACCELERATION)),
+            (None, None) => refuse(self.neither(path, at)),
+        }
+    }
+
+    /// Reversals of a joint, or of all joints of a group or that fit a pattern.
+    fn reversals(&self, argument: &Value) -> Result<(Measure, Dimension), Refused> {
+        let robot = self.inner.robot;
+        let mut said = Vec::new();
+        match joints(std::slice::from_ref(argument), &robot.model, &robot.joint_groups, &mut said) {
+            Some(dofs) => Ok((Measure::Reversals(dofs), NONE)),
+            None => Err(said.pop().map(Box::new)),
         }
     }
 
@@ -167,6 +201,8 @@ impl Watch<'_> {
             "error" => "error(TASK)` or `error(TASK.PART)",
             "in" => "in(STATE)",
             "fault" => "fault(KIND)",
+            "acceleration" => "acceleration(JOINT)` or `acceleration(FRAME)",
+            "reversals" => "reversals(JOINT)` or `reversals(GROUP)",
             _ => "speed(JOINT)` or `speed(FRAME)",
         };
         let [argument] = args else {
@@ -187,6 +223,8 @@ impl Watch<'_> {
             "error" => self.error(&path, at).map(scalar),
             "in" => self.state(&path, at).map(truth),
             "speed" => self.speed(&path, at).map(scalar),
+            "acceleration" => self.acceleration(&path, at).map(scalar),
+            "reversals" => self.reversals(argument).map(scalar),
             _ if path == "any" => Ok(truth(Measure::Fault(None))),
             _ => match FaultKind::ALL.into_iter().find(|k| k.word() == path) {
                 Some(kind) => Ok(truth(Measure::Fault(Some(kind)))),

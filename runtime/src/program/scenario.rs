@@ -250,6 +250,13 @@ pub enum Measure {
     Speed(usize),
     /// How fast the origin of a link moved in the world since the tick before, in m/s; never negative.
     PointSpeed(LinkId),
+    /// By how much the velocity that the hierarchy chose for a degree of freedom differs from that of the tick before, over
+    /// the period, in rad/s² or m/s²; never negative.
+    Acceleration(usize),
+    /// The same of the velocity that these velocities give the origin of a link in the world, in m/s²; never negative.
+    PointAcceleration(LinkId),
+    /// How often these degrees of freedom have reversed so far, all together.
+    Reversals(Vec<usize>),
 }
 
 impl Measure {
@@ -257,7 +264,13 @@ impl Measure {
     pub fn task(&self) -> Option<usize> {
         match self {
             Measure::Margin(task) | Measure::Error { task, .. } => Some(*task),
-            Measure::In(_) | Measure::Fault(_) | Measure::Speed(_) | Measure::PointSpeed(_) => None,
+            Measure::In(_)
+            | Measure::Fault(_)
+            | Measure::Speed(_)
+            | Measure::PointSpeed(_)
+            | Measure::Acceleration(_)
+            | Measure::PointAcceleration(_)
+            | Measure::Reversals(_) => None,
         }
     }
 }

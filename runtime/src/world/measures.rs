@@ -5,6 +5,7 @@
 
 use crate::evaluator::{Evaluator, Moment};
 use crate::program::{LevelProgram, Measure, MemberProgram, Program, ProgramError, StackProgram, Times};
+use crate::record::joint_motion::Reversals;
 use crate::record::summary::MARGIN_TOLERANCE;
 use crate::simulate::Tick;
 use nalgebra::Vector3;
@@ -105,6 +106,42 @@ pub(super) struct Measures {
     data: Data,
     /// For each measure where its link was at the tick before.
     places: Vec<Option<Vector3<f64>>>,
+    chosen: Chosen,
+}
+
+/// The velocities that the hierarchy chooses, whatever becomes of them: how they change, and how often joints reverse. The
+/// robot stands before the first tick.
+struct Chosen {
+    period: f64,
+    /// The velocity of the tick before.
+    before: Vec<f64>,
+    /// For each measure the velocity of its link at the tick before.
+    links: Vec<Vector3<f64>>,
+    /// For each degree of freedom.
+    reversals: Vec<Reversals>,
+}
+
+impl Chosen {
+    fn new(program: &Program, measures: usize) -> Chosen {
+        let dofs = &program.robot.model.dofs;
+        Chosen {
+            period: program.robot.period,
+            before: vec![0.0; dofs.len()],
+            links: vec![Vector3::zeros(); measures],
+            reversals: dofs.iter().map(|d| Reversals::new(d.velocity)).collect(),
+        }
+    }
+
+    /// The acceleration of a degree of freedom.
+    fn acceleration(&self, dof: usize, v: &[f64]) -> f64 {
+        (v[dof] - self.before[dof]).abs() / self.period
+    }
+
+    /// The acceleration of a link whose velocity is this one now, for the measure of this place.
+    fn acceleration_of_link(&mut self, place: usize, velocity: Vector3<f64>) -> f64 {
+        let before = std::mem::replace(&mut self.links[place], velocity);
+        (velocity - before).norm() / self.period
+    }
 }
 
 impl Measures {
@@ -123,6 +160,7 @@ impl Measures {
             last: vec![0.0; program.robot.model.nv()],
             data: Data::new(&program.robot.model),
             places: vec![None; list.len()],
+            chosen: Chosen::new(program, list.len()),
         })
     }
 
@@ -138,11 +176,14 @@ impl Measures {
             model.difference(q, tick.q, &mut self.way);
             elapsed = tick.time - time;
         }
-        if self.list.iter().any(|m| matches!(m, Measure::PointSpeed(_))) {
+        let chosen = &mut self.chosen;
+        chosen.reversals.iter_mut().zip(tick.v).for_each(|(r, v)| r.tick(*v, tick.time));
+        if self.list.iter().any(|m| matches!(m, Measure::PointSpeed(_) | Measure::PointAcceleration(_))) {
             model.forward(tick.q, &mut self.data);
         }
         let truth = |yes: bool| if yes { 1.0 } else { -1.0 };
-        for (((x, measure), probe), place) in out.iter_mut().zip(&self.list).zip(&self.probe_of).zip(&mut self.places) {
+        let measures = out.iter_mut().zip(&self.list).zip(&self.probe_of).zip(&mut self.places);
+        for (i, (((x, measure), probe), place)) in measures.enumerate() {
             let probe = probe.and_then(|i| self.probes.get(i));
             *x = match measure {
                 Measure::Margin(_) => probe.map_or(f64::NAN, Probe::margin),
@@ -157,8 +198,15 @@ impl Measures {
                     let way = place.replace(now).map_or(0.0, |before| (now - before).norm());
                     if elapsed > 0.0 { way / elapsed } else { 0.0 }
                 }
+                Measure::Acceleration(dof) => chosen.acceleration(*dof, tick.v),
+                Measure::PointAcceleration(link) => {
+                    let velocity = self.data.point_velocity(model, *link, self.data.position(*link), tick.v);
+                    chosen.acceleration_of_link(i, velocity)
+                }
+                Measure::Reversals(dofs) => dofs.iter().map(|d| chosen.reversals[*d].count() as f64).sum(),
             };
         }
+        chosen.before.copy_from_slice(tick.v);
         match &mut self.before {
             Some((q, time)) => {
                 q.copy_from_slice(tick.q);
