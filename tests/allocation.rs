@@ -5,7 +5,8 @@
 mod allocations;
 mod common;
 
-use runtime::{Controller, Observation, SimulatedRobot};
+use runtime::record::joint_motion::JointMotionRecorder;
+use runtime::{Controller, Observation, Recorder, SimulatedRobot, Simulation, Tick};
 
 // One test only: another one beside it would be counted too.
 #[test]
@@ -16,6 +17,7 @@ fn a_tick_allocates_nothing() {
     people();
     fields();
     planners();
+    recorders();
     for name in common::EXAMPLES {
         let program = common::program(&format!("{name}.hq"));
         let mut controller = Controller::new(&program).expect("it can be executed");
@@ -31,6 +33,24 @@ fn a_tick_allocates_nothing() {
             robot.apply(&velocity);
         }
     }
+}
+
+/// What is measured of each joint while a run goes on.
+fn recorders() {
+    struct Counted(JointMotionRecorder);
+    impl Recorder for Counted {
+        fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+            let before = allocations::so_far();
+            let done = self.0.tick(tick);
+            assert_eq!(allocations::so_far(), before, "joints at tick {}", tick.index);
+            done
+        }
+    }
+    let program = common::program("trajectories.hq");
+    let mut simulation = Simulation::new(&program).expect("it can be executed");
+    let mut counted = Counted(JointMotionRecorder::new(simulation.controller()));
+    simulation.run(&mut counted, &mut || 0.0, &mut |tick| tick < 3000).expect("no recorder fails");
+    assert!(counted.0.result().values().any(|j| j.max_acceleration > 0.0));
 }
 
 /// Points of a person that come, move, are lost and held, and come again.
