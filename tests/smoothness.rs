@@ -75,7 +75,7 @@ fn a_joint_that_swings_is_told_by_the_command_and_by_its_files() {
     let report = std::fs::read_to_string(out.join("report.html")).expect("written");
     assert!(report.contains(verdict));
     // Nor does it fail a test that does not speak of it.
-    std::fs::write(&spec, format!("{wave}{EMPTY}\n")).expect("writable");
+    std::fs::write(spec, format!("{wave}{EMPTY}\n")).expect("writable");
     let tested = hierarq(&["test", spec]);
     let said = text(&tested.stdout);
     assert!(tested.status.success() && said.contains(", s: `joint_2` reversed 38 times (first at 0.10 s)"), "{said}");
