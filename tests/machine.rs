@@ -11,6 +11,8 @@ mod faults;
 mod host;
 #[path = "machine/interpreter.rs"]
 mod interpreter;
+#[path = "machine/letting_go.rs"]
+mod letting_go;
 #[path = "machine/semantics.rs"]
 mod semantics;
 #[path = "machine/sensors.rs"]

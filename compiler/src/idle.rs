@@ -116,6 +116,7 @@ impl<'a> View<'a> {
             values: &self.program.values.initial,
             rates: &self.rates,
             velocity: &self.velocity,
+            stack_velocity: &self.velocity,
         };
         let mut rows = Rows {
             jacobian: &mut self.jacobian,

@@ -189,7 +189,7 @@ impl Start {
 }
 
 fn moment<'a>(signals: &'a [f64], velocity: &'a [f64]) -> Moment<'a> {
-    Moment { times: Times::default(), signals, velocity }
+    Moment { times: Times::default(), signals, velocity, stack_velocity: velocity }
 }
 
 /// A repeatable generator of numbers in 0..1.

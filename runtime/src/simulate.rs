@@ -80,6 +80,8 @@ struct Truth {
     visit: Option<u64>,
     /// The command of the tick before.
     last: Vec<f64>,
+    /// The velocity of the controller's stack at the tick before.
+    stack_velocity: Vec<f64>,
 }
 
 /// A run in progress.
@@ -102,16 +104,24 @@ impl Truth {
     ) -> &Evaluator {
         let (evaluator, problem) = &mut self.stages[controller.stage()];
         let times = Times { t: time - controller.stage_entered(), time };
-        let moment = Moment { times, signals, velocity: &self.last };
+        let anew = self.visit != Some(controller.visit());
+        if anew {
+            self.stack_velocity.copy_from_slice(&self.last);
+        }
+        let moment = Moment { times, signals, velocity: &self.last, stack_velocity: &self.stack_velocity };
         evaluator.follow(controller.evaluator());
-        if self.visit != Some(controller.visit()) {
+        if anew {
             self.visit = Some(controller.visit());
             evaluator.enter(q, moment);
+            if controller.is_blending() {
+                evaluator.hand_over();
+            }
         }
         // A fault of the monitors alone is not the controller's: its last good numbers stand.
         let _ = evaluator.update(q, moment, problem);
         evaluator.observe(q, velocity);
         self.last.copy_from_slice(velocity);
+        self.stack_velocity.copy_from_slice(controller.stack_velocity());
         evaluator
     }
 }
@@ -143,6 +153,7 @@ impl Simulation {
                 stages: closed.controller.stages().iter().map(|s| s.again(program)).collect::<Result<_, _>>()?,
                 visit: None,
                 last: vec![0.0; program.robot.model.nv()],
+                stack_velocity: vec![0.0; program.robot.model.nv()],
             })
         };
         let ticks = (program.run.duration / program.robot.period).round() as usize;

@@ -120,12 +120,14 @@ impl Loop {
         let mut q = self.robot.q().to_vec();
         let mut reference = q.clone();
         let mut velocity = self.controller.velocity().to_vec();
+        let mut stack_velocity = velocity.clone();
         for index in 0..ticks {
             let time = index as f64 * self.period;
             let times = At { t: time, time };
             let signals = self.controller.signal_table().to_vec();
             velocity.copy_from_slice(self.controller.velocity());
-            let at = Moment { times, signals: &signals, velocity: &velocity };
+            stack_velocity.copy_from_slice(self.controller.stack_velocity());
+            let at = Moment { times, signals: &signals, velocity: &velocity, stack_velocity: &stack_velocity };
             q.copy_from_slice(self.robot.measure());
             // The rows of a tick are those at the reference; the first tick takes it from the robot.
             if index == 0 {

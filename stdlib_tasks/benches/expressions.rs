@@ -66,8 +66,15 @@ fn value_and_row_50_operations(bencher: Bencher) {
     let mut evaluation = Evaluation::new(&e, &model);
     let mut row = vec![0.0; model.nv()];
     bencher.bench_local(|| {
-        let state =
-            State { model: &model, data: &data, q: &q, values: black_box(&values), rates: &rates, velocity: &[0.0; 7] };
+        let state = State {
+            model: &model,
+            data: &data,
+            q: &q,
+            values: black_box(&values),
+            rates: &rates,
+            velocity: &[0.0; 7],
+            stack_velocity: &[0.0; 7],
+        };
         row.fill(0.0);
         let found = evaluation.forward(&state).is_ok();
         let still = evaluation.add_row(&state, &[1.0], black_box(&mut row));

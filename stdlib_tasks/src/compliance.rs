@@ -16,6 +16,13 @@
 //! which is thesis (4.44) divided by `m/T + d`: each row is in m/s or rad/s, so that a level that cannot meet all of its rows
 //! weighs errors of velocities, as for every other target, and not forces.
 //!
+//! The body's velocity. `v_prev` is `J v_stack`, with the velocity that the stack's hierarchy returned at the last tick. It
+//! contains the cuts by limits and by more important levels, so that nothing winds up. It does not contain the offset by
+//! which a blend moves the reference: fed back, the offset of each tick would count as a velocity of the body, and add up.
+//! At the tick at which the stack is entered `v_stack` is the velocity that the reference moved with. If the stack is
+//! entered with a blend, the law acts from the second tick on: the first one asks for `v_prev`, so that the offset of the
+//! blend, which is measured then, contains no acceleration of the body.
+//!
 //! Stability. At a target that stands still, with x the displacement, a tick is
 //!
 //! ```text
@@ -113,7 +120,7 @@ pub struct Axis {
 /// What moves an axis at a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
-    /// The velocity since the last tick, m/s or rad/s.
+    /// The velocity of the body at the last tick, m/s or rad/s.
     pub before: f64,
     /// The target's velocity.
     pub velocity: f64,
@@ -162,6 +169,8 @@ pub struct Body {
     damping: [Input<3>; 2],
     stiffness: Option<[Input<3>; 2]>,
     wrench: [Term; 2],
+    /// The next update asks for the velocity that is taken over, without the acceleration of a period.
+    handing_over: bool,
 }
 
 impl Body {
@@ -186,6 +195,7 @@ impl Body {
             damping: [damping.linear, damping.angular],
             stiffness: stiffness.map(|k| [k.linear, k.angular]),
             wrench: [wrench.force, wrench.moment].map(|w| Term::new(&w, ctx.model)),
+            handing_over: false,
         };
         for (part, (name, dimension)) in PARTS.into_iter().enumerate() {
             for (axis, letter) in body.axes(part, ctx.values).iter().zip(["x", "y", "z"]) {
@@ -216,6 +226,12 @@ impl Body {
     /// Forgets the past.
     pub fn enter(&mut self) {
         self.wrench.iter_mut().for_each(Term::forget);
+        self.handing_over = false;
+    }
+
+    /// Lets the next update ask for the velocity that the frame has.
+    pub fn hand_over(&mut self) {
+        self.handing_over = true;
     }
 
     fn axes(&self, part: usize, values: &[f64]) -> [Axis; 3] {
@@ -242,13 +258,13 @@ impl Body {
                     state.data.add_angular(state.model, self.link, direction, row);
                 }
                 let drive = Drive {
-                    before: row.iter().zip(state.velocity).map(|(j, v)| j * v).sum(),
+                    before: row.iter().zip(state.stack_velocity).map(|(j, v)| j * v).sum(),
                     velocity: target.velocity[part][k],
                     change: target.change[part][k],
                     error: target.error[part][k],
                     force: wrench[k],
                 };
-                let velocity = axis.velocity(self.period, &drive);
+                let velocity = if self.handing_over { drive.before } else { axis.velocity(self.period, &drive) };
                 if !velocity.is_finite() {
                     return Err(TaskFault::NotFinite { row: i });
                 }
@@ -258,6 +274,7 @@ impl Body {
                 rows.equal(i, velocity);
             }
         }
+        self.handing_over &= rows.trial;
         Ok(())
     }
 }

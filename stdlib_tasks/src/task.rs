@@ -207,6 +207,9 @@ pub struct State<'a> {
     pub rates: &'a [f64],
     /// The velocity that the reference moved with since the last tick, `nv` numbers; zero at the beginning.
     pub velocity: &'a [f64],
+    /// The velocity that the hierarchy of the stack returned at the last tick, `nv` numbers. It differs from `velocity`
+    /// during a blend alone, and equals `velocity` at the tick at which the stack is entered.
+    pub stack_velocity: &'a [f64],
 }
 
 /// Where a task writes: its rows of `lower <= J v <= upper`, and what monitors and plots read.
@@ -287,6 +290,11 @@ pub trait Task: Send {
 
     /// Called once when a stack that holds the task becomes active.
     fn enter(&mut self, _state: &State) {}
+
+    /// Called after [`Task::enter`] where the velocity blends over from that of another stack. A task that integrates
+    /// accelerations asks at its next update for the velocity that it takes over: the offset of the blend is measured at
+    /// that tick, and must not contain the acceleration of a period.
+    fn hand_over(&mut self) {}
 
     /// Whether the task asks for something that it took from the robot when its stack was entered, beside its parameters.
     fn remembers_entry(&self) -> bool {

@@ -13,6 +13,10 @@ task reach = frame_position(tool) { position initial(position) + [0.1, 0.2, -0.1
 task up = frame_position(tool) { position [0.2, -0.3, 0.9] m  gain 2 /s }
 task turn = joint_velocity { velocity { joint_1 0.8 rad/s } }
 task level_tool = frame_orientation(tool) { orientation initial(orientation)  gain 5 /s }
+task lead = hand_guiding(tool) {
+  mass { linear 8 kg  angular 2 kg m^2 }  damping { linear 60 N s/m  angular 15 N m s }
+  wrench { force [0, 6, 0] N * sin(2*pi*t/(1 s)) }
+}
 task floor = virtual_wall { points arms  through [[0, 0, 0], [1, 0, 0], [0, 1, 0]]  d_min 0.25 m  gain 5 /s }
 task side = virtual_wall { points arms  through [[0, 0.25, 0], [1, 0.25, 0], [0, 0.25, 1]]  d_min 0.02 m  gain 5 /s }
 ";
@@ -27,7 +31,7 @@ const ROBOT: &str = "robot wide from arm {
 }
 ";
 
-const MOTIONS: [&str; 5] = ["wave", "reach", "up", "turn", "level_tool"];
+const MOTIONS: [&str; 6] = ["wave", "reach", "up", "turn", "level_tool", "lead"];
 
 /// A stack of the parts.
 #[derive(Clone, Debug)]

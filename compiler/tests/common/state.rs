@@ -109,7 +109,15 @@ impl Bench<'_> {
         model.forward(q, &mut data);
         let (values, rates) = self.tables(t);
         let velocity = vec![0.0; model.nv()];
-        let state = State { model, data: &data, q, values: &values, rates: &rates, velocity: &velocity };
+        let state = State {
+            model,
+            data: &data,
+            q,
+            values: &values,
+            rates: &rates,
+            velocity: &velocity,
+            stack_velocity: &velocity,
+        };
         let (n, nv) = (task.rows().len(), model.nv());
         let stride = nv + 3;
         let mut jacobian = vec![0.0; n * stride];
@@ -143,7 +151,15 @@ impl Bench<'_> {
         let (values, rates) = self.tables(t);
         let mut out = vec![0.0; len];
         let velocity = vec![0.0; model.nv()];
-        let state = State { model, data: &data, q, values: &values, rates: &rates, velocity: &velocity };
+        let state = State {
+            model,
+            data: &data,
+            q,
+            values: &values,
+            rates: &rates,
+            velocity: &velocity,
+            stack_velocity: &velocity,
+        };
         assert!(task.actual("value", &state, &mut out));
         out
     }

@@ -241,8 +241,9 @@ impl Machine {
             return;
         }
         g.values.evaluate(Times { t: time - entered[state], time }, moment.signals);
-        let now =
-            TaskState { model, data, q, values: &g.values.current, rates: &g.values.rates, velocity: moment.velocity };
+        let ValueTable { current, rates, .. } = &g.values;
+        let Moment { velocity, stack_velocity, .. } = moment;
+        let now = TaskState { model, data, q, values: current, rates, velocity, stack_velocity };
         for (condition, since) in &mut g.conditions {
             let Some(condition) = condition else { continue };
             let holds = condition.forward(&now).is_ok() && condition.value(0) > 0.0;

@@ -75,6 +75,8 @@ pub struct Controller {
     tracking: Vec<f64>,
     /// The velocity that the reference moved with at the last tick.
     velocity: Vec<f64>,
+    /// The velocity that the stack's hierarchy returned at the last tick; see [`Controller::stack_velocity`].
+    stack_velocity: Vec<f64>,
     command: Vec<f64>,
     /// When the first tick was, in s.
     started: Option<f64>,
@@ -160,6 +162,7 @@ impl Controller {
             reference: vec![0.0; nq],
             tracking: vec![0.0; nv],
             velocity: vec![0.0; nv],
+            stack_velocity: vec![0.0; nv],
             command: vec![0.0; nv],
             started: None,
             last: 0.0,
@@ -280,6 +283,13 @@ impl Controller {
     /// The velocity that the reference moved with at the last tick.
     pub fn velocity(&self) -> &[f64] {
         &self.velocity
+    }
+
+    /// The velocity that the hierarchy of the running stack returned at the last tick. It differs from
+    /// [`Controller::velocity`] during a blend, and is zero where a fault lets the robot stand. Tasks that integrate
+    /// accelerations go on from it: the offset of a blend is no acceleration of theirs.
+    pub fn stack_velocity(&self) -> &[f64] {
+        &self.stack_velocity
     }
 
     /// Name of the solver that finds the velocities.

@@ -121,7 +121,8 @@ impl Assigned {
             model.forward(now.q, data);
         }
         let ValueTable { current, rates, .. } = values;
-        let at = State { model, data, q: now.q, values: current, rates, velocity: now.velocity };
+        let velocity = now.velocity;
+        let at = State { model, data, q: now.q, values: current, rates, velocity, stack_velocity: velocity };
         if expression.forward(&at).is_ok() {
             numbers.iter_mut().enumerate().for_each(|(i, x)| *x = expression.value(i));
         }

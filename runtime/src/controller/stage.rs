@@ -208,6 +208,9 @@ impl Stage {
     pub(super) fn enter(&mut self, q: &[f64], moment: Moment, blend: f64, common: usize) {
         self.evaluator.enter(q, moment);
         self.solver.forget();
+        if blend > 0.0 {
+            self.evaluator.hand_over();
+        }
         self.ticks = 0;
         self.blend.duration = blend;
         for (i, (kept, level)) in self.blend.kept.iter_mut().zip(&self.problem.levels).enumerate() {

@@ -55,8 +55,12 @@ impl Controller {
                 }
             },
             None if !first => {
-                let moment =
-                    Moment { times: Times { t: 0.0, time }, signals: self.signals.table(), velocity: &self.velocity };
+                let moment = Moment {
+                    times: Times { t: 0.0, time },
+                    signals: self.signals.table(),
+                    velocity: &self.velocity,
+                    stack_velocity: &self.stack_velocity,
+                };
                 let stage = &self.stages[self.active];
                 if let Some(change) = self.machine.step(o.q, self.signals.events(), moment, stage) {
                     self.enter(change);
@@ -135,7 +139,15 @@ impl Controller {
             return Err(Fault::Tracking { dof });
         }
         let times = Times { t: time - self.machine.stack_entered(), time };
-        let moment = Moment { times, signals: self.signals.table(), velocity: &self.velocity };
+        if self.entering.is_some() {
+            self.stack_velocity.copy_from_slice(&self.velocity);
+        }
+        let moment = Moment {
+            times,
+            signals: self.signals.table(),
+            velocity: &self.velocity,
+            stack_velocity: &self.stack_velocity,
+        };
         if let Some(blend) = self.entering.take() {
             let common = self.moving.map_or(0, |from| self.common[from][self.active]);
             stage.enter(&self.reference, moment, blend, common);
@@ -143,6 +155,7 @@ impl Controller {
         self.moving = Some(self.active);
         stage.solve(&self.reference, moment)?;
         self.velocity.copy_from_slice(stage.velocity());
+        self.stack_velocity.copy_from_slice(&stage.solution.x);
         stage.evaluator.observe(&self.reference, &self.velocity);
         for (signal, value) in stage.evaluator.told(&self.velocity) {
             if !self.signals.assign(signal, &[value]) {
@@ -163,6 +176,7 @@ impl Controller {
     pub(super) fn stand(&mut self) {
         self.command.fill(0.0);
         self.velocity.fill(0.0);
+        self.stack_velocity.fill(0.0);
         self.moving = None;
         // Margins and errors of velocities are those of a robot that stands.
         self.stages[self.active].evaluator.observe(&self.reference, &self.command);

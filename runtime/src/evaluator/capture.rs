@@ -58,17 +58,24 @@ impl Evaluator {
         self.kinematics(q, moment);
         let Evaluator { model, data, values, tasks, .. } = self;
         let ValueTable { current, rates, .. } = values;
-        let state = State { model, data, q, values: current, rates, velocity: moment.velocity };
+        let Moment { velocity, stack_velocity, .. } = moment;
+        let state = State { model, data, q, values: current, rates, velocity, stack_velocity };
         for task in tasks {
             task.enter(&state);
         }
+    }
+
+    /// Tells the tasks that the velocity blends over from that of another stack.
+    pub fn hand_over(&mut self) {
+        self.tasks.iter_mut().for_each(|task| task.hand_over());
     }
 
     /// Captures all values at the configuration whose kinematics are known. What has no value becomes NaN.
     fn capture(&mut self, q: &[f64], moment: Moment) {
         let Evaluator { model, data, values, captures, tasks, .. } = self;
         let ValueTable { current, rates, inputs, .. } = values;
-        let state = State { model, data, q, values: current, rates, velocity: moment.velocity };
+        let Moment { velocity, stack_velocity, .. } = moment;
+        let state = State { model, data, q, values: current, rates, velocity, stack_velocity };
         for capture in captures {
             let out = &mut inputs[capture.inputs.clone()];
             match &mut capture.source {
@@ -98,7 +105,8 @@ impl Evaluator {
                 beside.copy_from_slice(q);
                 model.integrate(beside, moment.velocity, h);
                 model.forward(beside, data);
-                let state = State { model, data, q: beside, values: current, rates, velocity: moment.velocity };
+                let Moment { velocity, stack_velocity, .. } = moment;
+                let state = State { model, data, q: beside, values: current, rates, velocity, stack_velocity };
                 tasks[*member].actual(name, &state, &mut numbers[..*width]);
             }
             let [before, after] = &sides;

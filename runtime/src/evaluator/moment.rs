@@ -11,6 +11,8 @@ pub struct Moment<'a> {
     pub signals: &'a [f64],
     /// The velocity that the reference moved with since the last tick, `nv` numbers.
     pub velocity: &'a [f64],
+    /// The velocity that the stack's hierarchy returned then; see [`stdlib_tasks::task::State::stack_velocity`].
+    pub stack_velocity: &'a [f64],
 }
 
 /// A robot that stands, no signal, and variables as they are at the start: a moment for those who look at a stack without running it.
@@ -28,6 +30,6 @@ impl Rest {
 
     /// The moment at which the clocks show these times.
     pub fn at(&self, times: Times) -> Moment<'_> {
-        Moment { times, signals: &self.signals, velocity: &self.velocity }
+        Moment { times, signals: &self.signals, velocity: &self.velocity, stack_velocity: &self.velocity }
     }
 }

@@ -37,7 +37,8 @@ impl Evaluator {
         }
         let Evaluator { model, data, values, planners, tasks, members, .. } = self;
         let ValueTable { current, rates, .. } = values;
-        let now = Now { model, data, q, velocity: moment.velocity };
+        let Moment { velocity, stack_velocity, .. } = moment;
+        let now = Now { model, data, q, velocity, stack_velocity };
         for p in planners.iter_mut().filter(|p| members[p.task].level == level) {
             p.values.check(moment.signals)?;
             p.see(tasks[p.task].as_mut(), &now, (current, rates))?;
@@ -100,7 +101,8 @@ impl Evaluator {
         let Evaluator { model, data, values, tasks, coasting, margins, measures, undefined, .. } = self;
         let ValueTable { current, rates, .. } = values;
         let (m, task) = (&self.members[i], &mut tasks[i]);
-        let state = State { model, data, q, values: current, rates, velocity: moment.velocity };
+        let Moment { velocity, stack_velocity, .. } = moment;
+        let state = State { model, data, q, values: current, rates, velocity, stack_velocity };
         let level = &mut problem.levels[m.level];
         let stride = level.stride();
         let (jacobian, lower, upper) = if m.constant {
@@ -162,7 +164,7 @@ impl Evaluator {
     pub fn observe(&mut self, q: &[f64], v: &[f64]) {
         let Evaluator { model, data, values, tasks, members, margins, measures, telling, .. } = self;
         let ValueTable { current, rates, .. } = values;
-        let state = State { model, data, q, values: current, rates, velocity: v };
+        let state = State { model, data, q, values: current, rates, velocity: v, stack_velocity: v };
         for (task, m) in tasks.iter().zip(members.iter()) {
             task.observe(&state, v, &mut margins[m.margins.clone()], &mut measures[m.measures.clone()]);
         }

@@ -138,6 +138,7 @@ pub(crate) struct Now<'a> {
     pub data: &'a Data,
     pub q: &'a [f64],
     pub velocity: &'a [f64],
+    pub stack_velocity: &'a [f64],
 }
 
 fn quaternion(q: &[f64]) -> Quaternion<f64> {
@@ -203,9 +204,9 @@ impl Planning {
             TaskFault::Gain { .. } => Fault::Gain { member },
             TaskFault::Crossed { row } => Fault::Crossed { member, row },
         };
-        let Now { model, data, q, velocity } = *now;
+        let Now { model, data, q, velocity, stack_velocity } = *now;
         let p = &mut self.probe;
-        let moving = State { model, data, q, values: current, rates, velocity };
+        let moving = State { model, data, q, values: current, rates, velocity, stack_velocity };
         p.ask(task, &moving).map_err(failed)?;
         p.eta.copy_from_slice(&p.lower);
         let still = std::mem::take(&mut p.still);
@@ -296,6 +297,7 @@ impl Planning {
                         values: current,
                         rates,
                         velocity: now.velocity,
+                        stack_velocity: now.stack_velocity,
                     };
                     e.forward(&state).ok()?;
                     Vector3::new(e.value(0), e.value(1), e.value(2))

@@ -97,7 +97,8 @@ pub fn deviates(model: &Model, home: &[f64], values: &[f64], task: &mut dyn Task
             Some(k) => rates[slot.at + k] = 1.0,
             None => {}
         }
-        let state = State { model, data: &data, q: home, values: &values, rates: &rates, velocity: &velocity };
+        let (velocity, stack_velocity) = (&velocity, &velocity);
+        let state = State { model, data: &data, q: home, values: &values, rates: &rates, velocity, stack_velocity };
         probe.ask(task, &state).ok().map(|()| probe.lower.clone())
     };
     let still = ask(None)?;

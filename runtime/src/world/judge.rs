@@ -71,7 +71,8 @@ impl Recorder for Judge {
         table[layout.signal(0)..layout.measure(0)].copy_from_slice(tick.signals);
         measures.tick(tick, &mut table[layout.measure(0)..]);
         model.forward(tick.q, data);
-        let state = State { model, data, q: tick.q, values: table, rates, velocity: tick.command };
+        let velocity = tick.command;
+        let state = State { model, data, q: tick.q, values: table, rates, velocity, stack_velocity: velocity };
         for ((value, unit), out) in predicates.iter_mut().zip(row.iter_mut()) {
             let number = if value.forward(&state).is_ok() { value.value(0) } else { f64::NAN };
             *out = match unit {

@@ -49,8 +49,8 @@ impl Probe {
         Ok(Probe { task, evaluator, problem, bound, visit: None, known: false })
     }
 
-    /// `last` is the command of the tick before.
-    fn tick(&mut self, tick: &Tick, last: &[f64]) {
+    /// `last` is the command of the tick before, `stack_velocity` the velocity of the stack that ran then.
+    fn tick(&mut self, tick: &Tick, last: &[f64], stack_velocity: &[f64]) {
         let c = tick.controller;
         let runs = c.evaluator().members().iter().any(|m| m.program_index == self.task);
         self.known = runs || !self.bound;
@@ -58,14 +58,18 @@ impl Probe {
             return;
         }
         let times = Times { t: tick.time - c.stage_entered(), time: tick.time };
-        let moment = Moment { times, signals: tick.signals, velocity: last };
+        let anew = if runs { self.visit != Some(c.visit()) } else { self.visit.is_none() };
+        let stack_velocity = if anew { last } else { stack_velocity };
+        let moment = Moment { times, signals: tick.signals, velocity: last, stack_velocity };
         if runs {
             self.evaluator.follow(c.evaluator());
         }
-        let anew = if runs { self.visit != Some(c.visit()) } else { self.visit.is_none() };
         if anew {
             self.visit = Some(c.visit());
             self.evaluator.enter(tick.q, moment);
+            if c.is_blending() {
+                self.evaluator.hand_over();
+            }
         }
         self.known = self.evaluator.update(tick.q, moment, &mut self.problem).is_ok();
         self.evaluator.observe(tick.q, tick.command);
@@ -102,6 +106,8 @@ pub(super) struct Measures {
     way: Vec<f64>,
     /// The command of the tick before.
     last: Vec<f64>,
+    /// The velocity of the controller's stack at the tick before.
+    stack_velocity: Vec<f64>,
     /// Kinematics for the speeds of links.
     data: Data,
     /// For each measure where its link was at the tick before.
@@ -158,6 +164,7 @@ impl Measures {
             before: None,
             way: vec![0.0; program.robot.model.nv()],
             last: vec![0.0; program.robot.model.nv()],
+            stack_velocity: vec![0.0; program.robot.model.nv()],
             data: Data::new(&program.robot.model),
             places: vec![None; list.len()],
             chosen: Chosen::new(program, list.len()),
@@ -167,9 +174,10 @@ impl Measures {
     /// Writes one number for each measure.
     pub fn tick(&mut self, tick: &Tick, out: &mut [f64]) {
         for probe in &mut self.probes {
-            probe.tick(tick, &self.last);
+            probe.tick(tick, &self.last, &self.stack_velocity);
         }
         self.last.copy_from_slice(tick.command);
+        self.stack_velocity.copy_from_slice(tick.controller.stack_velocity());
         let model = tick.controller.evaluator().model();
         let mut elapsed = 0.0;
         if let Some((q, time)) = &self.before {

@@ -60,10 +60,11 @@ stiffness of 60 N m is one of 30 N m here.\n\
 - Radians may be left out: angular stiffness is in `N m` or `N m/rad`, angular damping in `N m s` or `N m s/rad`.\n\
 - `v_d` is the exact time derivative of the target. `a_d` is its change since the last tick over T, zero at the \
 first tick.\n\
-- `v_prev` is `J v_last`: what the frame would do now with the velocity that the reference moved with since the last tick, \
-and no memory of the task. So what limits held back does not pile up, another stack may have moved the robot \
+- `v_prev` is `J v_stack`: the frame's velocity now for the velocity that the stack returned at the last tick; at its \
+first tick, for the one that the reference moved with. So limits wind nothing up, another stack may have moved the robot \
 before, and mass, damping and stiffness may change at any time, with the stack or with time: the velocity goes on from where \
-it is, and only its slope has a corner.\n\
+it is, and only its slope has a corner. The offset by which a `blend` moves the reference is not part of `v_prev`, and \
+the law acts from the second tick of a blend on.\n\
 - A sensor measures along its own axes: `force (f in wrist) in world` turns what it says into the world's. The moment \
 counts about the frame's origin; a sensor elsewhere measures another: add `r x f`. A wrench without `moment` leaves the \
 orientation to spring and damper.\n\n\
@@ -127,6 +128,10 @@ impl Task for Admittance {
     fn enter(&mut self, _state: &State) {
         self.before = None;
         self.body.enter();
+    }
+
+    fn hand_over(&mut self) {
+        self.body.hand_over();
     }
 
     fn remembers_target(&self) -> bool {

@@ -29,13 +29,13 @@ pub static KIND: TaskKind = TaskKind {
     summary: "lets a person lead a frame by hand",
     docs: "Six equality rows, three of the position and three of the orientation, in the world's axes: those of `admittance` \
 without a target and without stiffness. With the control period T, the wrench `h` exerted **on** the robot, and \
-`v_prev = J v_last` of the velocity that the reference moved with since the last tick,\n\n\
+`v_prev = J v_stack` of the velocity that the stack returned at the last tick,\n\n\
 ```text\nJ v = (Km v_prev + T h) / (Km + T Kd)      [m/s], [rad/s]\n```\n\n\
 A steady force leads to the velocity `h / Kd` within some `Km / Kd` seconds, for any period T; when it ends the frame comes to \
 rest where it is, after that time. Without `moment` the orientation comes to rest and then stays. The errors that are \
 reported are the differences between the velocities that the rows ask for and those that were chosen: not zero where \
 limits or more important levels hold the frame back.\n\n\
-For wrench, units, changes of mass and damping at run time, and faults see `admittance`.\n\n\
+A `blend` neither pushes nor holds the frame: `v_stack` does not contain its offset. For wrench, units, changes of mass and damping at run time, and faults see `admittance`.\n\n\
 Source: thesis (4.46) with `Kp = 0`, `a_d = v_d = 0`; the signs of its right side are corrected, and the rows are not scaled by \
 `Km/T + Kd`.",
     example: "task lead = hand_guiding(tool) {\n  \
@@ -87,6 +87,10 @@ impl Task for HandGuiding {
 
     fn enter(&mut self, _state: &State) {
         self.body.enter();
+    }
+
+    fn hand_over(&mut self) {
+        self.body.hand_over();
     }
 
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {

@@ -33,7 +33,7 @@ fn the_velocity_changes_by_so_much_at_most() {
         let v = velocity(&model, &mut rng, 1.0);
         let mut margins = vec![f64::INFINITY; max.len()];
         // The controller shows the new velocity here: the margin is still that against the one before.
-        let state = State { velocity: &v, ..place.state(&case.values, &case.rates) };
+        let state = State { velocity: &v, stack_velocity: &v, ..place.state(&case.values, &case.rates) };
         task.observe(&state, &v, &mut margins, &mut []);
         for (i, &(dof, a)) in max.iter().enumerate() {
             assert_eq!(w.rate(i, &v), v[dof]);

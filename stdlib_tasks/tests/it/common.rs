@@ -222,7 +222,7 @@ impl<'a> Place<'a> {
 
     pub fn state<'s>(&'s self, values: &'s [f64], rates: &'s [f64]) -> State<'s> {
         let velocity = &self.velocity;
-        State { model: self.model, data: &self.data, q: &self.q, values, rates, velocity }
+        State { model: self.model, data: &self.data, q: &self.q, values, rates, velocity, stack_velocity: velocity }
     }
 
     /// What the task writes at time `t`, into rows that are longer than the robot needs.
