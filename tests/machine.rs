@@ -5,6 +5,8 @@ mod common;
 
 #[path = "machine/blend.rs"]
 mod blend;
+#[path = "machine/entry.rs"]
+mod entry;
 #[path = "machine/faults.rs"]
 mod faults;
 #[path = "machine/host.rs"]

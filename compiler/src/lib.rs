@@ -9,6 +9,7 @@ mod braking;
 mod checks;
 pub mod codes;
 mod constants;
+mod entries;
 mod expand;
 pub mod expr;
 mod fitting;

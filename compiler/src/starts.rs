@@ -11,6 +11,7 @@ use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::expression::Leaf;
 
+use crate::entries;
 use crate::units::shown;
 
 /// Poses that are looked at for the best value of a safety field.
@@ -68,8 +69,8 @@ impl Start {
         let stack = first_stack(program, scenario)?;
         let (evaluator, problem) = Evaluator::new(program, stack).ok()?;
         let moved = scenario.start != program.robot.home;
-        // Home was looked at already, as far as nobody has to be asked.
-        if !moved && evaluator.needs().is_empty() {
+        // Home was looked at already for stacks that are entered there, as far as nobody has to be asked.
+        if !moved && evaluator.needs().is_empty() && entries::at_home(program, stack) {
             return None;
         }
         let mut signals = program.interface.absent();

@@ -48,11 +48,16 @@ pub fn program(name: &str) -> Program {
 
 /// A program from text, with `examples` as its folder; panics with the diagnostics.
 pub fn program_of(text: &str) -> Program {
+    program_in(text, dsl::Spelling::Hq)
+}
+
+/// The same in either spelling.
+pub fn program_in(text: &str, spelling: dsl::Spelling) -> Program {
     let folder = example("");
     let compiled = compiler::compile(&compiler::Input {
         name: "test.hq",
         text,
-        spelling: dsl::Spelling::Hq,
+        spelling,
         folder: &folder,
         set: &[],
         package_paths: &[],

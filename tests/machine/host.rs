@@ -1,6 +1,6 @@
 //! A host that runs a machine on a perfect robot and notes what it sees.
 
-use runtime::{Controller, FaultKind, Observation, SimulatedRobot};
+use runtime::{Controller, FaultKind, Observation, Program, SimulatedRobot};
 
 /// An arm, and a stack that lets it stand.
 pub const ARM: &str = "hierarq 1
@@ -28,10 +28,14 @@ pub struct Host {
 impl Host {
     /// Of a spec: what is written behind [`ARM`].
     pub fn new(text: &str) -> Host {
-        let program = crate::common::program_of(&format!("{ARM}{text}"));
+        Host::of(&crate::common::program_of(&format!("{ARM}{text}")))
+    }
+
+    /// Of a program.
+    pub fn of(program: &Program) -> Host {
         Host {
-            controller: Controller::new(&program).expect("a compiled program can be executed"),
-            robot: SimulatedRobot::new(&program),
+            controller: Controller::new(program).expect("a compiled program can be executed"),
+            robot: SimulatedRobot::new(program),
             tick: 0,
             period: program.robot.period,
         }
@@ -76,4 +80,11 @@ impl Host {
     pub fn steps(&mut self, ticks: usize) -> String {
         (0..ticks).map(|_| self.step()).last().map_or_else(String::new, |s| s.state)
     }
+}
+
+/// Two hosts of one spec: as it is written behind [`ARM`], and as the printer writes it in YAML.
+pub fn in_both_spellings(text: &str) -> [Host; 2] {
+    let (spec, _) = dsl::parse(dsl::SourceId(0), &format!("{ARM}{text}"), dsl::Spelling::Hq);
+    let yaml = dsl::print(&spec, dsl::Spelling::Yaml);
+    [Host::new(text), Host::of(&crate::common::program_in(&yaml, dsl::Spelling::Yaml))]
 }

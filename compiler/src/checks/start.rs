@@ -1,4 +1,6 @@
 //! A stack at the home configuration: margins, reserves, and the first tick.
+//!
+//! A stack that is entered elsewhere has no margins yet: only mistakes that do not depend on the place are reported.
 
 use dsl::Diagnostic;
 use runtime::program::{Program, Times};
@@ -11,6 +13,7 @@ use stdlib_tasks::task::{Nature, RowInfo};
 
 use super::{limit, number, place};
 use crate::binding::Number;
+use crate::entries;
 use crate::lowering::Places;
 use crate::units::shown;
 
@@ -21,10 +24,15 @@ pub(super) fn start(program: &Program, stack: usize, places: &Places, diagnostic
     if !evaluator.needs().is_empty() {
         return;
     }
+    let at_home = entries::at_home(program, stack);
     let rest = Rest::new(program);
     let moment = rest.at(Times::default());
     evaluator.enter(&program.robot.home, moment);
     if let Err(fault) = evaluator.update(&program.robot.home, moment, &mut problem) {
+        if !at_home && !anywhere(program, &evaluator, &fault) {
+            return;
+        }
+        let place_of_start = if at_home { "at home" } else { "when its state is entered" };
         let text = Controller::for_stack(program, stack).map(|mut c| {
             c.step(&Observation { time: 0.0, q: &program.robot.home });
             c.describe(&fault)
@@ -42,7 +50,7 @@ pub(super) fn start(program: &Program, stack: usize, places: &Places, diagnostic
                 .map(|t| number(places, t, "", |n| has(n, at))),
             _ => None,
         };
-        let d = Diagnostic::error("HQ0502", at.unwrap_or(places.home), format!("at home, {text}"));
+        let d = Diagnostic::error("HQ0502", at.unwrap_or(places.home), format!("{place_of_start}, {text}"));
         let joined = match fault {
             Fault::Overlap { member, row } => {
                 evaluator.members().get(member).and_then(|m| neighbours(program, m, std::iter::once(row)))
@@ -63,7 +71,7 @@ pub(super) fn start(program: &Program, stack: usize, places: &Places, diagnostic
         });
         return;
     }
-    let mut outside = false;
+    let (mut outside, mut outside_hard) = (false, false);
     for m in evaluator.members() {
         let rows = m.row_info.iter().zip(&evaluator.margins()[m.margins.clone()]);
         // Margins of velocities exist only once a velocity was chosen: they are infinite here.
@@ -73,11 +81,22 @@ pub(super) fn start(program: &Program, stack: usize, places: &Places, diagnostic
             .collect();
         let Some(first) = bad.first() else { continue };
         outside = true;
+        if !at_home {
+            continue;
+        }
+        let hard = program.stacks[stack].levels[m.level].hard;
+        outside_hard |= hard;
         let more = if bad.len() > 1 { format!(" and {} more", bad.len() - 1) } else { String::new() };
         let text = format!("`{}` is violated at the start: {first}{more}", m.name);
-        let mut d = Diagnostic::error("HQ0502", limit(places, m.program_index), text)
-            .label(places.home, "the robot starts here")
-            .note("a barrier function keeps a limit only from inside it");
+        let at = limit(places, m.program_index);
+        let mut d = match hard {
+            true => Diagnostic::error("HQ0502", at, text)
+                .label(places.home, "the robot starts here")
+                .note("a barrier function keeps a limit only from inside it"),
+            false => Diagnostic::warning("HQ0502", at, text)
+                .label(places.home, "the robot starts here")
+                .note("the level is soft: the robot first moves back inside, as far as the levels above let it"),
+        };
         if bad.len() > 1 {
             let shown = bad.iter().take(8).cloned().collect::<Vec<_>>().join(", ");
             let rest = bad.len().saturating_sub(8);
@@ -96,31 +115,75 @@ pub(super) fn start(program: &Program, stack: usize, places: &Places, diagnostic
             d.help("move the home configuration or the limit")
         });
     }
-    if !outside {
-        reserves(&evaluator, program, places, diagnostics);
-        first_tick(program, stack, places, diagnostics);
+    if at_home {
+        if !outside_hard {
+            reserves(&evaluator, program, places, diagnostics);
+            if !hard_levels(program, stack, stack, places, diagnostics) {
+                freedom(program, stack, places, diagnostics);
+            }
+        }
+    } else {
+        let reduced = entries::anywhere(program, stack);
+        let index = reduced.stacks.len() - 1;
+        if !hard_levels(&reduced, index, stack, places, diagnostics) && !outside {
+            freedom(program, stack, places, diagnostics);
+        }
     }
 }
 
-/// Runs a stack for a tick: hard levels that cannot be met, and levels that nothing is left for.
-fn first_tick(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
-    let Ok(mut controller) = Controller::for_stack(program, stack) else { return };
+/// Whether a fault at home is one at any place: the numbers behind it depend on nothing but the time in the state.
+fn anywhere(program: &Program, evaluator: &Evaluator, fault: &Fault) -> bool {
+    let certain = |member: usize| {
+        let slots = evaluator.members().get(member).map(|m| &m.slots);
+        slots.is_some_and(|slots| slots.iter().all(|&at| entries::is_certain(program, at)))
+    };
+    match *fault {
+        Fault::Value { at } => entries::is_certain(program, at),
+        Fault::Crossed { member, .. } => certain(member),
+        Fault::Gain { member } => {
+            let task = evaluator.members().get(member).and_then(|m| program.tasks.get(m.program_index));
+            let of_state = task.is_some_and(|t| matches!(t.params.get("gain"), Some(Bound::Expression(_))));
+            certain(member) && !of_state
+        }
+        _ => false,
+    }
+}
+
+/// Runs a stack of `program` for a tick and reports a hard level that cannot be met; returns whether there is one. `written`
+/// is the stack of the spec that it stands for: itself, or another one of which it has what is certain at any place.
+fn hard_levels(
+    program: &Program,
+    stack: usize,
+    written: usize,
+    places: &Places,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> bool {
+    let Ok(mut controller) = Controller::for_stack(program, stack) else { return false };
     let fault = controller.step(&Observation { time: 0.0, q: &program.robot.home }).fault;
-    let levels = &places.stacks[stack].1;
-    if let Status::Infeasible { level } = controller.solution().status {
-        let text = fault.map(|f| controller.describe(&f)).unwrap_or_default();
-        diagnostics.push(
-            Diagnostic::error("HQ0504", levels[level], format!("at home, {text}"))
-                .label(places.home, "the robot starts here")
-                .note("a hard level takes no slack, so the first tick would be a fault")
-                .help(if program.stacks[stack].levels[level].damping > 0.0 {
-                    "remove the level's `damping`: it trades the rows against the size of the velocity, and a hard level may not"
-                } else {
-                    "relax the level, or remove `hard`"
-                }),
-        );
+    let place = if written == stack { "at home" } else { "wherever its state is entered" };
+    let Status::Infeasible { level } = controller.solution().status else { return false };
+    let text = fault.map(|f| controller.describe(&f)).unwrap_or_default();
+    let d = Diagnostic::error("HQ0504", places.stacks[written].1[level], format!("{place}, {text}"));
+    let d = if written == stack { d.label(places.home, "the robot starts here") } else { d };
+    diagnostics.push(d.note("a hard level takes no slack, so the first tick would be a fault").help(
+        if program.stacks[stack].levels[level].damping > 0.0 {
+            "remove the level's `damping`: it trades the rows against the size of the velocity, and a hard level may not"
+        } else {
+            "relax the level, or remove `hard`"
+        },
+    ));
+    true
+}
+
+/// Runs a stack for a tick at home and warns of levels that nothing is left for.
+fn freedom(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+    let Ok(mut controller) = Controller::for_stack(program, stack) else { return };
+    controller.step(&Observation { time: 0.0, q: &program.robot.home });
+    // A hard level that cannot be met here may be met where the stack is entered.
+    if controller.solution().status != Status::Optimal {
         return;
     }
+    let levels = &places.stacks[stack].1;
     let nv = program.robot.model.nv();
     let program = &program.stacks[stack];
     let free = nv.saturating_sub(program.locked.len());
@@ -154,7 +217,7 @@ fn reserves(evaluator: &Evaluator, program: &Program, places: &Places, diagnosti
         let margins = &evaluator.margins()[m.margins.clone()];
         let rows = m.row_info.iter().zip(margins.iter().zip(&kept));
         let short: Vec<(&RowInfo, f64, f64)> =
-            rows.filter(|(_, (h, k))| *h < *k).map(|(r, (h, k))| (r, *h, *k)).collect();
+            rows.filter(|(_, (h, k))| *h < *k && **h >= -MARGIN_TOLERANCE).map(|(r, (h, k))| (r, *h, *k)).collect();
         let worst = short.iter().copied().reduce(|a, b| if b.2 - b.1 > a.2 - a.1 { b } else { a });
         let Some((row, margin, reserve)) = worst else { continue };
         let text = |x: f64| match row.dimension {

@@ -13,6 +13,10 @@ impl Controller {
             let info = members.get(member).and_then(|m| m.row_info.get(row));
             format!("task `{}`, {}", task(member), info.map_or("a row", |r| r.name.as_str()))
         };
+        let state = match self.state() {
+            "" => String::new(),
+            name => format!(" in state `{name}`"),
+        };
         let level = |i: usize| stage.level_names().get(i).map_or("?", String::as_str);
         match *fault {
             Fault::Observation { index: Some(i) } => {
@@ -53,11 +57,11 @@ impl Controller {
             Fault::Crossed { member, row: r } => {
                 format!("{}: its lower limit is above its upper one, or they close too fast", row(member, r))
             }
-            Fault::Limit { member, row: r } => format!("{}: the limit is passed", row(member, r)),
+            Fault::Limit { member, row: r } => format!("{}: the limit is passed{state}", row(member, r)),
             Fault::Infeasible { level: l } => {
                 let rows = stage.unmet(l);
                 let list = if rows.is_empty() { String::new() } else { format!(": {}", rows.join(", ")) };
-                format!("hard level `{}` cannot be met{list}", level(l))
+                format!("hard level `{}` cannot be met{state}{list}", level(l))
             }
             Fault::Solver { level: l } => format!("no usable answer for level `{}`", level(l)),
             Fault::Tracking { dof } => {
