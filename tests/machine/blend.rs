@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use runtime::Controller;
 use stdlib_tasks::clearance::acceleration_bound;
 
-use super::host::Host;
+use super::host::{Host, in_both_spellings};
 
 /// Parts that stacks are made of; all of them differ in what they ask for.
 const TASKS: &str = "
@@ -288,4 +288,59 @@ fn levels_that_both_stacks_share_go_on_undisturbed() {
         assert!(slack < 1e-9, "the hand has what it asks for at every tick: {slack}");
     }
     assert!(moved > 0.05, "the elbow moves");
+}
+
+/// A damped level decides all of the velocity, of the stack that is entered and not of the way over to it: from tick to tick
+/// the velocity changes by what the stack's own does and by the slope of s, at most 3/2 over the blend's length, times the
+/// offset at its start.
+#[test]
+fn a_damped_level_does_not_stop_the_way_over_to_its_stack() {
+    let (blend, limits) = (0.4, "level limits hard { joint_position_limits  joint_velocity_limits }");
+    let turn = "level turn { turn }";
+    let stacks = [
+        // The level that is entered is damped.
+        (turn, "level hand damping 0.01 { reach }"),
+        // So is that above one that both have, and one that both have.
+        (turn, "level hand damping 0.01 { reach }  level turn { turn }"),
+        (
+            "level turn damping 0.02 { turn }  level hand { reach }",
+            "level turn damping 0.02 { turn }  level rest { wave }",
+        ),
+        // Both begin with a level that is not, and go on with ones that are.
+        (
+            "level turn { turn }  level tool damping 0.01 { level_tool }",
+            "level turn { turn }  level hand damping 0.01 { reach }",
+        ),
+        ("level turn damping 0.3 { turn }", "level turn damping 0.01 { turn }"),
+    ];
+    for (a, b) in stacks {
+        let text = format!(
+            "{ROBOT}{TASKS} stack a {{ {limits} {a} }} stack b {{ {limits} {b} }}
+             machine m {{ initial first  blend {blend} s  on fault(any) -> stopped
+               state first {{ stack a  after 500 ms -> second }}
+               state second {{ stack b  after 10 s -> stopped }}
+               final state stopped }}"
+        );
+        for mut host in in_both_spellings(&text) {
+            assert_eq!(host.steps(50), "first");
+            let mut last = host.controller.velocity().to_vec();
+            let mut own = Vec::new();
+            let mut offset = 0.0;
+            for tick in 0..60 {
+                let seen = host.step();
+                assert_eq!((seen.fault, seen.state.as_str()), (None, "second"));
+                let (v, asked) = (host.controller.velocity().to_vec(), host.controller.solution().x.clone());
+                let most = if tick == 0 {
+                    offset = jump(&last, &asked);
+                    0.0
+                } else {
+                    jump(&own, &asked) + 1.5 * PERIOD / blend * offset
+                };
+                assert!(jump(&last, &v) <= most + 1e-6, "`{b}`, tick {tick}: {} of {most} rad/s", jump(&last, &v));
+                // At the end of the blend, and behind it, it is what the stack asks for.
+                assert!(tick < 40 || jump(&v, &asked) < 1e-12, "`{b}`, tick {tick}");
+                (last, own) = (v, asked);
+            }
+        }
+    }
 }

@@ -12,6 +12,9 @@
 //! that the stack left has too, above the first one in which the two differ. At x = 0 that is v, up to what these levels
 //! demand; at x = 1 it is v_B. A hard level therefore holds at every tick of a blend as at every other. Source: ours.
 //!
+//! The damping of a level is part of v_B and of no other velocity: in the problem of the point nearest to v* it would pull
+//! v* to rest. A soft level that was damped asks there for what its rows reached.
+//!
 //! Joints that the stack locks, and that move when it is entered, come to rest on the way: v_B lets them stand, so v* lets
 //! them go from v to rest with 1 - s, and in the problem of the point nearest to v* their columns are those that they have,
 //! with `0 <= v_i / v_i(last tick) <= 1` above all else. That problem has an answer whenever the stack's own has: v_B is one,
@@ -114,6 +117,7 @@ impl Stage {
         // Above the levels of the stack one for the joints that it locks.
         let mut between = problem.clone();
         let rows = evaluator.locked().len();
+        between.levels.iter_mut().for_each(|level| level.damping = 0.0);
         between.levels.insert(0, Problem::new(nv, &[LevelShape { rows, hard: true, damping: 0.0 }]).levels.remove(0));
         let blend = Blend {
             solution: Solution::new(&between),
