@@ -1,8 +1,12 @@
 //! Machines at run time: which transition is taken, in which order states are left and entered, what is asked of the
 //! world, how the command goes over from one stack to another, and what becomes of faults.
 
+#[path = "common/cli.rs"]
+mod cli;
 mod common;
 
+#[path = "machine/again.rs"]
+mod again;
 #[path = "machine/blend.rs"]
 mod blend;
 #[path = "machine/entry.rs"]

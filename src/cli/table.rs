@@ -89,16 +89,26 @@ fn rows(t: &TaskSummary) -> Vec<(String, String, String, String)> {
         .collect()
 }
 
-/// States that a machine was in, in a few lines; the end of a long list where there were many.
+/// States that a machine was in, in a few lines, and how many times each was entered; the end of a long list where there
+/// were many.
 pub fn states(summary: &Summary) -> String {
     const SHOWN: usize = 24;
+    const COUNTED: usize = 12;
     let hidden = summary.states.len().saturating_sub(SHOWN);
     let mut lines = String::new();
     if hidden > 0 {
         lines += &format!("{hidden} earlier states, in summary.json\n");
     }
     for s in &summary.states[hidden..] {
-        lines += &format!("{:>9.2} s  {}\n", s.from_s, s.state);
+        let again = if s.entries > 1 { format!("  entered {} times", s.entries) } else { String::new() };
+        lines += &format!("{:>9.2} s  {}{again}\n", s.from_s, s.state);
+    }
+    let mut all: Vec<(&String, u64)> = summary.entries.iter().map(|(state, n)| (state, *n)).collect();
+    all.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
+    let counts: Vec<String> = all.iter().take(COUNTED).map(|(state, n)| format!("{state} {n}")).collect();
+    let more = if all.len() > COUNTED { format!(", {} others", all.len() - COUNTED) } else { String::new() };
+    if !counts.is_empty() {
+        lines += &format!("entries: {}{more}\n", counts.join(", "));
     }
     lines
 }

@@ -1,5 +1,7 @@
 //! Random machines against an interpreter that works on names alone.
 
+use std::collections::BTreeSet;
+
 use proptest::prelude::*;
 
 use super::host::Host;
@@ -156,6 +158,10 @@ struct Naive<'r> {
     /// `["s0", "s0.s2"]`
     path: Vec<String>,
     entered: Vec<usize>,
+    /// The states, with the place of a transition, in which a condition that leads back to its own state has been false.
+    been_false: BTreeSet<(String, usize)>,
+    /// The same of times that have been taken.
+    taken: BTreeSet<(String, usize)>,
     log: Vec<String>,
     held: Held,
 }
@@ -165,7 +171,7 @@ fn prefixes(path: &str) -> Vec<String> {
     (1..=parts.len()).map(|n| parts[..n].join(".")).collect()
 }
 
-impl Naive<'_> {
+impl<'r> Naive<'r> {
     fn change(&mut self, path: &str, which: usize) {
         let state = self.machine.states.iter().find(|s| s.path == path).expect("a state");
         self.held.change(state.changes[which]);
@@ -175,6 +181,8 @@ impl Naive<'_> {
         for p in prefixes(target).into_iter().skip(self.path.len()) {
             self.change(&p, 0);
             self.log.push(format!("+log in {p}"));
+            self.been_false.retain(|(state, _)| *state != p);
+            self.taken.retain(|(state, _)| *state != p);
             self.path.push(p);
             self.entered.push(tick);
         }
@@ -183,22 +191,82 @@ impl Naive<'_> {
         }
     }
 
+    fn ways(&self, state: &str) -> &'r [(Trigger, usize)] {
+        let machine: &'r Random = self.machine;
+        machine.states.iter().find(|s| s.path == state).map_or(&machine.root, |s| &s.transitions)
+    }
+
+    /// Whether the machine is in a state.
+    fn within(&self, state: &str) -> bool {
+        self.path.iter().any(|p| p == state)
+    }
+
+    /// Whether a target stands inside a state.
+    fn leads_in(&self, state: &str, target: usize) -> bool {
+        state.is_empty() || self.machine.states[target].path.starts_with(&format!("{state}."))
+    }
+
+    /// When the state at a depth of the path was entered.
+    fn since(&self, depth: usize) -> usize {
+        depth.checked_sub(1).map_or(0, |i| self.entered[i])
+    }
+
+    fn first_leaf(&self, path: &str) -> String {
+        self.machine.children(path).next().map_or(path.to_string(), |first| self.first_leaf(&first.path))
+    }
+
     /// `depth` parts of the path hold the transition; 0 for the machine.
     fn step(&mut self, events: &[bool], tick: usize) {
         self.log.clear();
+        for depth in 0..=self.path.len() {
+            let state = depth.checked_sub(1).map_or(String::new(), |i| self.path[i].clone());
+            for (place, (trigger, target)) in self.ways(&state).iter().enumerate() {
+                let here = self.within(&self.machine.states[*target].path);
+                let passed = match trigger {
+                    Trigger::Above(x) if self.held.n <= f64::from(*x) => &mut self.been_false,
+                    // Where it leads to the machine is: there is nothing left of it.
+                    Trigger::After(n) if here && self.leads_in(&state, *target) && tick - self.since(depth) >= *n => {
+                        &mut self.taken
+                    }
+                    _ => continue,
+                };
+                passed.insert((state.clone(), place));
+            }
+        }
         for depth in (0..=self.path.len()).rev() {
             let own = depth.checked_sub(1);
-            let ways = match own {
-                Some(i) => &self.machine.states.iter().find(|s| s.path == self.path[i]).expect("a state").transitions,
-                None => &self.machine.root,
-            };
-            let since = own.map_or(0, |i| self.entered[i]);
-            let taken = ways.iter().find(|(trigger, _)| match trigger {
-                Trigger::Event(k) => events[*k],
-                Trigger::After(n) => tick - since >= *n,
-                Trigger::Above(x) => self.held.n > f64::from(*x),
-            });
-            let Some((_, target)) = taken else { continue };
+            let since = self.since(depth);
+            let state = own.map_or(String::new(), |i| self.path[i].clone());
+            let ways = self.ways(&state);
+            let (mut taken, mut kept) = (None, false);
+            for (place, way) in ways.iter().enumerate() {
+                let target = &self.machine.states[way.1].path;
+                let (here, inside) = (self.within(target), self.leads_in(&state, way.1));
+                let (holds, event) = match &way.0 {
+                    Trigger::Event(k) => (events[*k], true),
+                    Trigger::After(n) => (tick - since >= *n, false),
+                    Trigger::Above(x) => (self.held.n > f64::from(*x), false),
+                };
+                // A condition that begins its own state anew waits until it has been false.
+                let back = here && !inside && prefixes(&self.first_leaf(target)).contains(&state);
+                let waits = !self.been_false.contains(&(state.clone(), place));
+                if back && waits && matches!(way.0, Trigger::Above(_)) {
+                    continue;
+                }
+                let spent = self.taken.contains(&(state.clone(), place));
+                if !holds || spent || taken.is_some() || (kept && !event) {
+                    continue;
+                }
+                if here && inside && !event {
+                    kept = true;
+                } else {
+                    taken = Some((place, way));
+                }
+            }
+            let Some((place, (trigger, target))) = taken else { continue };
+            if matches!(trigger, Trigger::After(_)) {
+                self.taken.insert((state.clone(), place));
+            }
             let target = self.machine.states[*target].path.clone();
             // What stays: the parts of the path down to the transition's state that hold the target and are not it.
             let above = prefixes(&target);
@@ -231,7 +299,7 @@ proptest! {
         events in prop::collection::vec(prop::collection::vec(prop::bool::weighted(0.25), EVENTS), 1..40),
     ) {
         let mut host = Host::new(&machine.text());
-        let mut naive = Naive { machine: &machine, path: vec![], entered: vec![], log: vec![], held: Held::default() };
+        let mut naive = Naive { machine: &machine, path: vec![], entered: vec![], been_false: BTreeSet::new(), taken: BTreeSet::new(), log: vec![], held: Held::default() };
         let first = machine.children("").next().expect("a state").path.clone();
         naive.enter(&first, 0);
         let seen = host.step();

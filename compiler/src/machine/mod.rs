@@ -7,7 +7,7 @@ mod told;
 use std::collections::BTreeSet;
 
 use dsl::Diagnostic;
-use runtime::program::{FaultPattern, MachineProgram, Program, Subject, Trigger};
+use runtime::program::{FaultPattern, MachineProgram, Program, Subject, TransitionProgram, Trigger};
 
 use crate::lowering::MachinePlaces;
 
@@ -88,7 +88,11 @@ impl Checked<'_> {
             // Fault transitions are no way out of a state in which all is well.
             let leads = |p: usize| {
                 let all = self.machine.states[p].transitions.iter().enumerate();
-                all.into_iter().any(|(i, t)| !matches!(t.trigger, Trigger::Fault(_)) && !is_dead(self.places, p, i))
+                // A condition that leads to where the machine already is takes nothing.
+                let stays =
+                    |t: &TransitionProgram| self.machine.keeps(p, t) && self.machine.path(s).any(|o| o == t.target);
+                let alive = |i, t: &TransitionProgram| !is_fault(&t.trigger) && !is_dead(self.places, p, i);
+                all.into_iter().any(|(i, t)| alive(i, t) && !stays(t))
             };
             if s == 0 || own.initial.is_some() || ended || self.machine.path(s).any(leads) {
                 continue;
@@ -100,7 +104,8 @@ impl Checked<'_> {
         }
     }
 
-    /// Transitions that can never be taken, because an earlier one always is, or because their condition never holds.
+    /// Transitions that can never be taken: because an earlier one always is, because their condition never holds, or
+    /// because the machine is in their target already.
     fn never(&self, diagnostics: &mut Vec<Diagnostic>) {
         for (s, state) in self.machine.states.iter().enumerate() {
             for (i, t) in state.transitions.iter().enumerate() {
@@ -110,11 +115,19 @@ impl Checked<'_> {
                     diagnostics.push(d.help("remove the transition, or look at what it compares"));
                     continue;
                 }
+                if let Some(d) = self.already_there(s, i) {
+                    diagnostics.push(d);
+                    continue;
+                }
                 let before = (0..i).find(|&k| {
-                    covers(&state.transitions[k].trigger, &t.trigger)
-                        || (self.places.transitions[s][k].constant == Some(true)
-                            && immediate(&state.transitions[k].trigger)
-                            && !is_fault(&t.trigger))
+                    let first = &state.transitions[k];
+                    // One that restarts the state lets others pass until it has been false.
+                    // A time that leads further in is taken once.
+                    let once = matches!(first.trigger, Trigger::After(_)) && self.machine.keeps(s, first);
+                    let covered = covers(&first.trigger, &t.trigger) && !self.machine.restarts(s, first) && !once;
+                    let always = self.places.transitions[s][k].constant == Some(true) && immediate(&first.trigger);
+                    let kept = self.machine.keeps(s, first) && matches!(t.trigger, Trigger::Event(_));
+                    covered || (always && !kept && !is_fault(&t.trigger) && !self.machine.restarts(s, first))
                 });
                 if let Some(k) = before {
                     let d = Diagnostic::warning("HQ0706", place.trigger, "this transition is never taken");
@@ -124,12 +137,36 @@ impl Checked<'_> {
                     );
                 } else if place.constant == Some(true) && immediate(&t.trigger) {
                     let d = Diagnostic::warning("HQ0706", place.trigger, "this condition always holds");
-                    diagnostics.push(
-                        d.note("the state is left at the tick after it is entered").help("look at what it compares"),
-                    );
+                    let note = match self.machine.keeps(s, t) {
+                        true => format!("the machine goes to `{}` at once, and is kept there", self.name(t.target)),
+                        false => "the state is left at the tick after it is entered".to_string(),
+                    };
+                    diagnostics.push(d.note(note).help("look at what it compares"));
                 }
             }
         }
+    }
+
+    /// A transition that leads to where the machine is wherever the transition is looked at.
+    fn already_there(&self, s: usize, i: usize) -> Option<Diagnostic> {
+        let (t, place) = (&self.machine.states[s].transitions[i], &self.places.transitions[s][i]);
+        let never = || Diagnostic::warning("HQ0706", place.trigger, "this transition is never taken");
+        if self.machine.restarts(s, t) && place.constant == Some(true) && immediate(&t.trigger) {
+            let text =
+                format!("it enters `{}` anew when its condition becomes true, which always holds", self.name(t.target));
+            return Some(never().note(text).help("write for how long it holds before that, `for 1 s`, or `after 1 s`"));
+        }
+        let leaves = self.reached.iter().copied().filter(|&l| self.machine.states[l].initial.is_none());
+        let mut inside = leaves.filter(|&l| l == s || self.machine.is_around(s, l)).peekable();
+        let there = |l: usize| self.machine.path(l).any(|o| o == t.target);
+        if !self.machine.keeps(s, t) || inside.peek().is_none() || !inside.all(there) {
+            return None;
+        }
+        let text = format!("the machine is in `{}` already wherever this is looked at", self.name(t.target));
+        let d = never()
+            .label(place.target, text)
+            .note("a condition or a time does not enter anew the state that the machine is in");
+        Some(d.help("remove it; an event, `on NAME`, enters the state anew"))
     }
 
     fn faults(&self, diagnostics: &mut Vec<Diagnostic>) {

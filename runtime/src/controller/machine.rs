@@ -3,20 +3,23 @@
 //! Once a tick, before the cascade, the transitions of the current state are looked at in the order written, then those of
 //! the state around it, and so on up to the machine; the first one whose trigger holds is taken, and no other at this tick.
 //! Where there is a fault, only transitions for faults are looked at. Leaving goes from the inside out up to the state in
-//! which the transition stands and its target too, entering from there inwards, and on into initial states. A transition to
-//! a state that holds the current one enters it anew; but a fault never enters again the state that it happened in.
+//! which the transition stands and its target too, entering from there inwards, and on into initial states.
+//!
+//! A transition of a state around its target finds the machine in the target already, tick after tick: a condition and
+//! `reached` then take nothing and keep the machine there, before those written behind them; a time is taken once; an event
+//! enters the target anew. A condition or `reached` that enters anew the state in which it stands has to become true there. A
+//! fault never enters again the state that it happened in.
 
 use robot::{Data, Model};
-use stdlib_tasks::expression::Evaluation;
 use stdlib_tasks::task::State as TaskState;
 
+use super::guards::{Guard, Guards};
 use super::own::{Own, Present};
 use super::stage::Stage;
 use crate::evaluator::Moment;
 use crate::fault::Fault;
-use crate::program::{FaultPattern, MachineProgram, Program, Times, Trigger};
+use crate::program::{FaultPattern, MachineProgram, Program, Times, TransitionProgram, Trigger};
 use crate::signals::Signals;
-use crate::values::ValueTable;
 
 /// What the outside world is asked at a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,15 +50,6 @@ pub(super) enum Answer {
     None,
 }
 
-/// The conditions of a state.
-struct Guards {
-    values: ValueTable,
-    /// For each transition its condition, and since when it has held, in s; NaN while it does not.
-    conditions: Vec<(Option<Evaluation>, f64)>,
-    /// Whether a condition reads what the robot does.
-    state: bool,
-}
-
 /// A machine at run time.
 pub(super) struct Machine {
     program: MachineProgram,
@@ -65,6 +59,8 @@ pub(super) struct Machine {
     current: usize,
     /// For each state when it was entered, in s.
     entered: Vec<f64>,
+    /// For each state how many times it has been entered.
+    entries: Vec<u64>,
     /// The state whose stack runs.
     owner: usize,
     /// Requests of this tick.
@@ -77,35 +73,18 @@ pub(super) struct Machine {
     pending: Vec<(usize, f64)>,
 }
 
-fn guards(program: &Program, machine: &MachineProgram, state: usize) -> Guards {
-    let conditions: Vec<Option<&stdlib_tasks::expression::Expression>> = (machine.states[state].transitions.iter())
-        .map(|t| match &t.trigger {
-            Trigger::When { condition, .. } => Some(condition),
-            _ => None,
-        })
-        .collect();
-    let wanted = conditions.iter().flatten().flat_map(|e| e.inputs.iter().copied()).collect();
-    Guards {
-        values: ValueTable::new(&program.values, &wanted, &program.interface),
-        state: conditions.iter().flatten().any(|e| !e.leaves.is_empty()),
-        conditions: conditions
-            .into_iter()
-            .map(|e| (e.map(|e| Evaluation::new(e, &program.robot.model)), f64::NAN))
-            .collect(),
-    }
-}
-
 impl Machine {
     /// Makes a checked machine ready.
     pub fn new(program: &Program, machine: &MachineProgram) -> Machine {
         let states = machine.states.len();
         let events = program.interface.events.len();
         Machine {
-            guards: (0..states).map(|s| guards(program, machine, s)).collect(),
+            guards: (0..states).map(|s| Guards::new(program, machine, s)).collect(),
             data: Data::new(&program.robot.model),
             model: program.robot.model.clone(),
             current: machine.leaf(0),
             entered: vec![0.0; states],
+            entries: vec![0; states],
             owner: 0,
             // Each state is left and entered at most once at a tick.
             requests: Vec::with_capacity(2 * machine.actions.len() + 2),
@@ -119,6 +98,11 @@ impl Machine {
     /// The innermost state that the machine is in.
     pub fn state(&self) -> usize {
         self.current
+    }
+
+    /// For each state how many times it has been entered since the start.
+    pub fn entries(&self) -> &[u64] {
+        &self.entries
     }
 
     /// The machine as data.
@@ -146,6 +130,7 @@ impl Machine {
         self.requests.clear();
         self.pending.clear();
         self.raised.iter_mut().for_each(|r| r.fill(false));
+        self.entries.fill(0);
         self.current = 0;
         self.enter(0, time);
     }
@@ -221,7 +206,8 @@ impl Machine {
         let mut level = Some(self.current);
         while let Some(s) = level {
             self.look(s, q, moment);
-            let found = (0..self.program.states[s].transitions.len()).find(|&i| self.holds(s, i, events, time, stage));
+            self.arm(s, time, stage);
+            let found = self.first(s, events, time, stage);
             // Conditions further out are looked at in any case: they may have to hold for a while.
             taken = taken.or(found.map(|i| (s, i)));
             level = self.program.states[s].parent;
@@ -229,7 +215,42 @@ impl Machine {
         let (s, i) = taken?;
         let t = &self.program.states[s].transitions[i];
         let (target, blend) = (t.target, t.blend);
+        self.guards[s].ways[i].waits = matches!(t.trigger, Trigger::After(_));
         Some(self.go(s, target, blend, time))
+    }
+
+    /// Takes note of transitions that restart a state and do not hold, which from now on may be taken, and of times that
+    /// have passed where they lead to, which have been.
+    fn arm(&mut self, state: usize, time: f64, stage: &Stage) {
+        for i in 0..self.guards[state].ways.len() {
+            let t = &self.program.states[state].transitions[i];
+            let known = !matches!(t.trigger, Trigger::Reached { .. }) || self.runs(stage);
+            let passes = matches!(t.trigger, Trigger::After(_)) && self.stays(state, t);
+            if self.guards[state].ways[i].waits || passes {
+                self.guards[state].ways[i].waits = !known || self.holds(state, i, &[], time, stage);
+            }
+        }
+    }
+
+    /// Whether a transition of a state keeps the machine where it is, in its target.
+    fn stays(&self, state: usize, t: &TransitionProgram) -> bool {
+        self.program.keeps(state, t) && self.program.path(self.current).any(|s| s == t.target)
+    }
+
+    /// The first transition of a state that is taken at this tick.
+    fn first(&self, state: usize, events: &[bool], time: f64, stage: &Stage) -> Option<usize> {
+        let mut kept = false;
+        for (i, t) in self.program.states[state].transitions.iter().enumerate() {
+            let event = matches!(t.trigger, Trigger::Event(_));
+            if (kept && !event) || self.guards[state].ways[i].waits || !self.holds(state, i, events, time, stage) {
+                continue;
+            }
+            if !self.stays(state, t) {
+                return Some(i);
+            }
+            kept = true;
+        }
+        None
     }
 
     /// Works out the conditions of a state.
@@ -237,14 +258,14 @@ impl Machine {
         let time = moment.times.time;
         let Machine { guards, model, data, entered, .. } = self;
         let g = &mut guards[state];
-        if g.conditions.iter().all(|c| c.0.is_none()) {
+        if g.ways.iter().all(|w| w.condition.is_none()) {
             return;
         }
         g.values.evaluate(Times { t: time - entered[state], time }, moment.signals);
         let ValueTable { current, rates, .. } = &g.values;
         let Moment { velocity, stack_velocity, .. } = moment;
         let now = TaskState { model, data, q, values: current, rates, velocity, stack_velocity };
-        for (condition, since) in &mut g.conditions {
+        for Guard { condition, since, .. } in &mut g.ways {
             let Some(condition) = condition else { continue };
             let holds = condition.forward(&now).is_ok() && condition.value(0) > 0.0;
             if !holds {
@@ -259,13 +280,11 @@ impl Machine {
         match &self.program.states[state].transitions[i].trigger {
             Trigger::Event(e) => events.get(*e) == Some(&true) || self.raised[0].get(*e) == Some(&true),
             // A sum of periods is a little off: half a microsecond counts as nothing.
-            Trigger::When { hold, .. } => time - self.guards[state].conditions[i].1 >= hold - 5e-7,
+            Trigger::When { hold, .. } => time - self.guards[state].ways[i].since >= hold - 5e-7,
             Trigger::After(d) => time - self.entered[state] >= d - 5e-7,
             Trigger::Reached { task, tolerances } => {
                 let member = stage.evaluator.members().iter().find(|m| m.program_index == *task);
-                // A target that sets out slowly stands still at its first tick.
-                let running = self.stack() == Some(stage.stack()) && stage.ticks() > 1;
-                running
+                self.runs(stage)
                     && member.is_some_and(|m| {
                         if !m.slots.iter().all(|&at| stage.evaluator.is_settled(at)) {
                             return false;
@@ -276,6 +295,12 @@ impl Machine {
             }
             Trigger::Fault(_) => false,
         }
+    }
+
+    /// Whether what the stack of the current state measures counts. A target that sets out slowly stands still at its first
+    /// tick.
+    fn runs(&self, stage: &Stage) -> bool {
+        self.stack() == Some(stage.stack()) && stage.ticks() > 1
     }
 
     /// Goes from the current state to another; `source` is the state whose transition it is.
@@ -312,7 +337,8 @@ impl Machine {
 
     fn enter_one(&mut self, state: usize, time: f64) {
         self.entered[state] = time;
-        self.guards[state].conditions.iter_mut().for_each(|c| c.1 = f64::NAN);
+        self.entries[state] += 1;
+        self.guards[state].enter();
         self.ask(state, |s| &s.enter, true);
         self.ask(state, |s| &s.activities, true);
     }

@@ -8,6 +8,7 @@
 //! transition for it goes on in another state; otherwise the robot stands until [`Controller::restart`].
 
 mod describe;
+mod guards;
 mod machine;
 mod own;
 mod stage;
@@ -213,6 +214,11 @@ impl Controller {
     /// Index of that state.
     pub fn state_index(&self) -> usize {
         self.machine.state()
+    }
+
+    /// For each state of the machine how many times it has been entered.
+    pub fn entries(&self) -> &[u64] {
+        self.machine.entries()
     }
 
     /// The machine that runs; one of a single state where the program has none.

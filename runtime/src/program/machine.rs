@@ -141,6 +141,26 @@ impl MachineProgram {
         std::iter::successors(Some(state), |&s| self.states.get(s).and_then(|s| s.initial)).last().unwrap_or(state)
     }
 
+    /// Whether a state stands inside another, at whatever depth.
+    pub fn is_around(&self, outer: usize, inner: usize) -> bool {
+        outer != inner && self.path(inner).any(|s| s == outer)
+    }
+
+    /// Whether a transition of a state keeps the machine in its target while it holds: the target stands inside the state,
+    /// and is not entered anew for what may go on holding.
+    pub fn keeps(&self, state: usize, transition: &TransitionProgram) -> bool {
+        let happens = matches!(transition.trigger, Trigger::Event(_) | Trigger::Fault(_));
+        !happens && self.is_around(state, transition.target)
+    }
+
+    /// Whether a transition of a state enters that state anew for something that may go on holding: for a condition, or for
+    /// a target that is reached. A time begins anew with the state.
+    pub fn restarts(&self, state: usize, transition: &TransitionProgram) -> bool {
+        let lasts = matches!(transition.trigger, Trigger::When { .. } | Trigger::Reached { .. });
+        let left = self.path(state).any(|s| s == transition.target);
+        lasts && left && self.path(self.leaf(transition.target)).any(|s| s == state)
+    }
+
     /// The state whose stack runs in a state.
     pub fn owner(&self, state: usize) -> Option<usize> {
         self.path(state).find(|&s| self.states[s].stack.is_some())

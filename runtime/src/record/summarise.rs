@@ -51,6 +51,12 @@ fn unit(m: &Member) -> String {
     units.join(" or ")
 }
 
+/// How many times each state of the machine was entered; nothing where none ran.
+fn entries(controller: &Controller) -> BTreeMap<String, u64> {
+    let all = controller.machine().states.iter().zip(controller.entries()).skip(1);
+    all.filter(|(_, n)| **n > 0).map(|(s, n)| (s.name.clone(), *n)).collect()
+}
+
 /// What to do about a limit that was passed without a reserve, by no more than a tick can lose.
 fn sampling_hint(controller: &Controller, m: &Member, s: &TaskStatistics) -> Option<String> {
     let (evaluator, member) = controller.stages().iter().find_map(|stage| {
@@ -92,6 +98,8 @@ pub struct SummaryRecorder {
     fault: Option<FaultKind>,
     halted: bool,
     states: Vec<StateRecord>,
+    /// How many times the state of the last record had been entered before that.
+    entered_before: u64,
     elapsed_us: Vec<f32>,
     held_back: HeldBackRecorder,
     joints: JointMotionRecorder,
@@ -126,6 +134,7 @@ impl SummaryRecorder {
             fault: None,
             halted: false,
             states: Vec::new(),
+            entered_before: 0,
             elapsed_us: Vec::with_capacity(ticks),
             held_back: HeldBackRecorder::new(controller),
             joints: JointMotionRecorder::new(controller),
@@ -204,6 +213,7 @@ impl SummaryRecorder {
             expectations: Vec::new(),
             faults: self.faults.clone(),
             states: self.states.clone(),
+            entries: entries(controller),
             tasks,
             levels,
             held_back: self.held_back.result(),
@@ -267,9 +277,16 @@ impl SummaryRecorder {
         if tick.state.is_empty() {
             return;
         }
+        let entries = tick.controller.entries().get(tick.state_index).copied().unwrap_or(1);
         match self.states.last_mut() {
-            Some(last) if last.state == tick.state => last.to_s = tick.time,
-            _ => self.states.push(StateRecord { state: tick.state.to_string(), from_s: tick.time, to_s: tick.time }),
+            Some(last) if last.state == tick.state => {
+                (last.to_s, last.entries) = (tick.time, entries.saturating_sub(self.entered_before));
+            }
+            _ => {
+                self.entered_before = entries.saturating_sub(1);
+                let (state, at) = (tick.state.to_string(), tick.time);
+                self.states.push(StateRecord { state, from_s: at, to_s: at, entries: 1 });
+            }
         }
     }
 }

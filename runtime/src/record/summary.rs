@@ -40,6 +40,9 @@ pub struct Summary {
     /// States that the machine was in, in order; empty where none ran.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<StateRecord>,
+    /// How many times each state was entered, those around others among them; without those that never were.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub entries: BTreeMap<String, u64>,
     /// Tasks, by name.
     pub tasks: BTreeMap<String, TaskSummary>,
     /// Levels, the most important first.
@@ -82,6 +85,8 @@ pub struct StateRecord {
     pub from_s: f64,
     /// Until when, in s.
     pub to_s: f64,
+    /// How many times it was entered; more than once where it was left and entered anew at the same tick.
+    pub entries: u64,
 }
 
 /// How a task fared.
