@@ -22,6 +22,35 @@ pub struct Actual {
     pub name: &'static str,
     /// Its type.
     pub ty: ActualType,
+    /// The axes along which it counts, and the parameter of its name too.
+    pub along: Along,
+}
+
+/// The axes along which a vector counts, or into which an orientation turns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Along {
+    /// The world's; a number has none, and this stands in their place.
+    World,
+    /// Those of an arm's tip where all of these hold, elsewhere the world's.
+    Tip {
+        /// The parameter that names the arm.
+        arm: &'static str,
+        /// What must hold.
+        when: &'static [Is],
+        /// The same in words, behind the name of the value.
+        text: &'static str,
+    },
+    /// Those of the parameter that the value is the actual value of.
+    Own,
+}
+
+/// What a parameter that is bound before is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Is {
+    /// A constant number.
+    Number(&'static str, f64),
+    /// A word.
+    Word(&'static str, &'static str),
 }
 
 /// The type of an [`Actual`].

@@ -13,7 +13,7 @@ use stdlib_tasks::task::ActualType;
 use super::cut::cut;
 use super::scope::TaskScope;
 use crate::constants::is_word;
-use crate::expr::{Axes, Graph, Kind, Lowering, Typed, root};
+use crate::expr::{Graph, Kind, Lowering, Typed, root};
 use crate::forms::path_of;
 use crate::names::{list, suggest};
 
@@ -69,6 +69,7 @@ impl TaskScope<'_> {
             ty => ty,
         };
         self.must_move(span)?;
+        let axes = self.axes.get(path.as_str()).cloned().unwrap_or_default();
         let task = self.owner.map_or(0, |o| o.task);
         let first = self.table.capture(CaptureSource::Task(task, path), ty.len());
         let nodes = (first..first + ty.len()).map(|k| graph.push(Op::Input(k))).collect();
@@ -78,7 +79,7 @@ impl TaskScope<'_> {
             ActualType::Rotation | ActualType::Of(_) => (Kind::Rotation, NONE),
             ActualType::Pose => (Kind::Pose, NONE),
         };
-        Ok(Typed { kind, dimension, nodes, bare: false, axes: Axes::default(), span })
+        Ok(Typed { kind, dimension, nodes, bare: false, axes, span })
     }
 
     /// The type of a parameter that was bound before. One that is wrong was reported there.
@@ -119,6 +120,7 @@ impl TaskScope<'_> {
             capturing: true,
             asked: false,
             forms: self.forms,
+            axes: self.axes,
         };
         let typed = Lowering { graph, scope: &mut inside, diagnostics }.value(argument);
         let asked = inside.asked;

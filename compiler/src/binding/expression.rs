@@ -10,7 +10,7 @@ use stdlib_tasks::params::{Form, ParamInfo, Quantity};
 
 use super::cut::cut;
 use super::{Binder, Number, Owner};
-use crate::expr::{Frame, Kind, Typed};
+use crate::expr::{Kind, Typed};
 
 impl Binder<'_> {
     pub(super) fn expression(
@@ -32,18 +32,19 @@ impl Binder<'_> {
             Form::Value { orientation } => {
                 self.good_value(&typed, value, orientation, state, info)?;
                 self.forms.insert(info.name, (typed.kind, typed.dimension));
-                self.axes.insert(info.name, typed.axes.to.clone());
+                self.axes.insert(info.name, typed.axes.clone());
                 ((typed.kind, typed.dimension), None)
             }
             Form::Like(other) | Form::Size(other) => {
                 if let Some(axes) = self.axes.get(other).cloned() {
-                    self.expressed(&typed, &axes, true, &what)?;
+                    self.expressed(&typed, &axes.to, true, &what)?;
                 }
                 (*self.forms.get(other)?, None)
             }
             Form::Number(q) => ((Kind::Scalar, q.dimension), Some(q)),
             Form::Vector(d) => {
-                self.expressed(&typed, &Frame::World, true, &what)?;
+                let axes = self.deviating.clone();
+                self.expressed(&typed, &axes, true, &what)?;
                 ((Kind::Vector, d), None)
             }
         };

@@ -1,5 +1,6 @@
 //! Task parameters: what a spec says of them, bound to numbers, indices and places in the table of values.
 
+mod along;
 mod capture;
 mod condition;
 mod cut;
@@ -25,7 +26,7 @@ use stdlib_tasks::params::{ParamInfo, ParamType, Presence};
 use stdlib_tasks::task::TaskKind;
 
 use crate::constants::Params;
-use crate::expr::{Frame, Graph, Kind, Lowering, Typed};
+use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Typed};
 use crate::forms::{block_of, items_of, text_of, unknown_key};
 use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints};
@@ -33,7 +34,7 @@ use crate::robot_binding::{BoundRobot, joints};
 pub(crate) use condition::Condition;
 pub(crate) use cut::whole;
 use present::axes_of;
-pub(crate) use scope::TaskScope;
+pub(crate) use scope::{Known, TaskScope};
 pub use table::Table;
 
 /// What binding needs to know.
@@ -58,8 +59,12 @@ pub struct Binder<'a> {
     pub numbers: Vec<Number>,
     /// Kind and dimension of those of its parameters that others are like.
     pub forms: BTreeMap<&'static str, (Kind, Dimension)>,
-    /// The axes that these are expressed in.
-    pub axes: BTreeMap<&'static str, Frame>,
+    /// The axes of values of the task itself, by the names of the parameters whose actual values they are.
+    pub axes: BTreeMap<&'static str, Axes>,
+    /// The axes of such parameters of the tasks that were bound before, by the task's index.
+    pub bound_axes: BTreeMap<usize, BTreeMap<&'static str, Axes>>,
+    /// The axes of a parameter of another task that is described now: how it may leave its path.
+    pub deviating: Frame,
     /// The axes of the link that carries the task's plane: its parameter `on`; else the world's.
     pub plane: Frame,
     /// What the task's parameters that are expressions came to.
@@ -130,7 +135,8 @@ impl Binder<'_> {
     /// Types an expression of what the robot does that belongs to no task. `None` where it has no type; the diagnostics
     /// say why.
     fn present(&mut self, value: &Value) -> Option<Typed> {
-        let mut scope = TaskScope::free(self.robot, self.params, self.table, &self.forms);
+        let mut scope =
+            TaskScope::free(self.robot, self.params, self.table, Known { forms: &self.forms, axes: &self.axes });
         Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics }.value(value).ok()
     }
 
@@ -158,6 +164,7 @@ impl Binder<'_> {
         )?;
         let numbers = std::mem::take(&mut self.numbers);
         let operands = std::mem::take(&mut self.operands);
+        self.bound_axes.insert(index, self.axes.clone());
         Some(BoundTask { kind, params, spans, numbers, operands, span: definition.kind.span })
     }
 
@@ -263,6 +270,9 @@ impl Binder<'_> {
                 Some(Bound::Task(task)) => Some(*task),
                 _ => owner.other,
             };
+            if owner.prefix.is_empty() {
+                self.own_axes(owner.kind, &bound);
+            }
             match self.one(Owner { param: info.name, joints: joints.as_deref(), other, ..owner }, info, value) {
                 Some(b) => {
                     bound.insert(info.name.to_string(), b);

@@ -1,13 +1,16 @@
 //! Parameters that name another task or a safety field, and how the target of that task may leave its path.
 
+use std::collections::BTreeMap;
+
 use dsl::Diagnostic;
 use dsl::tree::{Block, Value, ValueKind};
 use stdlib_tasks::bound::{Bound, BoundParams};
 use stdlib_tasks::kinds::safety_planner::{PATH, TURN};
 use stdlib_tasks::params::{ParamInfo, ParamType};
-use stdlib_tasks::task::{Nature, TaskKind};
+use stdlib_tasks::task::Nature;
 
 use super::{Binder, Owner};
+use crate::expr::{Axes, Frame};
 use crate::forms::{block_of, target, text_of, unknown_key, written};
 use crate::names::{list, suggest};
 
@@ -81,7 +84,8 @@ impl Binder<'_> {
         // A task that is none was reported.
         let (name, definition) = self.tasks.get(of?)?.clone();
         let kind = stdlib_tasks::find(&definition.kind.value)?;
-        self.deviating(owner, block, kind.params, (kind, &name), "")
+        let axes = of.and_then(|of| self.bound_axes.get(&of)).cloned().unwrap_or_default();
+        self.deviating(owner, block, kind.params, (&axes, &name), "")
     }
 
     fn deviating(
@@ -89,7 +93,7 @@ impl Binder<'_> {
         owner: Owner,
         block: &Block,
         infos: &'static [ParamInfo],
-        (kind, name): (&'static TaskKind, &str),
+        (axes, name): (&BTreeMap<&'static str, Axes>, &str),
         path: &str,
     ) -> Option<BoundParams> {
         let what = if path.is_empty() { format!("task `{name}`") } else { format!("`{path}` of task `{name}`") };
@@ -111,14 +115,18 @@ impl Binder<'_> {
             };
             let params = match info.ty {
                 ParamType::Group(inner) if may(info) => block_of(&e.value, &format!("`{path}`"), self.diagnostics)
-                    .and_then(|b| self.deviating(owner, b, inner, (kind, name), &path)),
+                    .and_then(|b| self.deviating(owner, b, inner, (axes, name), &path)),
                 ParamType::Vector(_) | ParamType::Rotation => {
                     let turns = info.ty == ParamType::Rotation;
                     let prefix = format!("{}deviate.{path}.", owner.prefix);
                     let owner = Owner { prefix: &prefix, ..owner };
                     let what = format!("deviation `{path}`");
-                    block_of(&e.value, &format!("`{path}`"), self.diagnostics)
-                        .and_then(|b| self.group(owner, if turns { TURN } else { PATH }, b, &what, e.key.span))
+                    // It leads along the axes of the parameter, which are those of a link or the world's.
+                    self.deviating = axes.get(path.as_str()).map_or(Frame::World, |a| a.to.clone());
+                    let bound = block_of(&e.value, &format!("`{path}`"), self.diagnostics)
+                        .and_then(|b| self.group(owner, if turns { TURN } else { PATH }, b, &what, e.key.span));
+                    self.deviating = Frame::World;
+                    bound
                 }
                 ParamType::Expression(_) => {
                     let text = format!("`{path}` of task `{name}` is an expression of any kind, and cannot deviate");

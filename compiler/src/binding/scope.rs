@@ -8,7 +8,7 @@ use stdlib_tasks::dimension::Dimension;
 
 use super::{Owner, Table};
 use crate::constants::Params;
-use crate::expr::{Frame, Graph, Kind, Meaning, Now, Scope, Start, Typed};
+use crate::expr::{Axes, Frame, Graph, Kind, Meaning, Now, Scope, Start, Typed};
 use crate::robot_binding::BoundRobot;
 
 /// The scope of a task's parameters: declared parameters, and what `initial(..)` can capture.
@@ -29,6 +29,17 @@ pub(crate) struct TaskScope<'s> {
     pub asked: bool,
     /// Kind and dimension of parameters that were bound before and are expressions.
     pub forms: &'s BTreeMap<&'static str, (Kind, Dimension)>,
+    /// The axes of the task's own values that are known.
+    pub axes: &'s BTreeMap<&'static str, Axes>,
+}
+
+/// What is known of a task from its parameters that are bound.
+#[derive(Clone, Copy)]
+pub(crate) struct Known<'s> {
+    /// Kind and dimension of those that are expressions.
+    pub forms: &'s BTreeMap<&'static str, (Kind, Dimension)>,
+    /// The axes of the task's own values.
+    pub axes: &'s BTreeMap<&'static str, Axes>,
 }
 
 impl<'s> TaskScope<'s> {
@@ -37,7 +48,7 @@ impl<'s> TaskScope<'s> {
         robot: &'s BoundRobot,
         params: &'s mut Params,
         table: &'s mut Table,
-        forms: &'s BTreeMap<&'static str, (Kind, Dimension)>,
+        Known { forms, axes }: Known<'s>,
     ) -> Self {
         TaskScope {
             robot,
@@ -50,6 +61,7 @@ impl<'s> TaskScope<'s> {
             capturing: false,
             asked: false,
             forms,
+            axes,
         }
     }
 }
@@ -65,6 +77,10 @@ impl Scope for TaskScope<'_> {
 
     fn presence(&mut self, name: &str) -> Option<usize> {
         self.params.presence(name)
+    }
+
+    fn follows(&self) -> bool {
+        self.state
     }
 
     fn instead(&self, name: &str) -> Option<String> {

@@ -39,6 +39,7 @@ impl TaskScope<'_> {
             capturing: false,
             asked: false,
             forms: self.forms,
+            axes: self.axes,
         };
         // Mistakes in it are said where it is lowered for good.
         let mut found = Vec::new();

@@ -18,7 +18,7 @@ use crate::units;
 impl Binder<'_> {
     /// A typed value; `moving` where it may move with time, `state` where the robot's present state may stand in it.
     pub(super) fn typed(&mut self, owner: Owner, value: &Value, moving: bool, state: bool) -> Option<Typed> {
-        let (robot, forms) = (self.robot, &self.forms);
+        let (robot, forms, axes) = (self.robot, &self.forms, &self.axes);
         let kind = owner.kind;
         let mut scope = TaskScope {
             robot,
@@ -31,6 +31,7 @@ impl Binder<'_> {
             capturing: false,
             asked: false,
             forms,
+            axes,
         };
         let typed =
             Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics }.value(value).ok()?;
@@ -51,7 +52,8 @@ impl Binder<'_> {
         quantity: Option<Quantity>,
         what: &str,
     ) -> Option<Slot> {
-        self.value_in(owner, value, (wanted, quantity), &Frame::World, what)
+        let axes = self.target_axes(owner);
+        self.value_in(owner, value, (wanted, quantity), &axes, what)
     }
 
     /// The same for a value that is wanted in given axes.
@@ -65,7 +67,13 @@ impl Binder<'_> {
     ) -> Option<Slot> {
         let constant = quantity.is_some_and(|q| q.constant);
         let typed = self.typed(owner, value, !constant, false)?;
-        self.expressed(&typed, axes, false, what)?;
+        let before = self.diagnostics.len();
+        if self.expressed(&typed, axes, false, what).is_none() {
+            let refused: Vec<Diagnostic> = self.diagnostics.drain(before..).collect();
+            let refused = refused.into_iter().map(|d| self.because(owner, &typed, d)).collect::<Vec<_>>();
+            self.diagnostics.extend(refused);
+            return None;
+        }
         self.placed(owner, value, &typed, (wanted, quantity), what)
     }
 

@@ -77,8 +77,10 @@ impl Lowering<'_> {
                 .label(b.span, b.kind.describe())
                 .help(help_for_kinds(op.value, a.kind, b.kind)),
             ),
-            Err(Mismatch::Axes) if op.value == BinaryOp::Mul => self.fail(frames::turned(a, b, span)),
-            Err(Mismatch::Axes) => self.fail(frames::different(a, b, span)),
+            Err(Mismatch::Axes) if op.value == BinaryOp::Mul => {
+                self.fail(frames::turned(a, b, span, self.scope.follows()))
+            }
+            Err(Mismatch::Axes) => self.fail(frames::different(a, b, span, self.scope.follows())),
             Err(Mismatch::TooLarge) => self.fail(codes::unit_error(&units::UnitError::TooLarge, span)),
         }
     }

@@ -113,7 +113,9 @@ impl Lowering<'_> {
                 span,
             )
             .help("bring them to one unit"),
-            CallError::Axes { first, second } => frames::different(&typed[first], &typed[second], span),
+            CallError::Axes { first, second } => {
+                frames::different(&typed[first], &typed[second], span, self.scope.follows())
+            }
             CallError::Undefined(text) => {
                 Diagnostic::error("HQ0309", span, text).help(format!("`{}`: change what it is given", known.form))
             }

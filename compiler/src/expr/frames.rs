@@ -140,30 +140,36 @@ fn said(typed: &Typed) -> String {
     }
 }
 
-/// Two values that should be expressed in the same axes, and are not.
-pub fn different(a: &Typed, b: &Typed, span: Span) -> Diagnostic {
+/// How a value is brought to some axes: with those of now, or where these cannot stand with those of the start.
+fn brought(name: &str, follows: bool) -> String {
+    if follows { format!("`(..) in {name}`") } else { format!("`initial((..) in {name})`") }
+}
+
+/// Two values that should be expressed in the same axes, and are not. `follows` where what the robot does now may stand.
+pub fn different(a: &Typed, b: &Typed, span: Span, follows: bool) -> Diagnostic {
     let help = match (&a.axes.to, &b.axes.to) {
         _ if matches!(a.kind, Kind::Rotation | Kind::Pose) => {
             "write `inverse(..)` for the way back, or bring one with `in` to the axes of the other".to_string()
         }
         (first, Frame::World) => format!(
-            "bring the first to the axes of the second with `(..) in world`, or the second with `(..) in {}`",
-            first.written()
+            "bring the first to the axes of the second with {}, or the second with {}",
+            brought("world", follows),
+            brought(first.written(), follows)
         ),
-        (first, _) => format!("bring the second to the axes of the first: `(..) in {}`", first.written()),
+        (first, _) => format!("bring the second to the axes of the first: {}", brought(first.written(), follows)),
     };
     mismatch("these are expressed in different axes", a, b, span).help(help)
 }
 
 /// An orientation that turns the vectors of other axes than those that its factor is expressed in.
-pub fn turned(a: &Typed, b: &Typed, span: Span) -> Diagnostic {
+pub fn turned(a: &Typed, b: &Typed, span: Span, follows: bool) -> Diagnostic {
     let wanted = a.axes.from.written();
     let (text, other) = match a.kind {
         Kind::Pose => ("this pose moves what is expressed in other axes", "leave the pose out"),
         _ => ("this orientation turns what is expressed in other axes", "leave the orientation out"),
     };
     mismatch(text, a, b, span)
-        .help(format!("bring the second to the axes of its frame: `(..) in {wanted}`; or {other}"))
+        .help(format!("bring the second to the axes of its frame: {}; or {other}", brought(wanted, follows)))
 }
 
 fn mismatch(text: &str, a: &Typed, b: &Typed, span: Span) -> Diagnostic {

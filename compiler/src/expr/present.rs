@@ -198,7 +198,7 @@ impl Lowering<'_> {
         let of_normal = Fixed { what: "the normal of a plane", form: "[x, y, z]", moves, help };
         let (p, n) = (self.vector(point, &of_point), self.vector(normal, &of_normal));
         let (p, n) = (p?, n?);
-        let Some(axes) = p.axes.to.joined(&n.axes.to) else { return self.fail(frames::different(&p, &n, at)) };
+        let Some(axes) = p.axes.to.joined(&n.axes.to) else { return self.fail(frames::different(&p, &n, at, true)) };
         let point = self.fixed(&p, Some(LENGTH), &of_point)?;
         let normal = nalgebra::Vector3::from(self.fixed(&n, None, &of_normal)?);
         // Scaled first: the square of a huge number is not finite.

@@ -50,6 +50,10 @@ pub trait Scope {
     fn moves(&self) -> bool {
         true
     }
+    /// Whether what the robot does now may stand here; elsewhere only what it did when the stack was entered.
+    fn follows(&self) -> bool {
+        true
+    }
     /// What to write where the name is that of a part of the robot, or no value for another reason.
     fn instead(&self, _name: &str) -> Option<String> {
         None

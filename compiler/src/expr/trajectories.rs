@@ -6,7 +6,7 @@ use runtime::program::{MAX_POINTS, Motion, Shape, TrajectoryProgram};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, TIME};
 
 use super::scope::Failed;
-use super::{Kind, Lowering, Typed, frames, ops};
+use super::{Axes, Frame, Kind, Lowering, Typed, frames, ops};
 use crate::codes;
 use crate::constants::{fits, wrong_dimension};
 use crate::names::{list, suggest};
@@ -114,6 +114,16 @@ impl<'v> Call<'v> {
         let at = self.of.named.iter().position(|n| n.name == wanted.name)?;
         self.given.get(at).copied().flatten()
     }
+}
+
+/// Where a trajectory begins.
+struct Begun {
+    /// Its value there.
+    value: Vec<usize>,
+    /// Its velocity there; nothing for zero.
+    velocity: Vec<usize>,
+    /// The axes that beginning and goal share.
+    to: Frame,
 }
 
 impl Lowering<'_> {
@@ -228,13 +238,14 @@ impl Lowering<'_> {
                 }
             }
         }
-        let (start, velocity) = self.start(&call, &Typed { dimension, ..last.clone() }, span)?;
+        let Begun { value: start, velocity, to } = self.start(&call, &Typed { dimension, ..last.clone() }, span)?;
         all?;
         let goals = goals.into_iter().flat_map(|g| g.nodes).collect();
         let program = TrajectoryProgram { motion: call.of.motion, shape, at: 0, goals, limits, start, velocity };
         let nodes = self.graph.trajectory(program);
         let dimension = if matches!(last.kind, Kind::Rotation | Kind::Pose) { NONE } else { dimension };
-        Ok(Typed { nodes, dimension, bare: false, span, ..last })
+        let axes = Axes { to, ..last.axes };
+        Ok(Typed { nodes, dimension, bare: false, span, axes, ..last })
     }
 
     /// Goals of one kind and dimension, in the same axes, which do not follow the robot.
@@ -255,7 +266,7 @@ impl Lowering<'_> {
                 return self.fail(d.help("bring them to one unit"));
             };
             let Some(axes) = goals[0].axes.joined(&goals[i].axes) else {
-                return self.fail(frames::different(&goals[0], &goals[i], span));
+                return self.fail(frames::different(&goals[0], &goals[i], span, false));
             };
             let bare = goals[0].bare && goals[i].bare;
             goals[0] = Typed { dimension, axes: axes.clone(), bare, ..goals[0].clone() };
@@ -320,7 +331,7 @@ impl Lowering<'_> {
     }
 
     /// Where a trajectory to `goal` begins, and its velocity there.
-    fn start(&mut self, call: &Call, goal: &Typed, span: Span) -> Result<(Vec<usize>, Vec<usize>), Failed> {
+    fn start(&mut self, call: &Call, goal: &Typed, span: Span) -> Result<Begun, Failed> {
         let from = call.get(&FROM);
         let start = self.scope.start(self.graph, from, span, self.diagnostics).ok_or(Failed)?;
         let (value, velocity) = match (start, from) {
@@ -337,10 +348,10 @@ impl Lowering<'_> {
         if number && !value.bare && !ops::is_zero(self.graph, &value) && !goal.dimension.accepts(value.dimension) {
             return self.fail(wrong_dimension(&value, goal.dimension, "`from`"));
         }
-        if goal.axes.joined(&value.axes).is_none() {
-            return self.fail(frames::different(goal, &value, span));
+        match goal.axes.to.joined(&value.axes.to) {
+            Some(to) => Ok(Begun { value: value.nodes, velocity, to }),
+            None => self.fail(frames::different(goal, &value, span, false)),
         }
-        Ok((value.nodes, velocity))
     }
 }
 

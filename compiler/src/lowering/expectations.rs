@@ -13,7 +13,7 @@ use super::formulas::{Source, Ticks};
 use super::predicates::{Graphs, measure, mixed, number, predicate};
 use super::shapes::Shape;
 use super::watch::Watch;
-use crate::binding::TaskScope;
+use crate::binding::{Known, TaskScope};
 use crate::names::list;
 use crate::robot_binding::BoundRobot;
 
@@ -96,9 +96,9 @@ impl Source for OfRobot<'_> {
         let Lowerer { graph, table, params, diagnostics, meant, .. } = lowerer;
         let width = self.program.interface.width();
         let fault = measure(graph, width, self.measures, Measure::Fault(None));
-        let (forms, mut named) = (Default::default(), BTreeSet::new());
+        let (forms, axes, mut named) = (Default::default(), Default::default(), BTreeSet::new());
         let mut scope = Watch {
-            inner: TaskScope::free(self.robot, params, table, &forms),
+            inner: TaskScope::free(self.robot, params, table, Known { forms: &forms, axes: &axes }),
             program: self.program,
             shapes: self.shapes,
             measures: self.measures,

@@ -191,6 +191,8 @@ impl<'a> Lowerer<'a> {
             defaults: std::collections::BTreeMap::new(),
             numbers: Vec::new(),
             axes: std::collections::BTreeMap::new(),
+            bound_axes: std::collections::BTreeMap::new(),
+            deviating: crate::expr::Frame::World,
             plane: crate::expr::Frame::World,
             forms: std::collections::BTreeMap::new(),
             operands: std::collections::BTreeMap::new(),

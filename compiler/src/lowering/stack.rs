@@ -6,6 +6,7 @@ use dsl::tree::{Entry, Let, MemberTask, Stack, Task, TaskDefinition, Value, Valu
 use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::{LevelProgram, MemberProgram, StackProgram};
 use stdlib_tasks::dimension::NONE;
+use stdlib_tasks::params::ParamType;
 
 use super::Lowerer;
 use super::declared::twice;
@@ -31,7 +32,17 @@ impl Lowerer<'_> {
         for it in later {
             binder.named(it);
         }
-        let bound = definitions.iter().enumerate().map(|(i, (_, d))| binder.task(d, i)).collect();
+        // A task that names another is bound after it: it wants to know in which axes that one's target counts.
+        let names_another = |d: &TaskDefinition| {
+            let kind = stdlib_tasks::find(&d.kind.value);
+            kind.is_some_and(|k| k.params.iter().any(|p| p.ty == ParamType::Task))
+        };
+        let mut bound: Vec<Option<BoundTask>> = definitions.iter().map(|_| None).collect();
+        for naming in [false, true] {
+            for (i, (_, d)) in definitions.iter().enumerate().filter(|(_, (_, d))| names_another(d) == naming) {
+                bound[i] = binder.task(d, i);
+            }
+        }
         // What was given for a parameter and refused is not refused again wherever the parameter stands.
         let again = |d: &Diagnostic| {
             let at = d.primary.span;

@@ -10,7 +10,7 @@ use crate::kinds::frame_pose::{actual_pose, pose_measures, pose_rows};
 use crate::params::{Input, ParamType, Presence};
 use crate::so3;
 use crate::task::{
-    Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+    Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
 };
 use crate::tracking;
 
@@ -85,8 +85,8 @@ wrench { force [20, 0, 0] N * smoothstep(t/(1 s)) }\n}",
     params: Params::INFO,
     positional: &["frame"],
     actuals: &[
-        Actual { name: "target.position", ty: ActualType::Vector(LENGTH) },
-        Actual { name: "target.orientation", ty: ActualType::Rotation },
+        Actual { name: "target.position", ty: ActualType::Vector(LENGTH), along: Along::World },
+        Actual { name: "target.orientation", ty: ActualType::Rotation, along: Along::World },
     ],
     tells: &[],
     reckons: None,

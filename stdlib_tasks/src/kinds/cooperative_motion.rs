@@ -18,9 +18,22 @@ use crate::kinds::uncooperative_motion::Pose;
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::so3;
 use crate::task::{
-    Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+    Actual, ActualType, Along, BuildError, Context, Is, Measure, Nature, RowInfo, Rows, State, Task, TaskFault,
+    TaskKind,
 };
 use crate::tracking::{self, axes};
+
+crate::params! {
+    /// Target pose of the right tip relative to the left one.
+    pub struct Relative {
+        /// Target position; it may move with time. It counts along the axes of the left tip, with `relative_to world` or
+        /// `beta 0` along those of the world.
+        position: Input<3> = ParamType::Vector(LENGTH), Presence::Required;
+        /// Target orientation; it may move with time. It turns the axes of the right tip into those of the left one, with
+        /// `beta 0` into those of the world.
+        orientation: Input<4> = ParamType::Rotation, Presence::Required;
+    }
+}
 
 crate::params! {
     /// Parameters of `cooperative_motion`.
@@ -39,11 +52,25 @@ crate::params! {
         /// Target pose of the absolute frame in the world.
         absolute: BoundParams = ParamType::Group(Pose::INFO), Presence::Required;
         /// Target pose of the right tip relative to the left one.
-        relative: BoundParams = ParamType::Group(Pose::INFO), Presence::Required;
+        relative: BoundParams = ParamType::Group(Relative::INFO), Presence::Required;
         /// K: how fast the errors decay.
         gain: Input<2> = ParamType::Gains(&["linear", "angular"]), Presence::Default("2 /s");
     }
 }
+
+/// The axes of the relative position.
+const POSITION: Along = Along::Tip {
+    arm: "left_arm",
+    when: &[Is::Number("beta", 1.0), Is::Word("relative_to", "left")],
+    text: "counts along the axes of the left tip; with `relative_to world`, or `beta 0`, along those of the world",
+};
+
+/// The axes into which the relative orientation turns those of the right tip.
+const ORIENTATION: Along = Along::Tip {
+    arm: "left_arm",
+    when: &[Is::Number("beta", 1.0)],
+    text: "turns the axes of the right tip into those of the left one; with `beta 0` into those of the world",
+};
 
 /// The catalogue entry.
 pub static KIND: TaskKind = TaskKind {
@@ -57,6 +84,9 @@ p_rel = R_l^T (p_r - p_l)   relative_to left,  β = 1\n\
 p_rel = p_r - β p_l         relative_to world, or β = 0\n\
 R_rel = R_l^T R_r  for β = 1,   R_r  for β = 0\n\
 ```\n\n\
+`initial(relative.position)` and the target of the relative position count along the same axes: those of the left tip, or \
+the world's where `relative_to world` or `beta 0` says so. So do the orientations, which turn the axes of the right tip into \
+those of the left one, or into the world's with `beta 0`; `relative_to` says nothing of them. A value in other axes is refused.\n\n\
 `alpha 1` is the left tip and `alpha 0` the right one (the sentence after thesis (3.28) has them exchanged). \
 With `beta 0`, `alpha 1` the two arms are independent.\n\n\
 The angular velocity of the absolute frame is `ω_l + R_l M R_l^T (ω_r - ω_l) - α' R_l log(R_l^T R_r)` with \
@@ -71,10 +101,10 @@ relative { position initial(relative.position)  orientation initial(relative.ori
     params: Params::INFO,
     positional: &[],
     actuals: &[
-        Actual { name: "absolute.position", ty: ActualType::Vector(LENGTH) },
-        Actual { name: "absolute.orientation", ty: ActualType::Rotation },
-        Actual { name: "relative.position", ty: ActualType::Vector(LENGTH) },
-        Actual { name: "relative.orientation", ty: ActualType::Rotation },
+        Actual { name: "absolute.position", ty: ActualType::Vector(LENGTH), along: Along::World },
+        Actual { name: "absolute.orientation", ty: ActualType::Rotation, along: Along::World },
+        Actual { name: "relative.position", ty: ActualType::Vector(LENGTH), along: POSITION },
+        Actual { name: "relative.orientation", ty: ActualType::Rotation, along: ORIENTATION },
     ],
     tells: &[],
     reckons: None,
@@ -88,7 +118,7 @@ struct CooperativeMotion {
     coupled: bool,
     in_left: bool,
     absolute: Pose,
-    relative: Pose,
+    relative: Relative,
     gain: Input<2>,
 }
 
@@ -120,7 +150,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         coupled: beta == 1.0,
         in_left,
         absolute: Pose::from_bound(&params.absolute)?,
-        relative: Pose::from_bound(&params.relative)?,
+        relative: Relative::from_bound(&params.relative)?,
         gain: params.gain,
     }))
 }

@@ -7,7 +7,7 @@ use crate::dimension::{ANGLE, RATE};
 use crate::kinds::frame_pose::{actual_pose, pose_rows};
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::task::{
-    Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+    Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
 };
 use crate::tracking;
 
@@ -34,7 +34,7 @@ short and either may be taken.\n\nSource: thesis (2.5), (3.33), (3.34).",
     nature: Nature::Target,
     params: Params::INFO,
     positional: &["frame"],
-    actuals: &[Actual { name: "orientation", ty: ActualType::Rotation }],
+    actuals: &[Actual { name: "orientation", ty: ActualType::Rotation, along: Along::World }],
     tells: &[],
     reckons: None,
     build,

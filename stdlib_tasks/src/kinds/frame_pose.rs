@@ -6,7 +6,7 @@ use crate::bound::{BoundParams, check};
 use crate::dimension::{ANGLE, LENGTH};
 use crate::params::{Input, ParamType, Presence};
 use crate::task::{
-    Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+    Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
 };
 use crate::tracking;
 
@@ -37,8 +37,8 @@ are the frame's own pose at the moment the stack became active.\n\nSource: thesi
     params: Params::INFO,
     positional: &["frame"],
     actuals: &[
-        Actual { name: "position", ty: ActualType::Vector(LENGTH) },
-        Actual { name: "orientation", ty: ActualType::Rotation },
+        Actual { name: "position", ty: ActualType::Vector(LENGTH), along: Along::World },
+        Actual { name: "orientation", ty: ActualType::Rotation, along: Along::World },
     ],
     tells: &[],
     reckons: None,

@@ -14,7 +14,7 @@ use crate::dimension::{Dimension, NONE, RATE};
 use crate::expression::{Term, settle};
 use crate::params::{Form, Input, Operand, ParamType, Presence, Quantity};
 use crate::task::{
-    Actual, ActualType, BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+    Actual, ActualType, Along, BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind,
 };
 use crate::written::{Gain, actual, dimension, fault, row_names};
 
@@ -57,7 +57,7 @@ Source: thesis (3.19) for any h; the derivative by reverse accumulation is ours.
     nature: Nature::Limit,
     params: Params::INFO,
     positional: &["value"],
-    actuals: &[Actual { name: "value", ty: ActualType::Of("value") }],
+    actuals: &[Actual { name: "value", ty: ActualType::Of("value"), along: Along::Own }],
     tells: &[],
     reckons: Some(&Reckons::LIMIT),
     build,

@@ -22,7 +22,7 @@ use crate::bound::{Arm, BoundParams, Slot, check};
 use crate::dimension::{ANGLE, RATE};
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::task::{
-    Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+    Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
 };
 
 crate::params! {
@@ -52,7 +52,7 @@ Source: thesis (3.35)-(3.42). The gradient is that of the dihedral angle, checke
     nature: Nature::Target,
     params: Params::INFO,
     positional: &[],
-    actuals: &[Actual { name: "*", ty: ActualType::Scalar(ANGLE) }],
+    actuals: &[Actual { name: "*", ty: ActualType::Scalar(ANGLE), along: Along::World }],
     tells: &[],
     reckons: None,
     build,

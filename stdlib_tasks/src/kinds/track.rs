@@ -19,7 +19,7 @@ use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::params::{Form, Operand, ParamType, Presence, Quantity};
 use crate::so3;
 use crate::task::{
-    Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+    Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
 };
 use crate::written::{Gain, actual, dimension, fault, row_names};
 
@@ -59,7 +59,7 @@ Source: thesis (2.5) for any y; the derivative by reverse accumulation is ours."
     nature: Nature::Target,
     params: Params::INFO,
     positional: &["value"],
-    actuals: &[Actual { name: "value", ty: ActualType::Of("value") }],
+    actuals: &[Actual { name: "value", ty: ActualType::Of("value"), along: Along::Own }],
     tells: &[],
     reckons: None,
     build,

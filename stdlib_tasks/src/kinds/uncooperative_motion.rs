@@ -7,7 +7,7 @@ use crate::dimension::LENGTH;
 use crate::kinds::frame_pose::{actual_pose, pose_measures, pose_rows};
 use crate::params::{Input, ParamType, Presence};
 use crate::task::{
-    Actual, ActualType, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+    Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
 };
 use crate::tracking;
 
@@ -51,10 +51,10 @@ right { position initial(right.position)  orientation initial(right.orientation)
     params: Params::INFO,
     positional: &[],
     actuals: &[
-        Actual { name: "left.position", ty: ActualType::Vector(LENGTH) },
-        Actual { name: "left.orientation", ty: ActualType::Rotation },
-        Actual { name: "right.position", ty: ActualType::Vector(LENGTH) },
-        Actual { name: "right.orientation", ty: ActualType::Rotation },
+        Actual { name: "left.position", ty: ActualType::Vector(LENGTH), along: Along::World },
+        Actual { name: "left.orientation", ty: ActualType::Rotation, along: Along::World },
+        Actual { name: "right.position", ty: ActualType::Vector(LENGTH), along: Along::World },
+        Actual { name: "right.orientation", ty: ActualType::Rotation, along: Along::World },
     ],
     tells: &[],
     reckons: None,

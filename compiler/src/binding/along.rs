@@ -1,0 +1,76 @@
+//! The axes along which the values of a task count: those of the world, or what other parameters of the task say.
+
+use dsl::Diagnostic;
+use stdlib_tasks::bound::{Bound, BoundParams};
+use stdlib_tasks::task::{ActualType, Along, Is, TaskKind};
+
+use super::present::axes_of;
+use super::{Binder, Owner};
+use crate::expr::{Axes, Frame, Typed};
+
+impl Binder<'_> {
+    /// Notes the axes of the task's own values, as far as the parameters that are bound say. Those of expressions are noted
+    /// when these are bound.
+    pub(super) fn own_axes(&mut self, kind: &'static TaskKind, bound: &BoundParams) {
+        for a in kind.actuals.iter().filter(|a| !matches!(a.ty, ActualType::Scalar(_))) {
+            let frame = match a.along {
+                Along::World => Frame::World,
+                Along::Tip { arm, when, .. } => self.tip(arm, when, bound),
+                Along::Own => continue,
+            };
+            // What lies between two tips has no origin of its own.
+            let origins = if matches!(a.along, Along::World) { Some(1.0) } else { None };
+            let axes = match a.ty {
+                ActualType::Vector(_) | ActualType::Pose => Axes { origins, ..Axes::direction(frame) },
+                _ => Axes::orientation(Frame::Any, frame),
+            };
+            self.axes.insert(a.name, axes);
+        }
+    }
+
+    /// The axes of an arm's tip where all of these hold, else the world's; any where that is not known, because a parameter
+    /// was refused.
+    fn tip(&self, arm: &str, when: &[Is], bound: &BoundParams) -> Frame {
+        let Some(Bound::Arm(arm)) = bound.get(arm) else { return Frame::Any };
+        let mut all = true;
+        for is in when {
+            let holds = match (
+                is,
+                bound.get(match is {
+                    Is::Number(name, _) | Is::Word(name, _) => *name,
+                }),
+            ) {
+                (Is::Number(_, x), Some(Bound::Value(slot))) => {
+                    self.table.nodes.get(slot.at).and_then(|&n| self.graph.constant(n)).map(|n| n == *x)
+                }
+                (Is::Word(_, word), Some(Bound::Choice(said))) => Some(said == word),
+                _ => None,
+            };
+            match holds {
+                Some(holds) => all &= holds,
+                None => return Frame::Any,
+            }
+        }
+        if all { axes_of(&self.robot.model, arm.tip) } else { Frame::World }
+    }
+
+    /// The axes in which the target of a task's own value is wanted.
+    pub(super) fn target_axes(&self, owner: Owner) -> Frame {
+        let path = format!("{}{}", owner.prefix, owner.param);
+        self.axes.get(path.as_str()).map_or(Frame::World, |a| a.to.clone())
+    }
+
+    /// Says of a value of other axes than its parameter's why these are wanted, where another parameter says so.
+    pub(super) fn because(&self, owner: Owner, typed: &Typed, d: Diagnostic) -> Diagnostic {
+        let path = format!("{}{}", owner.prefix, owner.param);
+        let along = owner.kind.actuals.iter().find(|a| a.name == path).map(|a| a.along);
+        let Some(Along::Tip { text, .. }) = along else { return d };
+        let wanted = self.target_axes(owner);
+        let kind = if typed.kind == crate::expr::Kind::Rotation { "rpy(..)" } else { "[x, y, z] m" };
+        let name = wanted.written();
+        d.note(format!("`{path}` {text}")).help(format!(
+            "write what it is along {}, `{kind} in {name}`, or bring it there as it is at the start, `initial((..) in {name})`",
+            wanted.describe()
+        ))
+    }
+}
