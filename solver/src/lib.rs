@@ -73,9 +73,9 @@ mod distance;
 mod factor;
 mod nnls;
 pub mod problem;
+pub mod smooth;
 pub mod solution;
 mod space;
-pub mod smooth;
 mod stage;
 pub mod structure;
 
@@ -84,6 +84,6 @@ pub use backend::Backend;
 pub use cascade::{ClarabelCascade, Statistics};
 pub use certificate::certificate;
 pub use problem::{Level, LevelShape, Problem, ProblemError, check};
-pub use solution::{Active, Blocking, HierarchicalSolver, LevelSolution, LevelStatus, Solution, Status};
 pub use smooth::Smooth;
+pub use solution::{Active, Blocking, HierarchicalSolver, LevelSolution, LevelStatus, Solution, Status};
 pub use structure::Structure;

@@ -26,7 +26,7 @@ pub(super) static BUILT_IN: &[Word] = &[
     word(
         "initial",
         "`initial(VALUE)`: the value at the moment the stack becomes active, of any expression of what the robot does or \
-         of a value of the task.",
+         of a value of the task; behind `expect` the value at the start of the run.",
     ),
     word(
         "frame",

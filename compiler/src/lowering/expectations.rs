@@ -80,6 +80,17 @@ fn no_value(program: &Program, task: usize, at: Span, of_states: bool) -> Option
     Some(d.here(where_).help("say for which states it is meant: `always (in(STATE) implies ..)`"))
 }
 
+/// A named value that belongs to a stack: one that moves along a trajectory, or was captured.
+pub(super) fn of_a_stack(moves: bool, at: Span) -> Diagnostic {
+    let help = "a `let` that holds it belongs into the parameters of tasks";
+    if moves {
+        return Diagnostic::error("HQ0312", at, "a trajectory has no meaning in an expectation").help(help);
+    }
+    Diagnostic::error("HQ0311", at, "a `let` with `initial(..)` has no meaning in an expectation")
+        .note("there it captures a value when a stack becomes active, and an expectation belongs to no stack")
+        .help("write `initial(..)` in the expectation itself: the value at the start of the run")
+}
+
 impl Source for OfRobot<'_> {
     fn units(&self) -> Vec<Unit> {
         self.scenario.units()
@@ -105,6 +116,8 @@ impl Source for OfRobot<'_> {
             mixed: &mut self.mixed,
             fault,
             named: &mut named,
+            used: &mut self.scenario.measures,
+            capturing: false,
         };
         let found = number(value, graph, &mut scope, diagnostics);
         // Who is watched is used.
@@ -116,12 +129,8 @@ impl Source for OfRobot<'_> {
         let p = predicate(found, Graphs { graph, table, width }, layout, (self.measures, &mut self.scenario.measures));
         let Some(p) = p else {
             self.scenario.measures.truncate(before);
-            let d = if lowerer.graph.moves_along(&[found.0]) {
-                Diagnostic::error("HQ0312", value.span, "a trajectory has no meaning in an expectation")
-            } else {
-                Diagnostic::error("HQ0311", value.span, "`initial(..)` has no meaning in an expectation")
-            };
-            lowerer.push(d.help("a `let` that holds it belongs into the parameters of tasks"));
+            let d = of_a_stack(lowerer.graph.moves_along(&[found.0]), value.span);
+            lowerer.push(d);
             return None;
         };
         let is_state = |at: &usize| {

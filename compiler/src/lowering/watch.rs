@@ -6,16 +6,18 @@ use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use robot::LinkId;
 use runtime::FaultKind;
-use runtime::program::{Measure, Program};
+use runtime::expect::Unit;
+use runtime::program::{Measure, PredicateTable, Program};
 use stdlib_tasks::dimension::{ACCELERATION, Dimension, NONE, RATE, VELOCITY};
 use stdlib_tasks::task::Nature;
 
-use super::predicates::measure;
+use super::expectations::of_a_stack;
+use super::predicates::{Graphs, measure, predicate};
 use super::shapes::Shape;
 use super::states::state;
 use crate::binding::TaskScope;
 use crate::constants::joint_dimension;
-use crate::expr::{Axes, Frame, Graph, Kind, Meaning, Now, Scope, Start, Symbol, Typed};
+use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Start, Symbol, Typed};
 use crate::forms::path_of;
 use crate::names::{list, suggest};
 use crate::robot_binding::{joints, unknown_joint};
@@ -36,6 +38,10 @@ pub(super) struct Watch<'s> {
     pub fault: usize,
     /// Tasks that were named.
     pub named: &'s mut BTreeSet<usize>,
+    /// Measures of the scenario, in the order of their numbers.
+    pub used: &'s mut Vec<Measure>,
+    /// Inside `initial(..)`.
+    pub capturing: bool,
 }
 
 /// What is wrong; none where it was reported elsewhere.
@@ -253,13 +259,36 @@ impl Scope for Watch<'_> {
         self.inner.presence(name)
     }
 
-    fn initial(&mut self, _: &mut Graph, _: &Value, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
-        diagnostics.push(
-            Diagnostic::error("HQ0311", span, "`initial(..)` has no meaning in an expectation")
-                .note("it captures a value when a stack becomes active, and an expectation belongs to no stack")
-                .help("write the value that is meant as a constant"),
-        );
-        None
+    /// The value at the start of the run: each of its numbers is a measure of its own.
+    fn initial(
+        &mut self,
+        graph: &mut Graph,
+        argument: &Value,
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Typed> {
+        if self.capturing {
+            let d = Diagnostic::error("HQ0311", span, "an `initial(..)` inside another");
+            diagnostics.push(d.help("leave it out: all that stands in the outer one is of the same moment"));
+            return None;
+        }
+        self.capturing = true;
+        let typed = Lowering { graph: &mut *graph, scope: &mut *self, diagnostics: &mut *diagnostics }.value(argument);
+        self.capturing = false;
+        let typed = typed.ok()?;
+        let width = self.program.interface.width();
+        let layout = PredicateTable { signals: width, measures: 0 };
+        let mut nodes = Vec::new();
+        for &node in &typed.nodes {
+            let graphs = Graphs { graph, table: self.inner.table, width };
+            let number = (node, Unit::Quantity(typed.dimension));
+            let Some(p) = predicate(number, graphs, layout, (self.measures, self.used)) else {
+                diagnostics.push(of_a_stack(graph.moves_along(&typed.nodes), argument.span));
+                return None;
+            };
+            nodes.push(measure(graph, width, self.measures, Measure::Initial(p.value)));
+        }
+        Some(Typed { nodes, span, ..typed })
     }
 
     fn start(

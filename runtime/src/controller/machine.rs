@@ -20,6 +20,7 @@ use crate::evaluator::Moment;
 use crate::fault::Fault;
 use crate::program::{FaultPattern, MachineProgram, Program, Times, TransitionProgram, Trigger};
 use crate::signals::Signals;
+use crate::values::ValueTable;
 
 /// What the outside world is asked at a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

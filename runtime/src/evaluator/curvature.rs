@@ -133,6 +133,7 @@ impl Stack<'_> {
                 values: self.values,
                 rates: self.rates,
                 velocity: &velocity,
+                stack_velocity: &velocity,
             };
             let fails = self.tasks[task].update(&state, &mut out).is_err() || undefined;
             if fails || jacobian.iter().any(|a| !a.is_finite()) {

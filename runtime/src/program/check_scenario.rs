@@ -26,6 +26,7 @@ impl Program {
 
     fn check_expectations(&self, scenario: &ScenarioProgram, place: &str) -> Result<(), ProgramError> {
         let task = |t: usize| t < self.tasks.len();
+        let width = scenario.table(self).width();
         for (i, measure) in scenario.measures.iter().enumerate() {
             let good = match measure {
                 Measure::Margin(t) | Measure::Error { task: t, .. } => task(*t),
@@ -37,10 +38,10 @@ impl Program {
                 Measure::Acceleration(d) => *d < self.robot.model.nv(),
                 Measure::Reversals(dofs) => dofs.iter().all(|d| *d < self.robot.model.nv()),
                 Measure::Fault(_) => true,
+                Measure::Initial(e) => e.check(&self.robot.model, width).is_ok() && e.outputs.len() == 1,
             };
             ensure(good, &format!("{place}.measures[{i}]"), "measures something that does not exist")?;
         }
-        let width = scenario.table(self).width();
         for (i, p) in scenario.predicates.iter().enumerate() {
             let place = format!("{place}.predicates[{i}]");
             p.value.check(&self.robot.model, width).map_err(|text| error(&place, text))?;

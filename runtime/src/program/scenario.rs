@@ -257,6 +257,9 @@ pub enum Measure {
     PointAcceleration(LinkId),
     /// How often these degrees of freedom have reversed so far, all together.
     Reversals(Vec<usize>),
+    /// The number that this was at the start of the run. Its inputs are places of [`ScenarioProgram::table`], without those
+    /// of other numbers of the start.
+    Initial(Expression),
 }
 
 impl Measure {
@@ -270,7 +273,8 @@ impl Measure {
             | Measure::PointSpeed(_)
             | Measure::Acceleration(_)
             | Measure::PointAcceleration(_)
-            | Measure::Reversals(_) => None,
+            | Measure::Reversals(_)
+            | Measure::Initial(_) => None,
         }
     }
 }

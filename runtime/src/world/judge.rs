@@ -7,7 +7,7 @@ use stdlib_tasks::task::State;
 use super::measures::Measures;
 use crate::expect::formula::Unit;
 use crate::expect::{MAX_KEPT, Monitor, Outcome};
-use crate::program::{PredicateTable, Program, ProgramError, ScenarioProgram, error};
+use crate::program::{Measure, PredicateTable, Program, ProgramError, ScenarioProgram, error};
 use crate::simulate::{Recorder, Tick};
 
 /// A recorder that knows at the end what became of each expectation.
@@ -16,6 +16,8 @@ pub struct Judge {
     data: Data,
     measures: Measures,
     predicates: Vec<(Evaluation, Unit)>,
+    /// Numbers of the start of the run, each with its place in the table; empty once they are known.
+    starts: Vec<(usize, Evaluation)>,
     monitors: Vec<Monitor>,
     layout: PredicateTable,
     /// What predicates read, and rates of nothing.
@@ -44,7 +46,13 @@ impl Judge {
             }
             monitors.push(monitor);
         }
+        let start = |(k, m): (usize, &Measure)| match m {
+            Measure::Initial(e) => Some((layout.measure(k), Evaluation::new(e, &model))),
+            _ => None,
+        };
+        let starts = scenario.measures.iter().enumerate().filter_map(start).collect();
         Ok(Judge {
+            starts,
             data: Data::new(&model),
             measures: Measures::new(program, &scenario.measures)?,
             predicates: scenario.predicates.iter().map(|p| (Evaluation::new(&p.value, &model), p.unit)).collect(),
@@ -65,13 +73,17 @@ impl Judge {
 
 impl Recorder for Judge {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
-        let Judge { model, data, measures, predicates, layout, table, rates, row, .. } = self;
+        let Judge { model, data, measures, predicates, starts, layout, table, rates, row, .. } = self;
         table[PredicateTable::T] = tick.time - tick.controller.stage_entered();
         table[PredicateTable::TIME] = tick.time;
         table[layout.signal(0)..layout.measure(0)].copy_from_slice(tick.signals);
         measures.tick(tick, &mut table[layout.measure(0)..]);
         model.forward(tick.q, data);
         let velocity = tick.command;
+        for (place, mut value) in starts.drain(..) {
+            let state = State { model, data, q: tick.q, values: table, rates, velocity, stack_velocity: velocity };
+            table[place] = if value.forward(&state).is_ok() { value.value(0) } else { f64::NAN };
+        }
         let state = State { model, data, q: tick.q, values: table, rates, velocity, stack_velocity: velocity };
         for ((value, unit), out) in predicates.iter_mut().zip(row.iter_mut()) {
             let number = if value.forward(&state).is_ok() { value.value(0) } else { f64::NAN };

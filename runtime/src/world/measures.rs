@@ -40,7 +40,8 @@ struct Probe {
 impl Probe {
     fn new(program: &Program, task: usize) -> Result<Probe, ProgramError> {
         let member = MemberProgram { task, weight: 1.0, idle: Vec::new() };
-        let level = LevelProgram { name: String::new(), hard: false, damping: 0.0, exact: false, members: vec![member] };
+        let level =
+            LevelProgram { name: String::new(), hard: false, damping: 0.0, exact: false, members: vec![member] };
         let own = StackProgram { name: String::new(), locked: Vec::new(), levels: vec![level] };
         // A task is built for the stack that it stands in.
         let stack = stack_of(program, task).unwrap_or(&own);
@@ -212,6 +213,8 @@ impl Measures {
                     chosen.acceleration_of_link(i, velocity)
                 }
                 Measure::Reversals(dofs) => dofs.iter().map(|d| chosen.reversals[*d].count() as f64).sum(),
+                // The judge wrote it at the first tick.
+                Measure::Initial(_) => *x,
             };
         }
         chosen.before.copy_from_slice(tick.v);
