@@ -141,6 +141,14 @@ impl Smooth {
         self.damped.get(level).and_then(Option::as_ref).is_some_and(|d| d.used)
     }
 
+    /// The damped levels of the last solve: the level, its problem with those above as they were settled, and the answer.
+    pub fn damped(&self) -> impl Iterator<Item = (usize, &Problem, &Solution)> {
+        self.damped
+            .iter()
+            .enumerate()
+            .filter_map(|(k, d)| d.as_ref().filter(|d| d.used).map(|d| (k, &d.problem, &d.solution)))
+    }
+
     /// Copies the problem, without the damping of levels that may be damped here.
     fn copy(&mut self, problem: &Problem) {
         self.settled.reference.copy_from_slice(&problem.reference);
@@ -268,6 +276,8 @@ impl HierarchicalSolver for Smooth {
                 return;
             }
             one.settle(&problem.levels[k], &mut settled.levels[k], &undamped.levels[k].slack);
+            // The room is for the levels below, not for the choice of the nearest point.
+            settled.reference.copy_from_slice(&one.solution.x);
             below.solve(settled, answer);
             if answer.status != Status::Optimal {
                 solution.status = answer.status;

@@ -173,14 +173,9 @@ impl Stage {
         self.solver.settled().unwrap_or(&self.problem)
     }
 
-    /// A solver like that of the stack, with another backend.
-    pub fn other_solver(&self, program: &Program) -> Smooth {
-        let mut program_of_other = program.clone();
-        program_of_other.run.solver = program.run.solver.other();
-        match program.stacks.get(self.stack) {
-            Some(stack) => smooth(&self.problem, stack, &program_of_other),
-            None => Smooth::new(&self.problem, program_of_other.run.solver),
-        }
+    /// The solver of its hierarchy, after the last tick.
+    pub fn solver(&self) -> &Smooth {
+        &self.solver
     }
 
     /// Names of its levels.

@@ -2,7 +2,7 @@
 //! put to the certificate: that of the problem in which damped levels ask for what they reached.
 
 use serde::Serialize;
-use solver::{HierarchicalSolver, Smooth, Solution, Status, certificate};
+use solver::{Backend, HierarchicalSolver, Problem, Solution, Status, certificate};
 
 use crate::controller::{Controller, Stage};
 use crate::program::Program;
@@ -34,12 +34,30 @@ pub struct Verification {
     pub max_certificate: f64,
 }
 
-/// Solves every tick a second time.
+/// A solver of the other backend, with its answer.
+struct Second {
+    solver: Box<dyn HierarchicalSolver + Send>,
+    solution: Solution,
+}
+
+impl Second {
+    fn new(backend: Backend, problem: &Problem) -> Second {
+        Second { solver: backend.solver(problem), solution: Solution::new(problem) }
+    }
+
+    /// The largest difference of its answer from another one; none where it finds no answer.
+    fn compare(&mut self, problem: &Problem, x: &[f64]) -> Option<f64> {
+        self.solver.solve(problem, &mut self.solution);
+        let both = x.iter().zip(&self.solution.x);
+        (self.solution.status == Status::Optimal).then(|| both.fold(0.0_f64, |d, (a, b)| d.max((a - b).abs())))
+    }
+}
+
+/// Solves every tick a second time: the problem of the tick and, where levels were damped, those of the damped levels.
 pub struct Verifier {
-    /// For each stage.
-    solvers: Vec<(Smooth, Solution)>,
-    /// The visit to a stack that was seen last.
-    visit: Option<u64>,
+    other: Backend,
+    /// For each stage the solver of its problem, and for each level that of the damped level once it is needed.
+    stages: Vec<(Second, Vec<Option<Second>>)>,
     so_far: Verification,
 }
 
@@ -47,10 +65,13 @@ impl Verifier {
     /// For a run of this program.
     pub fn new(program: &Program, controller: &Controller) -> Self {
         let other = program.run.solver.other();
-        let solver = |s: &Stage| (s.other_solver(program), Solution::new(s.problem()));
+        let stage = |s: &Stage| {
+            let levels = s.problem().levels.iter().map(|_| None).collect();
+            (Second::new(other, s.problem()), levels)
+        };
         Verifier {
-            solvers: controller.stages().iter().map(solver).collect(),
-            visit: None,
+            other,
+            stages: controller.stages().iter().map(stage).collect(),
             so_far: Verification {
                 backend: other.name(),
                 ticks: 0,
@@ -74,22 +95,22 @@ impl Recorder for Verifier {
         if tick.fault.is_some() || tick.solution.status != Status::Optimal {
             return Ok(());
         }
-        let (solver, solution) = &mut self.solvers[tick.stage];
-        let visit = Some(tick.controller.visit());
-        if std::mem::replace(&mut self.visit, visit) != visit {
-            solver.forget();
-        }
-        solver.solve(tick.problem, solution);
+        let (second, levels) = &mut self.stages[tick.stage];
+        let stage = &tick.controller.stages()[tick.stage];
         let v = &mut self.so_far;
-        let settled = tick.controller.stages()[tick.stage].settled();
-        v.max_certificate = v.max_certificate.max(certificate(settled, &tick.solution.x));
-        if solution.status != Status::Optimal {
+        v.max_certificate = v.max_certificate.max(certificate(stage.settled(), &tick.solution.x));
+        let mut difference = second.compare(stage.settled(), &tick.solution.x);
+        for (level, problem, solution) in stage.solver().damped() {
+            let second = levels[level].get_or_insert_with(|| Second::new(self.other, problem));
+            let of_level = second.compare(problem, &solution.x);
+            difference = difference.zip(of_level).map(|(a, b)| a.max(b));
+            v.max_certificate = v.max_certificate.max(certificate(problem, &solution.x));
+        }
+        let Some(difference) = difference else {
             v.failed += 1;
             return Ok(());
-        }
+        };
         v.ticks += 1;
-        let both = tick.solution.x.iter().zip(&solution.x);
-        let difference = both.fold(0.0_f64, |d, (a, b)| d.max((a - b).abs()));
         v.different += usize::from(difference > DIFFERENT);
         if difference > v.max_difference {
             (v.max_difference, v.at_s) = (difference, tick.time);
