@@ -74,9 +74,10 @@ pub(crate) fn check(program: &Program, places: &Places, diagnostics: &mut Vec<Di
         let Some(speeds) = hard.last().map(|h| &h.1.speed) else { continue };
         let positions = hard.iter().filter(|(m, _)| of(m, "joint_position_limits"));
         let all: Vec<Barrier> = positions.flat_map(|(m, built)| barriers(program, m.task, built)).collect();
-        for (m, _) in hard.iter().filter(|(m, _)| of(m, "joint_acceleration_limits")) {
+        for (m, built) in hard.iter().filter(|(m, _)| of(m, "joint_acceleration_limits")) {
+            let limits = built.task.as_ref().map(|task| task.acceleration_limits()).unwrap_or_default();
             let mut weak = all.iter().filter(|b| !stack.locked.contains(&b.dof)).filter_map(|b| {
-                let a = said(program, m.task, "max", b.dof)?;
+                let a = limits.iter().find(|(dof, _)| *dof == b.dof)?.1;
                 let v = along(b, speeds[b.dof], a);
                 (a < b.gain * v * (1.0 - 1e-9)).then_some((b, a, v))
             });

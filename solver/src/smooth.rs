@@ -30,8 +30,9 @@
 //! that presses against those above. What the rows above add to D therefore fades with a time of its own
 //! ([`Smooth::with_fading`]) and only rises at once. This is the one thing that is remembered; [`Smooth::forget`] ends it.
 //!
-//! A level that is met, or that nothing curved holds back, is passed on as ever. So is one with a hard level below, whose
-//! rows a damped answer might not leave room for.
+//! A level that is met, or that nothing curved holds back, is passed on as ever. So is one whose equalities are all met: a
+//! limit does not give way for smoothness. So is one with a hard level below, whose rows a damped answer might not leave
+//! room for.
 
 use crate::backend::Backend;
 use crate::problem::{Level, LevelShape, Problem};
@@ -45,6 +46,9 @@ pub const HALF: f64 = 1e-2;
 
 /// A room below this is none, in the unit of the row.
 const NARROW: f64 = 1e-12;
+
+/// The least damping of a variable, as a part of the greatest.
+const LEAST: f64 = 1e-6;
 
 /// A slack up to this part of a row and its bound is none, as in [`LevelStatus::Met`].
 const MET: f64 = 1e-9;
@@ -163,7 +167,9 @@ impl Smooth {
         let wants = |&k: &usize| {
             let curved = |k: usize| problem.levels[k].is_curved();
             let held = || answer.blocking.iter().any(|b| b.level == k && curved(b.by_level));
-            let unmet = answer.levels[k].status == LevelStatus::Relaxed;
+            let missed = |(i, a): (usize, &Active)| *a == Active::Violated && problem.levels[k].is_equality(i);
+            let unmet = answer.levels[k].status == LevelStatus::Relaxed
+                && answer.levels[k].active.iter().enumerate().any(missed);
             self.damped[k].is_some() && (problem.levels[k].damping > 0.0 || (unmet && (curved(k) || held())))
         };
         (from..problem.levels.len()).find(wants)
@@ -215,10 +221,14 @@ impl Damped {
         for b in answer.blocking.iter().filter(|b| b.level == k) {
             add(&mut self.now, &problem.levels[b.by_level], b.by_row, b.multiplier);
         }
+        let mut most = 0.0_f64;
         for ((sum, now), held) in self.damping.iter_mut().zip(&self.now).zip(&mut self.held) {
             *held = now.max(*held * fading * fading);
             *sum = (*sum + *held).sqrt();
+            most = most.max(*sum);
         }
+        // A variable that moves no row has coefficients of rounding size, which nothing else would hold against.
+        self.damping.iter_mut().for_each(|d| *d = d.max(LEAST * most));
     }
 
     /// Replaces what a level asks for by what its rows reached, with the room that it leaves to those below.
@@ -278,6 +288,10 @@ impl HierarchicalSolver for Smooth {
             one.settle(&problem.levels[k], &mut settled.levels[k], &undamped.levels[k].slack);
             // The room is for the levels below, not for the choice of the nearest point.
             settled.reference.copy_from_slice(&one.solution.x);
+            if problem.levels[k + 1..].iter().all(|l| l.rows() == 0) {
+                // Nothing is left to choose.
+                break;
+            }
             below.solve(settled, answer);
             if answer.status != Status::Optimal {
                 solution.status = answer.status;
@@ -294,18 +308,22 @@ impl HierarchicalSolver for Smooth {
 }
 
 impl Smooth {
-    /// Writes the answer into the solution, in which the exact one is: what remains of a damped level is measured against
-    /// what it asks for, and those who hold it back are those of the damped problem. Freedoms are those without damping.
+    /// Writes the answer into the solution, in which the exact one is. What remains of a damped level is measured against
+    /// what it asks for, and the rows that hold it back are those of the damped problem. Freedoms are those without damping.
     fn report(&self, problem: &Problem, solution: &mut Solution) {
-        solution.x.copy_from_slice(&self.answer.x);
+        let last = problem.levels.iter().rposition(|l| l.rows() > 0).and_then(|l| self.damped[l].as_ref());
+        let found = last.filter(|d| d.used).map_or(&self.answer, |d| &d.solution);
+        solution.x.copy_from_slice(&found.x);
+        let x = &solution.x;
         solution.blocking.clear();
         for (l, level) in problem.levels.iter().enumerate() {
-            let (out, answer) = (&mut solution.levels[l], &self.answer.levels[l]);
+            // Levels without rows may follow the last one.
+            let (Some(answer), out) = (found.levels.get(l), &mut solution.levels[l]) else { continue };
             let damped = self.damped[l].as_ref().filter(|d| d.used);
             if damped.is_some() {
                 let (mut sum, mut met) = (0.0, true);
                 for i in 0..level.rows() {
-                    let slack = level.slack(i, &self.answer.x);
+                    let slack = level.slack(i, x);
                     let bound = if slack < 0.0 { level.lower[i] } else { level.upper[i] };
                     let size: f64 = level.row(i).iter().map(|a| a * a).sum::<f64>().sqrt();
                     let beyond = slack.abs() > MET * (size + bound.abs()) && level.weight[i] > 0.0;
@@ -324,8 +342,8 @@ impl Smooth {
                 out.active.copy_from_slice(&answer.active);
                 out.multipliers.copy_from_slice(&answer.multipliers);
             }
-            let found = damped.map_or(&self.answer.blocking, |d| &d.solution.blocking);
-            for b in found.iter().filter(|b| b.level == l) {
+            let blocking = damped.map_or(&found.blocking, |d| &d.solution.blocking);
+            for b in blocking.iter().filter(|b| b.level == l) {
                 if solution.blocking.len() < solution.blocking.capacity() {
                     solution.blocking.push(*b);
                 }

@@ -9,13 +9,17 @@ use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Ta
 crate::params! {
     /// Parameters of `joint_acceleration_limits`.
     pub struct Params {
-        /// The joints; all that `max` gives a limit to where left out, the base included.
+        /// The joints; where left out all that `max` gives a limit to, the base included, or all that have a speed limit.
         joints: Option<Vec<usize>> = ParamType::Joints, Presence::Optional;
         /// Largest accelerations: one value for all of these joints that have its unit, or one for each joint or group:
-        /// constants.
-        max: Vec<(usize, Slot)> = ParamType::JointAccelerations, Presence::Required;
+        /// constants. Where left out, ten times its speed limit a second for each joint: from rest to its speed limit in 0.1 s.
+        max: Option<Vec<(usize, Slot)>> = ParamType::JointAccelerations, Presence::Optional;
     }
 }
+
+/// The acceleration limit of a joint without one of its own, as a multiple of its speed limit, in 1/s: that of braking
+/// along the barrier of `joint_position_limits` with its default gain.
+const OF_SPEED: f64 = 10.0;
 
 /// The catalogue entry.
 pub static KIND: TaskKind = TaskKind {
@@ -24,8 +28,10 @@ pub static KIND: TaskKind = TaskKind {
     docs: "One two-sided row a joint, with the control period T:\n\n\
 ```text\nv_last - a_max T  <=  v  <=  v_last + a_max T\n```\n\n\
 `v_last` is the velocity that the reference moved with since the last tick, whatever level or stack chose it; it is \
-zero at the beginning. The margin is `a_max - |v - v_last| / T` of the velocity that was chosen. A URDF knows no \
-limits of accelerations, so `max` must be given.\n\n\
+zero at the beginning. The margin is `a_max - |v - v_last| / T` of the velocity that was chosen. A URDF has no \
+limits of accelerations. Without `max` a joint gets `10 /s` times its speed limit in the URDF: it may go from rest to its \
+speed limit in 0.1 s, and can brake before its position limit with the gain that `joint_position_limits` has by \
+default.\n\n\
 **Together with `joint_position_limits`.** Along its rows `v <= φ h` with the distance `h` to a limit, a joint that was \
 allowed the velocity `v_last` has `h - T v_last` left, and may move at `φ h - φ T v_last >= v_last - φ T v_last` now: it \
 brakes by `φ v_last` at most. One hard level of limits of positions, velocities and accelerations can therefore always be \
@@ -57,16 +63,22 @@ struct JointAccelerationLimits {
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
     check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
-    let given = Some(params.max);
+    let given = params.max;
     among("max", &given, &params.joints, ctx)?;
     let all: Vec<usize> = (0..ctx.model.nv()).collect();
     let (mut rows, mut info) = (Vec::new(), Vec::new());
     for &dof in params.joints.as_ref().unwrap_or(&all) {
         let Some(d) = ctx.model.dofs.get(dof) else { continue };
-        let Some(max) = replaced(&given, dof, ctx.values) else {
-            // Without `joints`, those that are meant are those that `max` names.
+        let of_speed = || (d.velocity.is_finite() && d.velocity > 0.0).then_some(OF_SPEED * d.velocity);
+        let found = if given.is_some() { replaced(&given, dof, ctx.values) } else { of_speed() };
+        let Some(max) = found else {
+            // Without `joints`, those that are meant are those that `max` names, or that have a speed limit.
             if params.joints.is_none() {
                 continue;
+            }
+            if given.is_none() {
+                return Err(BuildError::new("joints", format!("`{}` has no speed limit to take its limit from", d.name))
+                    .help("write `max`, or give the joint a speed limit under `limits` of the robot"));
             }
             return Err(BuildError::new("max", format!("`{}` gets no limit of its acceleration", d.name))
                 .help("give it one, or take it out of `joints`"));
@@ -83,7 +95,11 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         info.push(RowInfo { name: d.name.clone(), dimension });
     }
     if rows.is_empty() {
-        let at = if params.joints.is_some() { "joints" } else { "max" };
+        let at = match (&params.joints, &given) {
+            (Some(_), _) => "joints",
+            (None, Some(_)) => "max",
+            (None, None) => "",
+        };
         return Err(BuildError::new(at, "no joint gets a limit of its acceleration")
             .help("name joints, and give them a limit such as `max 5 rad/s^2`"));
     }
