@@ -14,7 +14,7 @@ robot arm { urdf \"robots/arm7.urdf\"  rate 200 Hz  home { all [0, 0.40, 0, 1.60
 human walker { points [chest, hand]  velocity measured }
 task limits = joint_velocity_limits
 task stay = hold(tool)
-stack work { level limits hard { limits }  level people { apart }  level motion { stay } }
+stack work { level limits hard { limits }  level people { apart }  level motion damping none { stay } }
 ";
 
 /// Somebody who comes near, stands and goes.

@@ -44,8 +44,8 @@ pub const SLACK: f64 = 2e-5;
 /// What remains of a level where they may move it half as far.
 pub const HALF: f64 = 1e-2;
 
-/// A room below this is none, in the unit of the row.
-const NARROW: f64 = 1e-12;
+/// A room below this is none, in the unit of the row: solvers tell the two sides of a narrower one apart by rounding.
+const NARROW: f64 = 1e-7;
 
 /// The least damping of a variable, as a part of the greatest.
 const LEAST: f64 = 1e-6;

@@ -89,7 +89,8 @@ impl Loop {
         // A machine's first stack; the machine itself waits for the world.
         let stack = program.first_stack().unwrap_or(0);
         let controller = Controller::for_stack(program, stack)?;
-        let (evaluator, problem) = Evaluator::new(program, stack)?;
+        let (evaluator, _) = Evaluator::new(program, stack)?;
+        let problem = controller.problem().clone();
         let candidate = |name, backend, cold| Candidate {
             name,
             measured: Measured::new(backend, cold, &problem),

@@ -105,7 +105,7 @@ fn what_the_printer_writes_is_valid() {
     for page in ["docs/src/language/machines.md", "docs/src/language/missions.md", "docs/src/language/scenarios.md"] {
         let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(page)).expect("readable");
         let blocks = page.split("```hq\n").skip(1).filter_map(|b| b.split("```").next());
-        texts.extend(blocks.map(|b| format!("hierarq 1\n{b}")));
+        texts.extend(blocks.map(|b| format!("hierarq 1\n{}", b.trim_start_matches("hierarq 1\n"))));
     }
     texts.push(include_str!("../../editors/words.hq").to_string());
     for text in texts {

@@ -24,7 +24,7 @@ const CONSTANT: f64 = 1e-9;
 
 /// The shortest time tau over which a damped level counts second derivatives, in s; two periods where these are longer. A
 /// longer one is smoother, and slower to come to rest at the nearest point.
-const HORIZON: f64 = 0.04;
+const HORIZON: f64 = 0.05;
 
 /// Uniform numbers in 0..1: a linear congruential generator is enough to spread configurations (Knuth, MMIX).
 struct Spread(u64);
@@ -78,6 +78,7 @@ impl Stack<'_> {
             let first = m.rows.start * n;
             let level = m.level;
             let rows = m.rows.len();
+            let horizon = HORIZON.max(2.0 * self.period);
             let mut found = self.coefficients(i);
             for row in 0..rows {
                 let of: Vec<(f64, bool)> = (0..n).map(|j| found.of(row * n + j)).collect();
@@ -87,7 +88,7 @@ impl Stack<'_> {
                 for j in (0..n).filter(|j| !self.locked.contains(j)) {
                     let open = (0..n).filter(|k| !self.locked.contains(k));
                     let sum: f64 = open.map(|k| of[j].0.min(of[k].0)).sum();
-                    curvature[level][first + row * n + j] = sum * HORIZON.max(2.0 * self.period);
+                    curvature[level][first + row * n + j] = sum * horizon;
                 }
             }
         }
