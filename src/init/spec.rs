@@ -215,6 +215,9 @@ impl Plan {
             (false, true) => "joint_velocity_limits { max 1 rad/s }",
             (false, false) => "joint_velocity_limits { max 0.2 m/s }",
         });
+        if dofs.iter().any(|d| d.velocity.is_finite()) {
+            limits.push("joint_acceleration_limits");
+        }
         let _ = writeln!(out, "  level limits hard {{ {} }}", limits.join("  "));
         let moving = if self.motion.is_some() { "reach".to_string() } else { format!("hold({})", self.frame()) };
         let others: Vec<&str> = self.arms.iter().skip(1).map(|a| a.name.as_str()).collect();

@@ -99,10 +99,11 @@ fn in_common(program: &Program, a: &StackProgram, b: &StackProgram) -> usize {
 /// How long the damping that rows above make of a level takes to fade, in s.
 const FADING: f64 = 0.1;
 
-/// The solver of a stack.
-fn smooth(problem: &Problem, stack: &StackProgram, program: &Program) -> Smooth {
+/// The solver of a stack. Safety planners reckon with the exact answer of the hierarchy, so that a stack with one has no
+/// smooth levels.
+fn smooth(problem: &Problem, stack: &StackProgram, program: &Program, planned: bool) -> Smooth {
     let solver = Smooth::new(problem, program.run.solver).with_fading((-program.robot.period / FADING).exp());
-    let exact = stack.levels.iter().enumerate().filter(|(_, level)| level.exact);
+    let exact = stack.levels.iter().enumerate().filter(|(_, level)| planned || level.exact);
     exact.fold(solver, |solver, (k, _)| solver.with_exact(k))
 }
 
@@ -131,7 +132,7 @@ impl Stage {
         };
         Ok(Stage {
             solution: Solution::new(&problem),
-            solver: smooth(&problem, stack_program, program),
+            solver: smooth(&problem, stack_program, program, evaluator.safety().count() > 0),
             level_names: stack_program.levels.iter().map(|l| l.name.clone()).collect(),
             value_names: value_names(program, stack_program),
             blend,

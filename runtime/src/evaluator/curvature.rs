@@ -24,7 +24,7 @@ const CONSTANT: f64 = 1e-9;
 
 /// The shortest time tau over which a damped level counts second derivatives, in s; two periods where these are longer. A
 /// longer one is smoother, and slower to come to rest at the nearest point.
-const HORIZON: f64 = 0.05;
+const HORIZON: f64 = 0.065;
 
 /// Uniform numbers in 0..1: a linear congruential generator is enough to spread configurations (Knuth, MMIX).
 struct Spread(u64);

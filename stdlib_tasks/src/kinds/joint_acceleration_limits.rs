@@ -77,8 +77,11 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
                 continue;
             }
             if given.is_none() {
-                return Err(BuildError::new("joints", format!("`{}` has no speed limit to take its limit from", d.name))
-                    .help("write `max`, or give the joint a speed limit under `limits` of the robot"));
+                return Err(BuildError::new(
+                    "joints",
+                    format!("`{}` has no speed limit to take its limit from", d.name),
+                )
+                .help("write `max`, or give the joint a speed limit under `limits` of the robot"));
             }
             return Err(BuildError::new("max", format!("`{}` gets no limit of its acceleration", d.name))
                 .help("give it one, or take it out of `joints`"));
