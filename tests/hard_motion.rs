@@ -1,0 +1,138 @@
+//! Hard motion: the specs of `examples/hard` at control rates from 50 Hz to 1 kHz, in both spellings. What they expect holds, no
+//! limit of accelerations is passed, and the tool of an arm that cannot reach its target rests at the nearest point.
+
+mod common;
+
+use common::{example, program, program_of};
+use runtime::expect::{Outcome, Verdict};
+use runtime::program::Program;
+use runtime::record::All;
+use runtime::record::summary::{Summary, SummaryRecorder};
+use runtime::{Judge, Recorder, Simulation, Tick};
+
+/// Runs the first scenario: what is expected, and the summary.
+fn run(program: &Program) -> (Vec<Outcome>, Summary) {
+    let scenario = &program.scenarios[0];
+    let program = scenario.program(program);
+    let mut simulation = Simulation::in_world(&program, scenario).expect("it can be executed");
+    let ticks = simulation.ticks();
+    let mut judge = Judge::new(&program, scenario, ticks).expect("it can be judged");
+    let mut summary = SummaryRecorder::new(simulation.controller(), ticks);
+    simulation.run(&mut All(vec![&mut judge, &mut summary]), &mut || 0.0, &mut |_| true).expect("no recorder fails");
+    (judge.finish(), summary.summary(&program, simulation.controller(), Vec::new()))
+}
+
+#[test]
+fn what_hard_motion_expects_holds() {
+    for name in ["out_of_reach", "through_singularities", "held_base", "two_wishes"] {
+        let (outcomes, summary) = run(&program(&format!("hard/{name}.hq")));
+        assert!(outcomes.len() >= 4, "{name}");
+        assert!(outcomes.iter().all(|o| o.verdict == Verdict::Holds), "{name}: {outcomes:?}");
+        for (joint, motion) in &summary.joints {
+            assert_eq!(motion.jumps, 0, "{name}: {joint} {motion:?}");
+        }
+    }
+}
+
+/// The whole range of rates, with lag and noise. A joint may turn round once where the target leaves the reach or comes back,
+/// which it does six times.
+#[test]
+fn a_target_that_comes_and_goes_is_calm_at_every_rate() {
+    let text = std::fs::read_to_string(example("hard/out_of_reach.hq")).expect("readable").replace("\"../", "\"");
+    for rate in [50, 100, 200, 1000] {
+        let (_, summary) = run(&program_of(&text.replace("rate 500 Hz", &format!("rate {rate} Hz"))));
+        for (joint, motion) in &summary.joints {
+            assert!(motion.jumps == 0 && motion.reversals <= 6, "{rate} Hz: {joint} {motion:?}");
+        }
+        assert!(summary.joints.len() == 7, "{rate} Hz");
+    }
+}
+
+/// The last position of a link.
+struct Last(robot::Data, nalgebra::Vector3<f64>, f64);
+
+impl Recorder for Last {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        let model = tick.evaluator.model();
+        model.forward(tick.q, &mut self.0);
+        self.1 = *self.0.position(model.link("tool").expect("a link"));
+        self.2 = tick.v.iter().fold(0.0, |most, v| v.abs().max(most));
+        Ok(())
+    }
+}
+
+/// The distance of the tool from a target at a configuration.
+fn distance(model: &robot::Model, data: &mut robot::Data, q: &[f64], target: &nalgebra::Vector3<f64>) -> f64 {
+    model.forward(q, data);
+    (data.position(model.link("tool").expect("a link")) - target).norm()
+}
+
+/// The least distance that is found by search alone: random places, then steps of one joint after the other that shrink.
+fn nearest(model: &robot::Model, target: &nalgebra::Vector3<f64>) -> f64 {
+    let mut data = robot::Data::new(model);
+    let mut seed = 7_u64;
+    let mut dice = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (seed >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut best = f64::INFINITY;
+    for _ in 0..20 {
+        let mut q = model.random_configuration(&mut dice);
+        let mut now = distance(model, &mut data, &q, target);
+        let mut step = 0.3;
+        while step > 1e-6 {
+            let before = now;
+            for (j, dof) in model.dofs.iter().enumerate() {
+                for way in [step, -step] {
+                    let was = q[j];
+                    q[j] = (was + way).clamp(dof.lower, dof.upper);
+                    let there = distance(model, &mut data, &q, target);
+                    if there < now {
+                        now = there;
+                    } else {
+                        q[j] = was;
+                    }
+                }
+            }
+            if before - now < 1e-9 {
+                step *= 0.5;
+            }
+        }
+        best = best.min(now);
+    }
+    best
+}
+
+#[test]
+fn a_tool_that_cannot_reach_rests_at_the_nearest_point() {
+    for (target, rate) in
+        [([1.5, 0.0, 0.4], 500), ([1.2, 0.3, 0.6], 100), ([-0.9, 0.8, 0.2], 50), ([0.2, 0.1, 1.9], 1000)]
+    {
+        let [x, y, z] = target;
+        let program = program_of(&format!(
+            "hierarq 1
+robot arm {{ urdf \"robots/arm7.urdf\"  rate {rate} Hz  home {{ all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad }} }}
+stack s {{
+  level limits hard {{ joint_position_limits  joint_velocity_limits  joint_acceleration_limits }}
+  level motion {{ frame_position(tool) {{ position [{x}, {y}, {z}] m }} }}
+  level posture {{ joint_position {{ target {{ all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad }} }} }}
+}}
+run {{ duration 15 s }}\n"
+        ));
+        let model = &program.robot.model;
+        let mut last = Last(robot::Data::new(model), nalgebra::Vector3::zeros(), 0.0);
+        let mut simulation = Simulation::new(&program).expect("it can be executed");
+        simulation.run(&mut last, &mut || 0.0, &mut |_| true).expect("no recorder fails");
+        let target = nalgebra::Vector3::from(target);
+        let (least, is) = (nearest(model, &target), (last.1 - target).norm());
+        assert!(is < least + 1e-3, "{target:?} at {rate} Hz: {is} m away, {least} m is possible");
+        assert!(last.2 < 0.05, "{target:?} at {rate} Hz: joints still move, {} rad/s", last.2);
+    }
+}
+
+#[test]
+fn both_spellings_say_the_same() {
+    for name in ["out_of_reach", "through_singularities", "held_base", "two_wishes"] {
+        assert_eq!(program(&format!("hard/{name}.hq")), program(&format!("hard/{name}.yaml")), "{name}");
+    }
+}
