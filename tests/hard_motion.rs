@@ -136,3 +136,29 @@ fn both_spellings_say_the_same() {
         assert_eq!(program(&format!("hard/{name}.hq")), program(&format!("hard/{name}.yaml")), "{name}");
     }
 }
+
+/// A target out of reach, with a word for the damping of its level.
+fn out_of_reach(damping: &str) -> Program {
+    program_of(&format!(
+        "hierarq 1
+robot arm {{ urdf \"robots/arm7.urdf\"  rate 500 Hz  home {{ all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad }} }}
+stack s {{
+  level limits hard {{ joint_position_limits  joint_velocity_limits {{ max 1 rad/s }} }}
+  level motion {damping} {{ frame_position(tool) {{ position [1.5, 0, 0.4] m }} }}
+}}
+scenario s {{ duration 6 s  expect always time >= 0 s }}\n"
+    ))
+}
+
+#[test]
+fn damping_is_on_by_default_and_off_by_a_word() {
+    let reversals = |program: &Program| -> u64 { run(program).1.joints.values().map(|j| j.reversals as u64).sum() };
+    let (default, auto, none) = (out_of_reach(""), out_of_reach("damping auto"), out_of_reach("damping none"));
+    assert_eq!(default, auto);
+    assert!(none.stacks[0].levels[1].exact && !auto.stacks[0].levels[1].exact);
+    assert_eq!(reversals(&auto), 0);
+    assert!(reversals(&none) > 1000, "{}", reversals(&none));
+    let by_hand = out_of_reach("damping 0.5");
+    assert_eq!(by_hand.stacks[0].levels[1].damping, 0.5);
+    assert_eq!(reversals(&by_hand), 0);
+}
