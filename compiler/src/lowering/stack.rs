@@ -104,7 +104,13 @@ impl Lowerer<'_> {
             let word = damping.and_then(text_of);
             let exact = word == Some("none");
             let damping = damping.filter(|_| !exact && word != Some("auto"));
+            let told = self.diagnostics.len();
             let damping = damping.and_then(|value| self.constant(value, "the damping", 0.0, true));
+            if let Some(near) = word.and_then(|word| suggest(word, ["auto", "none"]))
+                && let Some(unknown) = self.diagnostics.get_mut(told)
+            {
+                unknown.help = Some(format!("did you mean `{near}`?"));
+            }
             if l.members.is_empty() {
                 self.push(
                     Diagnostic::error("HQ0601", l.name.span, format!("level `{}` has no task", l.name.value))
