@@ -15,8 +15,9 @@
 //!
 //! among the minimisers of the levels above. The forces `f_i` are those of the optimum without damping: `w_i s_i` for the
 //! level's own rows, and the multipliers of the rows above that hold it back. `c_ij` is [`crate::Level::set_curvature`].
-//! By Gershgorin's theorem `diag(D)` bounds the second derivatives of the level's Lagrangian, so that with tau of half a
-//! period or more a step does not take back what it promises. This is the Levenberg-Marquardt step of Sugihara (2011)
+//! For one row `diag(D)` bounds the second derivatives of the level's Lagrangian by Gershgorin's theorem, so that with tau
+//! of half a period or more a step does not take back what it promises; m independent rows may add up to sqrt(m) times as
+//! much, for which tau has to have room. This is the Levenberg-Marquardt step of Sugihara (2011)
 //! with a bound of the second derivative in place of a constant and the part of the error that no motion removes in place
 //! of the whole; Pfeiffer, Escande and Kheddar (2018) use the matrix itself, of the Lagrangian too. D vanishes with what
 //! remains: a level that can be met is met exactly.
