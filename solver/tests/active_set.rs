@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Dice, Taste, WILD, hierarchy, turned};
+use common::{Dice, Taste, WILD, hierarchy, size, turned};
 use hierarq_solver::{
     ActiveSet, ClarabelCascade, HierarchicalSolver, Level, LevelShape, LevelStatus, Problem, Solution, Status,
     certificate,
@@ -17,10 +17,6 @@ fn solve(problem: &Problem) -> Solution {
     let mut solution = Solution::new(problem);
     ActiveSet::new(problem).solve(problem, &mut solution);
     solution
-}
-
-fn size(x: &[f64]) -> f64 {
-    1.0 + x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 fn distance(a: &[f64], b: &[f64]) -> f64 {

@@ -31,6 +31,12 @@ impl Dice {
     }
 }
 
+/// 1 + |x|: what the rounding errors of a solution are measured against. A hierarchy that is nearly dependent has
+/// solutions and violations in the thousands.
+pub fn size(x: &[f64]) -> f64 {
+    1.0 + x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
 /// How wild a hierarchy is.
 #[derive(Clone, Copy)]
 pub struct Taste {
