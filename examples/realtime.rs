@@ -28,11 +28,18 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     }
     let compiled = compile(&spec, &Settings::default());
-    let Some(mut program) = compiled.program else {
+    let Some(program) = compiled.program else {
         eprint!("{}", compiled.report.render(compiler::Style::Plain, 100));
         return ExitCode::FAILURE;
     };
-    program.robot.period = 1.0 / rate;
+    // The spec was checked for its own rate: a gain that is right there may overshoot at a lower one.
+    let program = match program.at_period(1.0 / rate) {
+        Ok(program) => program,
+        Err(e) => {
+            eprintln!("{e}");
+            return ExitCode::FAILURE;
+        }
+    };
     let (mut controller, mut robot) = match Controller::new(&program) {
         Ok(controller) => (controller, SimulatedRobot::new(&program)),
         Err(e) => {

@@ -3,6 +3,7 @@
 
 use dsl::Diagnostic;
 use dsl::tree::Value;
+use runtime::program::ValueRange;
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::expression::Expression;
@@ -101,7 +102,7 @@ impl Binder<'_> {
         for input in &mut e.inputs {
             let slot = self.table.place(&[*input]);
             self.numbers.push(Number { slot, dimension: NONE, span: value.span, written: true });
-            self.table.ranges.push((slot.at, f64::NEG_INFINITY, f64::INFINITY));
+            self.table.ranges.push(ValueRange { at: slot.at, min: None, max: None, gain: false });
             *input = slot.at;
         }
         e

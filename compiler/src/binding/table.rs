@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use runtime::program::{Capture, CaptureSource};
+use runtime::program::{Capture, CaptureSource, ValueRange};
 use stdlib_tasks::bound::Slot;
 use stdlib_tasks::expression::{Expression, Leaf};
 
@@ -22,7 +22,7 @@ pub struct Table {
     /// The first input of each captured expression, by its nodes.
     expressions: BTreeMap<Vec<usize>, usize>,
     /// Ranges of places that move, for the controller to watch.
-    pub ranges: Vec<(usize, f64, f64)>,
+    pub ranges: Vec<ValueRange>,
 }
 
 impl Table {

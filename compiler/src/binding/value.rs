@@ -2,6 +2,7 @@
 
 use dsl::Diagnostic;
 use dsl::tree::{Value, ValueKind};
+use runtime::program::{ValueRange, overshoots};
 use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::dimension::{Dimension, RATE};
 use stdlib_tasks::params::{ParamInfo, Quantity};
@@ -162,7 +163,7 @@ impl Binder<'_> {
                     }
                     // Said here, beside all other mistakes of the file; defaults are judged with the finished program.
                     let (period, rate) = (self.robot.period, self.robot.rate_span);
-                    if gain && written && x * period > 1.0 + 1e-12 {
+                    if gain && written && overshoots(x, period) {
                         self.diagnostics.push(codes::overshoot(value.span, x, (period, rate), owner.kind.nature));
                         return None;
                     }
@@ -178,7 +179,9 @@ impl Binder<'_> {
                     let q = quantity.unwrap_or(Quantity::any(wanted.1));
                     // A gain that moves is held to what HQ0501 asks of one that does not: gain times period at most 1.
                     let max = if gain { q.max.min(1.0 / self.robot.period) } else { q.max };
-                    self.table.ranges.push((slot.at + i, q.min, max));
+                    let finite = |x: f64| x.is_finite().then_some(x);
+                    let (at, min, max) = (slot.at + i, finite(q.min), finite(max));
+                    self.table.ranges.push(ValueRange { at, min, max, gain });
                 }
             }
         }
@@ -244,11 +247,11 @@ impl Binder<'_> {
         let ValueKind::Block(block) = &value.kind else {
             let slot = self.value(owner, value, (Kind::Scalar, RATE), Some(q), &format!("`{}`", info.name))?;
             let node = self.table.nodes[slot.at];
-            let range = self.table.ranges.iter().find(|r| r.0 == slot.at).copied();
+            let range = self.table.ranges.iter().find(|r| r.at == slot.at).copied();
             for k in 1..names.len() {
                 self.table.place(&[node]);
-                if let Some((_, min, max)) = range {
-                    self.table.ranges.push((slot.at + k, min, max));
+                if let Some(range) = range {
+                    self.table.ranges.push(ValueRange { at: slot.at + k, ..range });
                 }
             }
             return Some(Bound::Value(Slot { at: slot.at, len: names.len() }));

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use dsl::{Diagnostic, Span};
 use runtime::build_tasks;
-use runtime::program::Program;
+use runtime::program::{Program, overshoots};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::{ANGLE, ANGULAR_VELOCITY, LENGTH, RATE, VELOCITY};
 use stdlib_tasks::task::BuildError;
@@ -51,7 +51,7 @@ pub(crate) fn program(ground: &Ground, program: &Program, places: &Places, diagn
                 Ok(task) => {
                     for gain in task.gains(&program.values.initial) {
                         let once = (m.task, "gain".to_string());
-                        if gain * program.robot.period > 1.0 + 1e-12 && !reported.contains(&once) {
+                        if overshoots(gain, program.robot.period) && !reported.contains(&once) {
                             reported.push(once);
                             diagnostics.push(overshoot(gain, values, program.robot.period, places, m.task));
                         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use runtime::program::{Op, Output, Tape, TrajectoryProgram, ValueRange, Values};
+use runtime::program::{Op, Output, Tape, TrajectoryProgram, Values};
 
 use super::Lowerer;
 
@@ -36,10 +36,8 @@ impl Lowerer<'_> {
             initial[o.at] = 0.0;
         }
         debug_assert!(tape.ops.iter().enumerate().all(|(i, o)| o.operands().iter().flatten().all(|&x| x < i) && !matches!(o, Op::Const(x) if x.is_nan())));
-        let finite = |x: f64| x.is_finite().then_some(x);
-        let ranges =
-            self.table.ranges.iter().map(|&(at, min, max)| ValueRange { at, min: finite(min), max: finite(max) });
-        Values { ranges: ranges.collect(), initial, tape, captures: std::mem::take(&mut self.table.captures) }
+        let (ranges, captures) = (std::mem::take(&mut self.table.ranges), std::mem::take(&mut self.table.captures));
+        Values { ranges, initial, tape, captures }
     }
 }
 

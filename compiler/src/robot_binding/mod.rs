@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use dsl::tree::{Block, Robot, Value, ValueKind};
 use dsl::{Diagnostic, Sources, Span, Spanned};
 use robot::{Base, LinkId, Model};
+use runtime::program::overshoots;
 use stdlib_tasks::bound::{Arm, Geometry};
 use stdlib_tasks::dimension::{RATE, TIME};
 
@@ -183,7 +184,7 @@ pub fn bind(robot: &Robot, files: &mut Files, constants: &mut Constants) -> Opti
     if tracking_gain < 0.0 {
         let text = format!("a tracking gain is at least 0, and this is {tracking_gain} /s");
         b.diagnostics.push(Diagnostic::error("HQ0308", span, text).help("write a rate from 0 up to the control rate"));
-    } else if let Some(p) = period.filter(|p| tracking_gain * p > 1.0) {
+    } else if let Some(p) = period.filter(|p| overshoots(tracking_gain, *p)) {
         let text = format!("this tracking gain overshoots: {tracking_gain} /s times {p} s is {:.3}", tracking_gain * p);
         b.diagnostics.push(
             Diagnostic::error("HQ0501", span, text)

@@ -9,7 +9,7 @@ use stdlib_tasks::task::{BuildError, Nature, Task};
 use super::{Built, Evaluator, LIMIT_TOLERANCE, Led, Member, Telling, build_tasks, capture};
 use crate::coasting::Coasting;
 use crate::planning::{self, Planning};
-use crate::program::{Capture, Program, ProgramError, StackProgram, TaskProgram};
+use crate::program::{Capture, Program, ProgramError, StackProgram, TaskProgram, overshoots};
 use crate::values::ValueTable;
 
 /// The places of the table of values that some tasks read: those of other stacks are not worked out, and are nobody's
@@ -66,6 +66,11 @@ impl Layout {
                     continue;
                 }
                 let task = task.map_err(failed)?;
+                let (period, gains) = (program.robot.period, task.gains(&program.values.initial));
+                if let Some(gain) = gains.into_iter().find(|gain| overshoots(*gain, period)) {
+                    let text = format!("the gain {gain} /s of `{}` overshoots within the period of {period} s", p.name);
+                    return Err(crate::program::error(&place, text));
+                }
                 let Some(kind) = stdlib_tasks::find(&p.kind) else { continue };
                 let (row_info, measure_info) = (task.rows(), task.measures());
                 let limits = if kind.nature == Nature::Limit { row_info.len() } else { 0 };

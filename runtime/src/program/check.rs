@@ -7,7 +7,7 @@ use stdlib_tasks::bound::{Bound, Geometry, Slot};
 
 use crate::velocity;
 
-use super::{CaptureSource, FORMAT, Op, Program, RunProgram, Subject};
+use super::{CaptureSource, FORMAT, Op, Program, RunProgram, Subject, overshoots};
 
 /// Why a program cannot be executed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -112,6 +112,7 @@ impl Program {
         }
         ensure(r.deadline > r.period, "robot.deadline", "not longer than the period")?;
         ensure(r.tracking_gain.is_finite() && r.tracking_gain >= 0.0, "robot.tracking_gain", "negative or not finite")?;
+        ensure(!overshoots(r.tracking_gain, r.period), "robot.tracking_gain", "overshoots within one period")?;
         for g in &r.geometries {
             self.check_geometry(g, "robot.geometries")?;
         }
@@ -140,6 +141,9 @@ impl Program {
             ensure(good, "values.tape.outputs", "an output points nowhere")?;
         }
         ensure(v.ranges.iter().all(|r| r.at < v.initial.len()), "values.ranges", "a range belongs to no value")?;
+        let held = |max: Option<f64>| max.is_some_and(|max| !overshoots(max, self.robot.period));
+        let gains = v.ranges.iter().filter(|r| r.gain).all(|r| held(r.max));
+        ensure(gains, "values.ranges", "a gain that moves may overshoot within one period")?;
         for (i, c) in v.captures.iter().enumerate() {
             let place = format!("values.captures[{i}]");
             let end = c.at.saturating_add(c.len);

@@ -12,6 +12,7 @@ mod layers_scenario;
 mod machine;
 mod mission;
 mod mission_scenario;
+mod period;
 mod scenario;
 mod signal;
 mod tape;
@@ -33,6 +34,7 @@ pub use mission_scenario::{
     Happens, MAX_HAPPENINGS, MAX_INSTANTS, MAX_MISSION, MissionMeasure, MissionScenarioProgram, Occurrence, OfAgent,
     OfMission, OfRobot, Replies, Reply, ends_with_step, step_within,
 };
+pub use period::{HighGain, PeriodError, overshoots};
 pub use scenario::{
     ExpectationProgram, Force, HumanScript, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate,
     PredicateTable, PushScript, ScenarioProgram, Sending, SignalScript, Track, WorldProgram,
@@ -111,7 +113,7 @@ pub struct RobotProgram {
     pub urdf: String,
     /// The model, reduced to the joints that move.
     pub model: Model,
-    /// Control period, in s.
+    /// Control period, in s. [`Program::at_period`] changes it; a controller refuses a program whose gains overshoot within it.
     pub period: f64,
     /// Start configuration, `nq` numbers.
     pub home: Vec<f64>,
@@ -166,6 +168,9 @@ pub struct ValueRange {
     pub min: Option<f64>,
     /// The largest value allowed; none for infinity.
     pub max: Option<f64>,
+    /// The value is a gain: the largest allowed is one over the control period.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub gain: bool,
 }
 
 impl ValueRange {
