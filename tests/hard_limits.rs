@@ -145,7 +145,7 @@ fn wall(dice: &mut Dice, walls: Walls, model: &Model, home: &[f64], gain: f64) -
     let away = dice.between(0.001, 0.15);
     if walls == Walls::Sums {
         let mut shares: Vec<f64> =
-            home.iter().map(|_| (dice.roll() < 0.6).then(|| dice.between(-1.0, 1.0)).unwrap_or(0.0)).collect();
+            home.iter().map(|_| if dice.roll() < 0.6 { dice.between(-1.0, 1.0) } else { 0.0 }).collect();
         let last = shares.len() - 1;
         shares[last] = 1.0;
         let sum: f64 = shares.iter().zip(home).map(|(c, q)| c * q).sum();
@@ -303,7 +303,7 @@ impl Recorder for Run<'_> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(150))]
+    #![proptest_config(ProptestConfig::with_cases(80))]
 
     /// With `a_max = φ v_max`, φ the largest gain, walls that are linear can always be met beside the limits.
     #[test]
