@@ -165,7 +165,7 @@ machine m {
   on fault(any) -> a
   state a { stack waving  initial b  when present(goal) for 30 ms -> c
     state b { do capture(camera)  enter say \"hello\"  exit log \"gone\"  on go -> d  after 70 ms -> d }
-    state d { enter emit go  on go -> b } }
+    state d { enter emit go  on go -> b  when reversals(all) > 1e6 or acceleration(tool) > 1e6 m/s^2 -> b } }
   state c { stack follow
     enter set(turns, turns + norm(ft.force)/(1 N))  enter set(seen, frame(tool).position)  exit tare(ft)  exit clear(seen)
     on reached(reach, 1 mm) -> a  after 90 ms -> a

@@ -19,6 +19,8 @@ mod host;
 mod interpreter;
 #[path = "machine/letting_go.rs"]
 mod letting_go;
+#[path = "machine/motion.rs"]
+mod motion;
 #[path = "machine/semantics.rs"]
 mod semantics;
 #[path = "machine/sensors.rs"]

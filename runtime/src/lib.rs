@@ -11,6 +11,7 @@ pub mod evaluator;
 pub mod expect;
 pub mod fault;
 pub mod missions;
+mod motion;
 mod planning;
 pub mod program;
 pub mod quantity;

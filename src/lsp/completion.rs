@@ -189,6 +189,10 @@ impl List<'_> {
                 self.built_in(&measured, 0);
                 self.expression(mentions, false, true);
             }
+            Slot::Condition => {
+                self.built_in(compiler::expr::MOTION, 0);
+                self.expression(mentions, false, true);
+            }
             Slot::Captured(actuals, prefix) => {
                 for actual in *actuals {
                     match actual.name.strip_prefix(prefix.as_str()) {

@@ -178,6 +178,8 @@ pub(super) enum Slot {
     },
     /// An expectation: an expression, and what is measured while a scenario runs.
     Expected,
+    /// A condition of a machine, which knows measures of the motion.
+    Condition,
     /// What `initial(..)` can capture, behind this prefix.
     Captured(&'static [Actual], String),
     /// What a frame has.
@@ -283,8 +285,8 @@ impl Mentions {
 pub(super) fn of(spec: &Spec, text: &str, spelling: Spelling, urdf: Option<&Urdf>, imports: &[Imported]) -> Mentions {
     let found = Mentions::default();
     let (mission, there, scope) = (None, None, Vec::new());
-    let (state, expected) = (false, false);
-    let mut walker = Walker { text, spelling, urdf, state, expected, mission, there, imports, scope, found };
+    let (state, expected, condition) = (false, false, false);
+    let mut walker = Walker { text, spelling, urdf, state, expected, condition, mission, there, imports, scope, found };
     walker.spec(spec);
     let mut found = walker.found;
     found.all.sort_by_key(|m| (m.place.start, m.place.end));
@@ -300,6 +302,8 @@ pub(super) struct Walker<'t> {
     pub state: bool,
     /// True inside an expectation.
     pub expected: bool,
+    /// True inside a condition of a machine.
+    pub condition: bool,
     /// The mission that the scenario around executes.
     pub mission: Option<String>,
     /// The spec that the worker around runs, as written.

@@ -114,15 +114,19 @@ pub(super) static MEASURED: &[Word] = &[
     word("error", "`error(TASK)`, `error(TASK.PART)`: how far a target is from being met, or one of its parts."),
     word("in", "`in(STATE)`: true while the machine is in a state, or in one inside it."),
     word("fault", "`fault`, `fault(KIND)`: true while there is a fault, or one of a kind."),
-    word("speed", "`speed(JOINT)`, `speed(FRAME)`: how fast a joint moves, or the origin of a frame; never negative."),
+    word(
+        "speed",
+        "`speed(JOINT)`, `speed(FRAME)`: how fast a joint moves, or the origin of a frame; never negative. Conditions of a machine know it too.",
+    ),
     word(
         "acceleration",
         "`acceleration(JOINT)`, `acceleration(FRAME)`: by how much the velocity that the controller chose for a joint, or that it \
-         gives the origin of a frame, differs from that of the tick before, over the period; never negative.",
+         gives the origin of a frame, differs from that of the tick before, over the period; never negative. Conditions of a machine know it too.",
     ),
     word(
         "reversals",
-        "`reversals(JOINT)`, `reversals(GROUP)`, `reversals(all)`: how often joints have turned round and back within 0.2 s so far.",
+        "`reversals(JOINT)`, `reversals(GROUP)`, `reversals(all)`: how often joints have turned round and back within 0.2 s so far; in a condition of a \
+         machine since its state was entered.",
     ),
 ];
 

@@ -167,6 +167,7 @@ impl Walker<'_> {
         match &self.mission {
             Some(mission) if self.expected => self.of_mission(mission),
             _ if self.expected => Slot::Expected,
+            _ if self.condition => Slot::Condition,
             _ => Slot::Expression { auto: false, state: self.state },
         }
     }

@@ -215,9 +215,10 @@ impl Walker<'_> {
 
     /// A condition, in which the robot's present state may stand.
     fn condition(&mut self, value: &Value) {
-        let before = std::mem::replace(&mut self.state, true);
+        let before = (self.state, self.condition);
+        (self.state, self.condition) = (true, true);
         self.expression(value);
-        self.state = before;
+        (self.state, self.condition) = before;
     }
 
     /// What a trigger `on` waits for.

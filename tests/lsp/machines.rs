@@ -200,7 +200,7 @@ fn completion() {
         ("signal ft : wrench {", "signal ft : | {", &["event", "flag", "wrench", "point", "length"], &["arm", "fruit"]),
         ("{ timeout 0.1 s }", "{ | }", &["timeout"], &["blend"]),
         ("norm(ft.force)", "norm(ft.|)", &["force", "moment"], &["position"]),
-        ("norm(ft.force)", "norm(|)", &["ft", "fruit", "frame"], &["go"]),
+        ("norm(ft.force)", "norm(|)", &["ft", "fruit", "frame", "reversals"], &["go", "margin"]),
         ("(in(look)", "(in(|)", &["look", "work.near"], &["near", "go"]),
         ("run { machine harvest", "run { machine |", &["harvest"], &["look"]),
     ]);

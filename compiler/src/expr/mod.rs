@@ -32,7 +32,8 @@ pub use lower::Lowering;
 pub(crate) use poses::root;
 pub(crate) use present::PRESENT;
 pub use present::{Now, Plane};
-pub use scope::{MEASURES, Meaning, Scope, Symbol};
+pub(crate) use scope::not_measured;
+pub use scope::{MEASURES, MOTION, Meaning, Scope, Symbol};
 pub(crate) use told::told;
 pub use trajectories::{Named, Start, TRAJECTORIES, Trajectory, needs_from};
 

@@ -106,18 +106,28 @@ pub trait Scope {
         span: Span,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Typed> {
-        let text = format!("`{}(..)` has no meaning here", function.value);
-        diagnostics.push(
-            Diagnostic::error("HQ0312", span, text)
-                .note("it is measured from outside while a scenario runs, and no controller knows it")
-                .help("write it behind `expect` in a scenario"),
-        );
+        diagnostics.push(not_measured(function, span));
         None
     }
 }
 
+/// The diagnostic for a measure where nothing measures it.
+pub(crate) fn not_measured(function: &Spanned<String>, span: Span) -> Diagnostic {
+    let d = Diagnostic::error("HQ0312", span, format!("`{}(..)` has no meaning here", function.value));
+    if MOTION.contains(&function.value.as_str()) {
+        return d
+            .note("it is measured in scenarios, and by the controller for the conditions of its machine")
+            .help("write it behind `expect` in a scenario, or behind `when` in a machine");
+    }
+    d.note("it is measured from outside while a scenario runs, and no controller knows it")
+        .help("write it behind `expect` in a scenario")
+}
+
 /// The functions that expectations know, of what is measured while a scenario runs.
 pub const MEASURES: &[&str] = &["margin", "error", "in", "fault", "speed", "acceleration", "reversals"];
+
+/// Those of [`MEASURES`] that conditions of a machine know too: of the motion that the controller chooses.
+pub const MOTION: &[&str] = &["speed", "acceleration", "reversals"];
 
 /// A value cannot be typed; the diagnostics say why.
 pub struct Failed;

@@ -85,14 +85,14 @@ impl Lowerer<'_> {
         flatten(&m.body, 0, &mut flat);
         self.twice(&flat);
         let mut places = MachinePlaces::default();
-        let mut program = MachineProgram { states: Vec::new(), actions: Vec::new() };
+        let mut program = MachineProgram { states: Vec::new(), actions: Vec::new(), measured: Vec::new() };
         // Actions first: the events that they raise must be known to the transitions.
         let actions: Vec<[Vec<usize>; 3]> =
             flat.iter().map(|f| self.actions(f.body, &mut program.actions, around)).collect();
         for (i, (f, [enter, activities, exit])) in flat.iter().zip(actions).enumerate() {
             check_keys(&f.body.settings, if i == 0 { &MACHINE } else { &STATE }, self.diagnostics);
             let stack = f.body.stack.as_ref().and_then(|c| around.stacks.iter().position(|s| *s == c.name.value));
-            let (transitions, where_) = self.transitions(i, &flat, around);
+            let (transitions, where_) = self.transitions(i, &flat, around, &mut program.measured);
             places.states.push(f.at);
             places.stacks.push(f.body.stack.as_ref().map(|c| c.name.span));
             places.transitions.push(where_);

@@ -2,7 +2,7 @@
 
 use dsl::tree::{Transition, Value, ValueKind};
 use dsl::{Diagnostic, Span};
-use runtime::program::{FaultPattern, TransitionProgram, Trigger};
+use runtime::program::{FaultPattern, MeasuredProgram, TransitionProgram, Trigger};
 use stdlib_tasks::dimension::TIME;
 use stdlib_tasks::task::Nature;
 
@@ -10,6 +10,7 @@ use super::Lowerer;
 use super::machine::{Flat, Surroundings, TransitionPlace};
 use super::triggers::{self, Known};
 use crate::binding::Condition;
+use crate::binding::motion::MeasuredState;
 use crate::constants::Constants;
 use crate::forms::{check_keys, text_of};
 use crate::names::{list, suggest};
@@ -22,12 +23,13 @@ impl Lowerer<'_> {
         i: usize,
         flat: &[Flat],
         around: &Surroundings,
+        measured: &mut Vec<MeasuredProgram>,
     ) -> (Vec<TransitionProgram>, Vec<TransitionPlace>) {
         let (mut out, mut places) = (Vec::new(), Vec::new());
         for t in &flat[i].body.transitions {
             check_keys(&t.settings, &TRANSITION, self.diagnostics);
             let target = self.target(i, t, flat);
-            let found = self.trigger(t, around);
+            let found = self.trigger(i, t, flat, around, measured);
             let blend = self.blend(i, t, flat);
             let (Some(target), Some((trigger, condition, at))) = (target, found) else { continue };
             let text = super::wording::trigger(t);
@@ -113,7 +115,15 @@ impl Lowerer<'_> {
         Some(x)
     }
 
-    fn trigger(&mut self, t: &Transition, around: &Surroundings) -> Option<(Trigger, Option<Condition>, Span)> {
+    /// The trigger of a transition of state `i`.
+    fn trigger(
+        &mut self,
+        i: usize,
+        t: &Transition,
+        flat: &[Flat],
+        around: &Surroundings,
+        measured: &mut Vec<MeasuredProgram>,
+    ) -> Option<(Trigger, Option<Condition>, Span)> {
         match &t.trigger {
             dsl::tree::Trigger::Missing => None,
             dsl::tree::Trigger::After(value) => {
@@ -124,7 +134,11 @@ impl Lowerer<'_> {
                     Some(value) => self.duration(value, "`for`")?,
                     None => 0.0,
                 };
-                let found = self.binder(around.robot).condition(condition)?;
+                let mut interface = std::mem::take(&mut self.interface);
+                let mut state = MeasuredState { index: i, name: &flat[i].name, interface: &mut interface, measured };
+                let found = self.binder(around.robot).condition(condition, &mut state);
+                self.interface = interface;
+                let found = found?;
                 let trigger = Trigger::When { condition: found.expression.clone(), hold };
                 Some((trigger, Some(found), condition.span))
             }

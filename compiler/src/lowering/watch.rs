@@ -2,13 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use dsl::tree::{Value, ValueKind};
+use dsl::tree::Value;
 use dsl::{Diagnostic, Span, Spanned};
-use robot::LinkId;
 use runtime::FaultKind;
 use runtime::expect::Unit;
 use runtime::program::{Measure, PredicateTable, Program};
-use stdlib_tasks::dimension::{ACCELERATION, Dimension, NONE, RATE, VELOCITY};
+use stdlib_tasks::dimension::{Dimension, NONE};
 use stdlib_tasks::task::Nature;
 
 use super::expectations::of_a_stack;
@@ -16,11 +15,9 @@ use super::predicates::{Graphs, measure, predicate};
 use super::shapes::Shape;
 use super::states::state;
 use crate::binding::TaskScope;
-use crate::constants::joint_dimension;
+use crate::binding::motion::{self, Refused};
 use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Start, Symbol, Typed};
-use crate::forms::path_of;
 use crate::names::{list, suggest};
-use crate::robot_binding::{joints, unknown_joint};
 
 /// The scope of an expectation.
 pub(super) struct Watch<'s> {
@@ -43,9 +40,6 @@ pub(super) struct Watch<'s> {
     /// Inside `initial(..)`.
     pub capturing: bool,
 }
-
-/// What is wrong; none where it was reported elsewhere.
-type Refused = Option<Box<Diagnostic>>;
 
 fn refuse<T>(d: Diagnostic) -> Result<T, Refused> {
     Err(Some(Box::new(d)))
@@ -147,55 +141,6 @@ impl Watch<'_> {
         state(machine, path, at).map(Measure::In).map_err(Some)
     }
 
-    /// The link of a name, or the tip of an arm.
-    fn link(&self, name: &str) -> Option<LinkId> {
-        let robot = self.inner.robot;
-        robot.model.link(name).or_else(|| robot.arms.iter().find(|a| a.name == name).map(|a| a.tip))
-    }
-
-    /// The diagnostic for a name that is neither a joint's nor a frame's.
-    fn neither(&self, name: &str, at: Span) -> Diagnostic {
-        let robot = self.inner.robot;
-        let frames = robot.arms.iter().map(|a| &a.name).chain(robot.model.links.iter().map(|l| &l.name));
-        let frames: Vec<&str> = frames.map(String::as_str).collect();
-        unknown_joint(&robot.model, name, at, &frames, &robot.joint_groups.locked)
-    }
-
-    fn speed(&self, path: &str, at: Span) -> Result<(Measure, Dimension), Refused> {
-        let model = &self.inner.robot.model;
-        let dof = model.dof(path).filter(|&d| model.dofs[d].q_index.is_some());
-        if let (None, Some(link)) = (dof, self.link(path)) {
-            return Ok((Measure::PointSpeed(link), VELOCITY));
-        }
-        let Some(dof) = dof else { return refuse(self.neither(path, at)) };
-        match joint_dimension(model, dof).times(RATE) {
-            Some(dimension) => Ok((Measure::Speed(dof), dimension)),
-            None => Err(None),
-        }
-    }
-
-    fn acceleration(&self, path: &str, at: Span) -> Result<(Measure, Dimension), Refused> {
-        let model = &self.inner.robot.model;
-        match (model.dof(path), self.link(path)) {
-            (Some(dof), _) => {
-                let dimension = joint_dimension(model, dof).times(RATE).and_then(|d| d.times(RATE)).ok_or(None)?;
-                Ok((Measure::Acceleration(dof), dimension))
-            }
-            (None, Some(link)) => Ok((Measure::PointAcceleration(link), ACCELERATION)),
-            (None, None) => refuse(self.neither(path, at)),
-        }
-    }
-
-    /// Reversals of a joint, or of all joints of a group or that fit a pattern.
-    fn reversals(&self, argument: &Value) -> Result<(Measure, Dimension), Refused> {
-        let robot = self.inner.robot;
-        let mut said = Vec::new();
-        match joints(std::slice::from_ref(argument), &robot.model, &robot.joint_groups, &mut said) {
-            Some(dofs) => Ok((Measure::Reversals(dofs), NONE)),
-            None => Err(said.pop().map(Box::new)),
-        }
-    }
-
     fn of(
         &mut self,
         function: &Spanned<String>,
@@ -206,31 +151,17 @@ impl Watch<'_> {
             "margin" => "margin(TASK)",
             "error" => "error(TASK)` or `error(TASK.PART)",
             "in" => "in(STATE)",
-            "fault" => "fault(KIND)",
-            "acceleration" => "acceleration(JOINT)` or `acceleration(FRAME)",
-            "reversals" => "reversals(JOINT)` or `reversals(GROUP)",
-            _ => "speed(JOINT)` or `speed(FRAME)",
+            other => motion::form(other).unwrap_or("fault(KIND)"),
         };
-        let [argument] = args else {
-            let text = format!("`{}` takes one name, not {} arguments", function.value, args.len());
-            return refuse(Diagnostic::error("HQ0310", span, text).help(format!("the form is `{form}`")));
-        };
-        let (at, Some(path)) = (argument.span, path_of(argument)) else {
-            if matches!(argument.kind, ValueKind::Missing) {
-                return Err(None);
-            }
-            let d = Diagnostic::error("HQ0304", argument.span, "a name is needed here");
-            return refuse(d.help(format!("the form is `{form}`; a name with other signs in it stands in quotes")));
-        };
+        let (argument, path) = motion::named(function, args, span, form)?;
+        let at = argument.span;
         let scalar = |(measure, dimension)| (measure, Kind::Scalar, dimension);
         let truth = |measure| (measure, Kind::Truth, NONE);
         match function.value.as_str() {
             "margin" => self.margin(&path, at).map(scalar),
             "error" => self.error(&path, at).map(scalar),
             "in" => self.state(&path, at).map(truth),
-            "speed" => self.speed(&path, at).map(scalar),
-            "acceleration" => self.acceleration(&path, at).map(scalar),
-            "reversals" => self.reversals(argument).map(scalar),
+            of if motion::form(of).is_some() => motion::motion(self.inner.robot, of, argument, &path).map(scalar),
             _ if path == "any" => Ok(truth(Measure::Fault(None))),
             _ => match FaultKind::ALL.into_iter().find(|k| k.word() == path) {
                 Some(kind) => Ok(truth(Measure::Fault(Some(kind)))),

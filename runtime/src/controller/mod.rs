@@ -10,6 +10,7 @@
 mod describe;
 mod guards;
 mod machine;
+mod measured;
 mod own;
 mod stage;
 mod tick;
@@ -23,6 +24,7 @@ use crate::program::{ActionProgram, MachineProgram, Program, ProgramError, State
 use crate::signals::Signals;
 use machine::Machine;
 pub use machine::Request;
+use measured::MeasuredMotion;
 pub use stage::Stage;
 use stage::{common_levels, standing};
 
@@ -66,6 +68,8 @@ pub struct Controller {
     /// The stage whose velocity the robot moves with.
     moving: Option<usize>,
     machine: Machine,
+    /// What its conditions measure; none where they measure nothing.
+    measured: Option<Box<MeasuredMotion>>,
     signals: Signals,
     /// For the axes of sensors: the robot as it is observed; none where no signal has a frame.
     observed: Option<Box<(Model, Data)>>,
@@ -106,7 +110,7 @@ fn single(stack: usize) -> MachineProgram {
         exit: Vec::new(),
         transitions: Vec::new(),
     };
-    MachineProgram { states: vec![state], actions: Vec::new() }
+    MachineProgram { states: vec![state], actions: Vec::new(), measured: Vec::new() }
 }
 
 impl Controller {
@@ -154,6 +158,7 @@ impl Controller {
             visits: 0,
             moving: None,
             machine: Machine::new(program, machine),
+            measured: MeasuredMotion::new(program, machine),
             signals: Signals::new(&program.interface),
             observed: (program.interface.signals.iter().any(|s| s.conditioning.frame.is_some()))
                 .then(|| Box::new((model.clone(), Data::new(model)))),
@@ -179,6 +184,9 @@ impl Controller {
         (self.started, self.anchored) = (None, false);
         (self.raised, self.halted) = (None, None);
         self.signals.restart();
+        if let Some(measured) = &mut self.measured {
+            measured.restart();
+        }
     }
 
     /// One tick. Never panics, never allocates.
@@ -192,6 +200,9 @@ impl Controller {
         self.signals.forget_events();
         if fault.is_some() {
             self.stand();
+        }
+        if let Some(measured) = &mut self.measured {
+            measured.tick(&mut self.signals, self.machine.entries(), observation.q, &self.velocity, self.last);
         }
         Command { velocity: &self.command, fault, requests: &self.machine.requests }
     }

@@ -2,7 +2,8 @@
 
 use super::check::{ProgramError, ensure, error};
 use super::{
-    FaultPattern, Lost, MAX_SIGNAL, MachineProgram, OwnAction, Program, SignalProgram, StateProgram, Trigger, Velocity,
+    FaultPattern, Lost, MAX_SIGNAL, MachineProgram, Measure, MeasuredProgram, OwnAction, Program, SignalProgram,
+    StateProgram, Trigger, Velocity,
 };
 
 /// The most states that one may stand inside another.
@@ -69,7 +70,27 @@ impl Program {
                 self.check_own(own, &place)?;
             }
         }
+        for (i, measured) in machine.measured.iter().enumerate() {
+            self.check_measured(machine, measured, &format!("machine.measured[{i}]"))?;
+        }
         Ok(())
+    }
+
+    fn check_measured(&self, machine: &MachineProgram, m: &MeasuredProgram, place: &str) -> Result<(), ProgramError> {
+        let set = self.interface.signals.get(m.signal);
+        let fits = set.is_some_and(|s| s.is_variable() && s.optional && s.len == 1);
+        ensure(fits, place, "sets what is no variable of one number that may be absent")?;
+        let (dofs, links) = (self.robot.model.nv(), self.robot.model.links.len());
+        let exists = match &m.measure {
+            Measure::Speed(dof) | Measure::Acceleration(dof) => *dof < dofs,
+            Measure::PointSpeed(link) | Measure::PointAcceleration(link) => link.index() < links,
+            Measure::Reversals(all) => all.iter().all(|dof| *dof < dofs),
+            Measure::Margin(_) | Measure::Error { .. } | Measure::In(_) | Measure::Fault(_) | Measure::Initial(_) => {
+                false
+            }
+        };
+        ensure(exists, place, "measures no motion of this robot")?;
+        ensure(m.since.is_none_or(|s| s < machine.states.len()), place, "counts since a state that does not exist")
     }
 
     fn check_own(&self, own: &OwnAction, place: &str) -> Result<(), ProgramError> {

@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 use stdlib_tasks::expression::Expression;
 
+use super::Measure;
 use crate::fault::FaultKind;
 
 /// A machine.
@@ -13,6 +14,21 @@ pub struct MachineProgram {
     pub states: Vec<StateProgram>,
     /// What states ask the outside world to do.
     pub actions: Vec<ActionProgram>,
+    /// What conditions measure of the motion.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub measured: Vec<MeasuredProgram>,
+}
+
+/// A measure of the motion that conditions read: a variable that the controller sets at the end of each tick, and nobody else.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeasuredProgram {
+    /// The signal that is the variable, of one number.
+    pub signal: usize,
+    /// A speed, an acceleration or reversals, of the velocity that the hierarchy chose.
+    pub measure: Measure,
+    /// For what is counted the state since whose last entry it is; none for the others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub since: Option<usize>,
 }
 
 /// A state.

@@ -28,7 +28,9 @@ use stdlib_tasks::field::FieldProgram;
 pub use check::ProgramError;
 pub(crate) use check::error;
 pub use layers_scenario::{OfLayers, OfTeammate};
-pub use machine::{ActionProgram, FaultPattern, MachineProgram, OwnAction, StateProgram, TransitionProgram, Trigger};
+pub use machine::{
+    ActionProgram, FaultPattern, MachineProgram, MeasuredProgram, OwnAction, StateProgram, TransitionProgram, Trigger,
+};
 pub use mission::{CompiledFile, LayersProgram, MAX_BATCH, MissionKind, MissionProgram, ScheduleProgram};
 pub use mission_scenario::{
     Happens, MAX_HAPPENINGS, MAX_INSTANTS, MAX_MISSION, MissionMeasure, MissionScenarioProgram, Occurrence, OfAgent,

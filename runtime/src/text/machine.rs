@@ -18,6 +18,7 @@ pub(super) fn signals(p: &Program, out: &mut String) -> std::fmt::Result {
         write!(out, "  {} : {}{mark}", s.name, s.kind)?;
         conditioning(p, &s.conditioning, out)?;
         match s.timeout {
+            _ if is_measured(p, s) => write!(out, "  measured by the controller")?,
             _ if s.is_variable() => initial(s.variable.as_ref().and_then(|v| v.value.as_deref()), out)?,
             Some(timeout) => write!(out, "  timeout {} s", number(timeout))?,
             None => write!(out, "  no timeout")?,
@@ -51,6 +52,12 @@ pub(super) fn signals(p: &Program, out: &mut String) -> std::fmt::Result {
         writeln!(out, "  {event}  from {from}")?;
     }
     Ok(())
+}
+
+/// Whether a signal is a measure of the motion.
+fn is_measured(p: &Program, s: &SignalProgram) -> bool {
+    let measured = p.machine.iter().flat_map(|m| &m.measured);
+    measured.filter_map(|m| p.interface.signals.get(m.signal)).any(|of| of.at == s.at)
 }
 
 /// How a tracked point moves, and where the numbers of that stand.

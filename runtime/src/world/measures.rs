@@ -4,8 +4,8 @@
 //! entered, or on where, has a value only while such a stack runs.
 
 use crate::evaluator::{Evaluator, Moment};
+use crate::motion::Motion;
 use crate::program::{LevelProgram, Measure, MemberProgram, Program, ProgramError, StackProgram, Times};
-use crate::record::joint_motion::Reversals;
 use crate::record::summary::MARGIN_TOLERANCE;
 use crate::simulate::Tick;
 use nalgebra::Vector3;
@@ -113,42 +113,8 @@ pub(super) struct Measures {
     data: Data,
     /// For each measure where its link was at the tick before.
     places: Vec<Option<Vector3<f64>>>,
-    chosen: Chosen,
-}
-
-/// The velocities that the hierarchy chooses, whatever becomes of them: how they change, and how often joints reverse. The
-/// robot stands before the first tick.
-struct Chosen {
-    period: f64,
-    /// The velocity of the tick before.
-    before: Vec<f64>,
-    /// For each measure the velocity of its link at the tick before.
-    links: Vec<Vector3<f64>>,
-    /// For each degree of freedom.
-    reversals: Vec<Reversals>,
-}
-
-impl Chosen {
-    fn new(program: &Program, measures: usize) -> Chosen {
-        let dofs = &program.robot.model.dofs;
-        Chosen {
-            period: program.robot.period,
-            before: vec![0.0; dofs.len()],
-            links: vec![Vector3::zeros(); measures],
-            reversals: dofs.iter().map(|d| Reversals::new(d.velocity)).collect(),
-        }
-    }
-
-    /// The acceleration of a degree of freedom.
-    fn acceleration(&self, dof: usize, v: &[f64]) -> f64 {
-        (v[dof] - self.before[dof]).abs() / self.period
-    }
-
-    /// The acceleration of a link whose velocity is this one now, for the measure of this place.
-    fn acceleration_of_link(&mut self, place: usize, velocity: Vector3<f64>) -> f64 {
-        let before = std::mem::replace(&mut self.links[place], velocity);
-        (velocity - before).norm() / self.period
-    }
+    /// What the hierarchy chooses, whatever becomes of it.
+    chosen: Motion,
 }
 
 impl Measures {
@@ -168,7 +134,7 @@ impl Measures {
             stack_velocity: vec![0.0; program.robot.model.nv()],
             data: Data::new(&program.robot.model),
             places: vec![None; list.len()],
-            chosen: Chosen::new(program, list.len()),
+            chosen: Motion::new(&program.robot.model, program.robot.period, list.iter()),
         })
     }
 
@@ -185,14 +151,13 @@ impl Measures {
             model.difference(q, tick.q, &mut self.way);
             elapsed = tick.time - time;
         }
-        let chosen = &mut self.chosen;
-        chosen.reversals.iter_mut().zip(tick.v).for_each(|(r, v)| r.tick(*v, tick.time));
-        if self.list.iter().any(|m| matches!(m, Measure::PointSpeed(_) | Measure::PointAcceleration(_))) {
+        if self.chosen.needs_kinematics() {
             model.forward(tick.q, &mut self.data);
         }
+        self.chosen.tick(model, &self.data, tick.v, tick.time);
         let truth = |yes: bool| if yes { 1.0 } else { -1.0 };
         let measures = out.iter_mut().zip(&self.list).zip(&self.probe_of).zip(&mut self.places);
-        for (i, (((x, measure), probe), place)) in measures.enumerate() {
+        for (((x, measure), probe), place) in measures {
             let probe = probe.and_then(|i| self.probes.get(i));
             *x = match measure {
                 Measure::Margin(_) => probe.map_or(f64::NAN, Probe::margin),
@@ -207,17 +172,13 @@ impl Measures {
                     let way = place.replace(now).map_or(0.0, |before| (now - before).norm());
                     if elapsed > 0.0 { way / elapsed } else { 0.0 }
                 }
-                Measure::Acceleration(dof) => chosen.acceleration(*dof, tick.v),
-                Measure::PointAcceleration(link) => {
-                    let velocity = self.data.point_velocity(model, *link, self.data.position(*link), tick.v);
-                    chosen.acceleration_of_link(i, velocity)
+                Measure::Acceleration(_) | Measure::PointAcceleration(_) | Measure::Reversals(_) => {
+                    self.chosen.measure(measure).unwrap_or(f64::NAN)
                 }
-                Measure::Reversals(dofs) => dofs.iter().map(|d| chosen.reversals[*d].count() as f64).sum(),
                 // The judge wrote it at the first tick.
                 Measure::Initial(_) => *x,
             };
         }
-        chosen.before.copy_from_slice(tick.v);
         match &mut self.before {
             Some((q, time)) => {
                 q.copy_from_slice(tick.q);

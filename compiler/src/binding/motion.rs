@@ -1,0 +1,143 @@
+//! Measures of the robot's motion by name: `speed(..)`, `acceleration(..)` and `reversals(..)`, which expectations measure from
+//! outside and conditions of a machine inside the controller.
+
+use dsl::tree::{Value, ValueKind};
+use dsl::{Diagnostic, Span, Spanned};
+use robot::LinkId;
+use runtime::program::{Conditioning, Initial, Interface, Measure, MeasuredProgram, Op, SignalProgram};
+use stdlib_tasks::dimension::{ACCELERATION, Dimension, NONE, RATE, VELOCITY};
+
+use crate::constants::joint_dimension;
+use crate::expand::type_of;
+use crate::expr::Graph;
+use crate::forms::path_of;
+use crate::robot_binding::{BoundRobot, joints, unknown_joint};
+
+/// What is wrong; none where it was reported elsewhere.
+pub(crate) type Refused = Option<Box<Diagnostic>>;
+
+/// How a measure of the motion is written; none where a function is no such measure.
+pub(crate) fn form(function: &str) -> Option<&'static str> {
+    Some(match function {
+        "speed" => "speed(JOINT)` or `speed(FRAME)",
+        "acceleration" => "acceleration(JOINT)` or `acceleration(FRAME)",
+        "reversals" => "reversals(JOINT)` or `reversals(GROUP)",
+        _ => return None,
+    })
+}
+
+/// A call's one argument, a name or a path of names, with its text.
+pub(crate) fn named<'v>(
+    function: &Spanned<String>,
+    args: &'v [Value],
+    span: Span,
+    form: &str,
+) -> Result<(&'v Value, String), Refused> {
+    let [argument] = args else {
+        let text = format!("`{}` takes one name, not {} arguments", function.value, args.len());
+        return Err(Some(Box::new(Diagnostic::error("HQ0310", span, text).help(format!("the form is `{form}`")))));
+    };
+    match path_of(argument) {
+        Some(path) => Ok((argument, path)),
+        None if matches!(argument.kind, ValueKind::Missing) => Err(None),
+        None => {
+            let d = Diagnostic::error("HQ0304", argument.span, "a name is needed here");
+            let help = format!("the form is `{form}`; a name with other signs in it stands in quotes");
+            Err(Some(Box::new(d.help(help))))
+        }
+    }
+}
+
+/// The link of a name, or the tip of an arm.
+fn link(robot: &BoundRobot, name: &str) -> Option<LinkId> {
+    robot.model.link(name).or_else(|| robot.arms.iter().find(|a| a.name == name).map(|a| a.tip))
+}
+
+/// The diagnostic for a name that is neither a joint's nor a frame's.
+fn neither(robot: &BoundRobot, name: &str, at: Span) -> Diagnostic {
+    let frames = robot.arms.iter().map(|a| &a.name).chain(robot.model.links.iter().map(|l| &l.name));
+    let frames: Vec<&str> = frames.map(String::as_str).collect();
+    unknown_joint(&robot.model, name, at, &frames, &robot.joint_groups.locked)
+}
+
+/// The measure that `function(argument)` is, of the names that [`form`] knows, with its dimension; `path` is the argument's text.
+pub(crate) fn motion(
+    robot: &BoundRobot,
+    function: &str,
+    argument: &Value,
+    path: &str,
+) -> Result<(Measure, Dimension), Refused> {
+    let model = &robot.model;
+    let per_second = |d: Dimension| d.times(RATE).ok_or(None);
+    match function {
+        // Of a joint, or of all joints of a group or that fit a pattern.
+        "reversals" => {
+            let mut said = Vec::new();
+            match joints(std::slice::from_ref(argument), model, &robot.joint_groups, &mut said) {
+                Some(dofs) => Ok((Measure::Reversals(dofs), NONE)),
+                None => Err(said.pop().map(Box::new)),
+            }
+        }
+        "acceleration" => match (model.dof(path), link(robot, path)) {
+            (Some(dof), _) => {
+                let dimension = per_second(joint_dimension(model, dof)).and_then(per_second)?;
+                Ok((Measure::Acceleration(dof), dimension))
+            }
+            (None, Some(link)) => Ok((Measure::PointAcceleration(link), ACCELERATION)),
+            (None, None) => Err(Some(Box::new(neither(robot, path, argument.span)))),
+        },
+        _ => match (model.dof(path).filter(|&d| model.dofs[d].q_index.is_some()), link(robot, path)) {
+            (Some(dof), _) => Ok((Measure::Speed(dof), per_second(joint_dimension(model, dof))?)),
+            (None, Some(link)) => Ok((Measure::PointSpeed(link), VELOCITY)),
+            (None, None) => Err(Some(Box::new(neither(robot, path, argument.span)))),
+        },
+    }
+}
+
+/// The state whose transitions are lowered, and what conditions of the machine measure so far.
+pub(crate) struct MeasuredState<'m> {
+    /// Its index.
+    pub index: usize,
+    /// Its path.
+    pub name: &'m str,
+    /// The signals of the program; each measure has a variable behind them.
+    pub interface: &'m mut Interface,
+    /// The measures.
+    pub measured: &'m mut Vec<MeasuredProgram>,
+}
+
+impl MeasuredState<'_> {
+    /// The number of a measure, called `text`, in the graph. What is counted is counted since the state was entered.
+    pub(crate) fn number(&mut self, graph: &mut Graph, text: &str, measure: Measure, dimension: Dimension) -> usize {
+        let since = matches!(measure, Measure::Reversals(_)).then_some(self.index);
+        let known = self.measured.iter().find(|m| m.measure == measure && m.since == since);
+        let signal = known.map_or_else(|| self.interface.signals.len(), |m| m.signal);
+        if known.is_none() {
+            let at = self.interface.width();
+            self.interface.signals.push(SignalProgram {
+                name: if since.is_some() { format!("{text} in {}", self.name) } else { text.to_string() },
+                kind: type_of(dimension).unwrap_or("number").to_string(),
+                at,
+                len: 1,
+                optional: true,
+                timeout: None,
+                conditioning: Conditioning::default(),
+                variable: Some(Initial { value: None }),
+                motion: None,
+            });
+            self.measured.push(MeasuredProgram { signal, measure, since });
+        }
+        graph.push(Op::Signal(self.interface.signals[signal].at + 1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::expr::{MEASURES, MOTION};
+
+    #[test]
+    fn the_words_are_those_of_conditions() {
+        let known: Vec<&str> = MEASURES.iter().copied().filter(|word| super::form(word).is_some()).collect();
+        assert_eq!(known, MOTION);
+    }
+}
