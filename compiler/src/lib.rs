@@ -3,6 +3,7 @@
 //! [`compile`] reads a text, binds its names to a robot and to the task library, checks types, units and safety, and
 //! lowers it to a [`runtime::Program`]. It knows nothing of how a hierarchy is solved.
 
+mod accelerations;
 mod binding;
 mod bounds;
 mod braking;

@@ -10,6 +10,11 @@ static PAIRS: &[(&str, &str)] = &[
     ("`robot NAME { urdf \"..\"  rate 100 Hz }`", "`robots: { NAME: { urdf: .., rate: 100 Hz } }`"),
     ("`stack NAME { level NAME { task } }`", "`stacks: { NAME: { levels: [ { name: NAME, tasks: [task] } ] } }`"),
     ("`level NAME { task }`", "`levels: [ { name: NAME, tasks: [task] } ]`"),
+    (
+        "`level limits hard { joint_acceleration_limits }`",
+        "`{ name: limits, hard: true, tasks: [joint_acceleration_limits] }`",
+    ),
+    ("`level gentle { joint_acceleration_limits }`", "`{ name: gentle, tasks: [joint_acceleration_limits] }`"),
     ("`param NAME = VALUE`", "`params: { NAME: VALUE }`"),
     ("`task NAME = TYPE { .. }`", "`tasks: { NAME: { TYPE: { .. } } }`"),
     ("`run { stack ", "`run: { stack: "),

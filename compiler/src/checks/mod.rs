@@ -4,7 +4,7 @@ mod start;
 
 use std::collections::BTreeSet;
 
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Sources, Span};
 use runtime::build_tasks;
 use runtime::program::{Program, overshoots};
 use stdlib_tasks::bound::Bound;
@@ -19,11 +19,17 @@ use crate::planners;
 use crate::pointless;
 use crate::ranges::Ground;
 use crate::units::shown;
-use crate::{bounds, braking};
+use crate::{accelerations, bounds, braking};
 use crate::{jumps, reach, standing};
 
 /// Checks a program that has no errors so far.
-pub(crate) fn program(ground: &Ground, program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+pub(crate) fn program(
+    ground: &Ground,
+    program: &Program,
+    places: &Places,
+    sources: &Sources,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
     let before = diagnostics.len();
     planners::check(program, places, diagnostics);
     reach::limits(ground, program, places, diagnostics);
@@ -78,6 +84,7 @@ pub(crate) fn program(ground: &Ground, program: &Program, places: &Places, diagn
     }
     let mut told = BTreeSet::new();
     if diagnostics[before..].iter().all(|d| d.severity == dsl::Severity::Warning) {
+        accelerations::check(program, places, sources, diagnostics);
         braking::check(program, places, diagnostics);
         one_place::check(program, places, diagnostics);
         told = pointless::program(program, places, diagnostics);

@@ -273,7 +273,7 @@ impl<'a> Lowerer<'a> {
         program.scenarios = self.scenarios(expanded, &program, &robot);
         self.unused(&declared, expanded, complete);
         let ground = Ground::new(&self.graph, &self.table, &program.robot.model);
-        checks::program(&ground, &program, &places, self.diagnostics);
+        checks::program(&ground, &program, &places, self.sources, self.diagnostics);
         if self.errors() == 0 {
             starts::check(&program, &self.starts, self.diagnostics);
         }

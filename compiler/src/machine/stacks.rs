@@ -1,11 +1,13 @@
 //! What changes between the stacks of a machine: limits that are dropped, and velocities that jump.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::Diagnostic;
+use runtime::program::Program;
 use stdlib_tasks::task::Nature;
 
 use super::{Checked, is_dead, is_fault};
+use crate::accelerations::Accelerations;
 use crate::names::list;
 
 impl Checked<'_> {
@@ -57,7 +59,7 @@ impl Checked<'_> {
 
     /// Transitions to another stack that takes over at once.
     fn jumps(&self, diagnostics: &mut Vec<Diagnostic>) {
-        let mut found = Vec::new();
+        let (mut found, mut entered) = (Vec::new(), BTreeMap::new());
         for &s in &self.reached {
             for (i, t) in self.machine.states[s].transitions.iter().enumerate() {
                 if is_fault(&t.trigger) || is_dead(self.places, s, i) || self.places.transitions[s][i].blend {
@@ -67,7 +69,9 @@ impl Checked<'_> {
                 let inside = self.reached.iter().copied().filter(|&l| self.machine.path(l).any(|p| p == s));
                 let from: BTreeSet<Option<usize>> = inside.map(|l| self.machine.stack(l)).collect();
                 let other = from.iter().any(|f| f.is_some() && *f != self.machine.stack(to));
-                if other && self.machine.stack(to).is_some() {
+                let Some(stack) = self.machine.stack(to).filter(|_| other) else { continue };
+                let entered = entered.entry(stack).or_insert_with(|| Accelerations::of(self.program, stack));
+                if !says_enough(self.program, entered, &from, stack) {
                     found.push(self.places.transitions[s][i].target);
                 }
             }
@@ -84,4 +88,12 @@ impl Checked<'_> {
                 .help("write `blend 0.3 s` in the machine, in a state or behind a transition; `blend 0 s` where it is meant"),
         );
     }
+}
+
+/// Whether nothing is left to say of velocities where a stack takes over from others: it bounds the accelerations of all joints
+/// that are free in one of them, or the stack itself is warned of.
+fn says_enough(program: &Program, entered: &Accelerations, from: &BTreeSet<Option<usize>>, to: usize) -> bool {
+    let free = |stack: usize, dof: usize| !program.stacks[stack].locked.contains(&dof);
+    let all = (0..program.robot.model.nv()).filter(|&d| free(to, d) || from.iter().flatten().any(|&f| free(f, d)));
+    entered.may_jump() || entered.bounds(all)
 }

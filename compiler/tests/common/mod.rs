@@ -53,7 +53,8 @@ fn case(part: &str, spelling: Spelling) -> Case {
     Case { title: title.trim().to_string(), count, text, set, files, spelling }
 }
 
-/// Adds the header, and the robot and a stack of all tasks where the case has none.
+/// Adds the header, and the robot and a stack of all tasks where the case has none. The stack has limits of accelerations too if
+/// the robot has speed limits to take them from.
 pub fn whole(body: &str, spelling: Spelling, robot: bool, stack: bool) -> String {
     let hq = spelling == Spelling::Hq;
     let begins = |word: &str| body.lines().any(|l| l.starts_with(word));
@@ -84,10 +85,23 @@ pub fn whole(body: &str, spelling: Spelling, robot: bool, stack: bool) -> String
         let tasks: Vec<&str> =
             tasks.iter().enumerate().filter(|(i, t)| !tasks[..*i].contains(t)).map(|(_, t)| *t).collect();
         let tasks = if tasks.is_empty() { vec!["joint_velocity_limits"] } else { tasks };
-        text.push_str(&if hq {
-            format!("stack all {{ level all {{ {} }} }}\n", tasks.join("  "))
-        } else {
-            format!("stacks: {{ all: {{ levels: [ {{ name: all, tasks: [{}] }} ] }} }}\n", tasks.join(", "))
+        let bounded = text.contains("robots/arm7.urdf") && !text.contains("joint_acceleration_limits");
+        text.push_str(&match (hq, bounded) {
+            (true, true) => {
+                let limits = "level limits hard { joint_acceleration_limits }";
+                format!("stack all {{ {limits}  level all {{ {} }} }}\n", tasks.join("  "))
+            }
+            (true, false) => format!("stack all {{ level all {{ {} }} }}\n", tasks.join("  ")),
+            (false, true) => {
+                let limits = "{ name: limits, hard: true, tasks: [joint_acceleration_limits] }";
+                format!(
+                    "stacks: {{ all: {{ levels: [ {limits}, {{ name: all, tasks: [{}] }} ] }} }}\n",
+                    tasks.join(", ")
+                )
+            }
+            (false, false) => {
+                format!("stacks: {{ all: {{ levels: [ {{ name: all, tasks: [{}] }} ] }} }}\n", tasks.join(", "))
+            }
         });
     }
     text

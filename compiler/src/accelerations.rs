@@ -1,0 +1,257 @@
+//! Stacks whose tasks move joints while no level above bounds the accelerations of these joints.
+//!
+//! The reference takes the velocity `v` that the hierarchy returns at each tick. Without rows `|v - v_last| <= a_max T` a target
+//! that jumps, a limit that becomes active or a level that loses its freedom changes `v` from one tick to the next by up to
+//! twice the speed limit. Limits of accelerations count on hard levels, and on soft levels above the first target:
+//! soft ones give way to hard limits alone there, as those beside limits of distances must (mathematics, limits).
+
+use std::collections::BTreeSet;
+
+use dsl::{Diagnostic, Sources, Span};
+use runtime::program::{MemberProgram, Op, Program, StackProgram, TaskProgram, Times};
+use runtime::{Evaluator, Member, Rest, build_tasks};
+use stdlib_tasks::bound::Bound;
+use stdlib_tasks::task::Nature;
+
+use crate::lowering::Places;
+use crate::names::list;
+
+/// So many configurations beside home are tried for the joints that a task moves: at one alone the robot may be singular.
+const CONFIGURATIONS: usize = 3;
+
+/// What a stack does about the accelerations of joints.
+pub(crate) struct Accelerations {
+    /// The degrees of freedom whose acceleration it bounds.
+    bounded: BTreeSet<usize>,
+    /// Those that its tasks move and whose acceleration it does not bound.
+    unbounded: BTreeSet<usize>,
+    /// Its tasks also move degrees of freedom whose acceleration it bounds.
+    partial: bool,
+    /// The first task that moves the robot, an index into the program.
+    mover: Option<usize>,
+    /// A limit of accelerations too low in the stack to bound what moves the robot, an index into the program.
+    too_low: Option<usize>,
+}
+
+impl Accelerations {
+    /// Those of a stack of a program without errors.
+    pub(crate) fn of(program: &Program, index: usize) -> Accelerations {
+        let (stack, model) = (&program.stacks[index], &program.robot.model);
+        let members =
+            || stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, l.hard, m)));
+        let movers: Vec<usize> = members().map(|(_, _, m)| m.task).filter(|&task| moves(program, task)).collect();
+        let target = |m: &MemberProgram| nature(program, m.task) == Some(Nature::Target);
+        let first = members().find(|(_, _, m)| target(m)).map_or(usize::MAX, |m| m.0);
+        let all = build_tasks(model, program.robot.period, &program.values.initial, &program.tasks, stack);
+        let (mut bounded, mut too_low) = (BTreeSet::new(), None);
+        for ((level, hard, m), built) in members().zip(&all) {
+            let limits = built.task.as_ref().map(|t| t.acceleration_limits()).unwrap_or_default();
+            if hard || level < first {
+                bounded.extend(limits.iter().map(|l| l.0));
+            } else if !limits.is_empty() {
+                too_low = too_low.or(Some(m.task));
+            }
+        }
+        let free: BTreeSet<usize> = (0..model.nv()).filter(|dof| !stack.locked.contains(dof)).collect();
+        let (mut unbounded, mut partial) = (BTreeSet::new(), false);
+        if !movers.is_empty() && !free.is_subset(&bounded) {
+            let moved: BTreeSet<usize> = entered(program, index, &movers).intersection(&free).copied().collect();
+            unbounded = moved.difference(&bounded).copied().collect();
+            partial = unbounded.len() < moved.len();
+        }
+        Accelerations { bounded, unbounded, partial, mover: movers.first().copied(), too_low }
+    }
+
+    /// Whether velocities may jump from one tick to the next while the stack runs.
+    pub(crate) fn may_jump(&self) -> bool {
+        !self.unbounded.is_empty()
+    }
+
+    /// Whether the stack bounds the accelerations of all these degrees of freedom.
+    pub(crate) fn bounds(&self, mut dofs: impl Iterator<Item = usize>) -> bool {
+        dofs.all(|dof| self.bounded.contains(&dof))
+    }
+}
+
+fn nature(program: &Program, task: usize) -> Option<Nature> {
+    stdlib_tasks::find(&program.tasks[task].kind).map(|kind| kind.nature)
+}
+
+/// Whether a task moves the robot of itself: a target that is not where its stack was entered, or a limit that moves.
+fn moves(program: &Program, index: usize) -> bool {
+    let task = &program.tasks[index];
+    let (mut changes, mut captured) = (false, true);
+    for (name, bound) in task.params.iter() {
+        let from = sources(program, bound);
+        changes |= from.changes || matches!(bound, Bound::Field(_));
+        captured &= name == "gain" || bound.slots().is_empty() || from.captured;
+    }
+    match nature(program, index) {
+        Some(Nature::Target) => changes || !(captured || stops(program, task)),
+        // It bounds how fast the robot comes, and is met at rest.
+        Some(Nature::Limit) => changes && task.kind != "speed_separation",
+        None => false,
+    }
+}
+
+/// What the numbers of a parameter follow from.
+struct From {
+    /// Time, signals or variables.
+    changes: bool,
+    /// They are what was captured when the stack was entered, and nothing else.
+    captured: bool,
+}
+
+fn sources(program: &Program, bound: &Bound) -> From {
+    let tape = &program.values.tape;
+    let places: BTreeSet<usize> = bound.slots().into_iter().flat_map(|s| s.at..s.at + s.len).collect();
+    let part = tape.only(&places);
+    let of = |test: fn(&Op) -> bool| part.ops.iter().any(test);
+    let changes = of(|op| matches!(op, Op::T | Op::Time | Op::State(_) | Op::Signal(_) | Op::Trajectory(_)));
+    let taken = |at: usize| part.outputs.iter().any(|o| o.at == at && matches!(part.ops[o.value], Op::Input(_)));
+    let captured = !changes && places.iter().all(|&at| taken(at));
+    From { changes, captured }
+}
+
+/// Whether a target asks for the constant velocity zero.
+fn stops(program: &Program, task: &TaskProgram) -> bool {
+    let zero = |at: usize| program.values.initial.get(at) == Some(&0.0);
+    task.kind == "joint_velocity"
+        && task.params.values().flat_map(|b| b.slots()).all(|s| (s.at..s.at + s.len).all(zero))
+}
+
+/// The degrees of freedom that enter the rows of a stack's targets and of its tasks that move; all of them if the rows cannot be
+/// computed.
+fn entered(program: &Program, stack: usize, movers: &[usize]) -> BTreeSet<usize> {
+    let model = &program.robot.model;
+    let all = || (0..model.nv()).collect();
+    let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return all() };
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut configurations = vec![program.robot.home.clone()];
+    configurations.extend((0..CONFIGURATIONS).map(|_| model.random_configuration(&mut random)));
+    let rest = Rest::new(program);
+    let mut found = BTreeSet::new();
+    let mut computed = false;
+    for q in &configurations {
+        evaluator.enter(q, rest.at(Times::default()));
+        // Parts that overlap at a random configuration say nothing of what moves.
+        if evaluator.update(q, rest.at(Times::default()), &mut problem).is_err() {
+            continue;
+        }
+        computed = true;
+        let counts = |m: &&Member| m.nature == Nature::Target || movers.contains(&m.program_index);
+        for m in evaluator.members().iter().filter(counts) {
+            let level = &problem.levels[m.level];
+            for r in m.rows.clone() {
+                found.extend((0..model.nv()).filter(|&dof| level.row(r)[dof] != 0.0));
+            }
+        }
+    }
+    if computed { found } else { all() }
+}
+
+/// Where the limits of a stack are written: its hard level of joint limits, or its first hard level; none without one.
+fn limits_of(stack: &StackProgram, program: &Program) -> Option<usize> {
+    let hard = || stack.levels.iter().enumerate().filter(|(_, l)| l.hard);
+    let of_joints = |m: &MemberProgram| {
+        matches!(program.tasks[m.task].kind.as_str(), "joint_position_limits" | "joint_velocity_limits")
+    };
+    let joints = hard().find(|(_, l)| l.members.iter().any(of_joints));
+    joints.or_else(|| hard().next()).map(|(k, _)| k)
+}
+
+/// Whether a stack keeps distances or other values of the whole robot on hard levels: limits that, unlike those of joints, can
+/// contradict limits of accelerations.
+fn keeps_distances(stack: &StackProgram, program: &Program) -> bool {
+    let members = stack.levels.iter().filter(|l| l.hard).flat_map(|l| &l.members);
+    members.map(|m| &program.tasks[m.task]).any(|t| {
+        !t.kind.starts_with("joint_") && stdlib_tasks::find(&t.kind).is_some_and(|k| k.nature == Nature::Limit)
+    })
+}
+
+/// Warns of stacks that move joints whose accelerations they do not bound; once for stacks that share the level of limits.
+pub(crate) fn check(program: &Program, places: &Places, sources: &Sources, diagnostics: &mut Vec<Diagnostic>) {
+    let mut found: Vec<Unbounded> = Vec::new();
+    for (i, stack) in program.stacks.iter().enumerate() {
+        let of = Accelerations::of(program, i);
+        if !of.may_jump() {
+            continue;
+        }
+        let (name, levels) = &places.stacks[i];
+        let at = limits_of(stack, program).and_then(|k| levels.get(k)).copied().unwrap_or(*name);
+        // A stack from another one has a copy of its text.
+        let written = Span { source: sources.text_of(at.source), ..at };
+        match found.iter_mut().find(|f| f.written == written) {
+            Some(same) => same.others += 1,
+            None => found.push(Unbounded { written, at, stack: i, of, others: 0 }),
+        }
+    }
+    diagnostics.extend(found.iter().map(|f| warning(program, places, f)));
+}
+
+/// A stack to warn of, and how many others share its level of limits.
+struct Unbounded {
+    written: Span,
+    at: Span,
+    stack: usize,
+    of: Accelerations,
+    others: usize,
+}
+
+fn warning(program: &Program, places: &Places, found: &Unbounded) -> Diagnostic {
+    let (stack, model, of) = (&program.stacks[found.stack], &program.robot.model, &found.of);
+    let more = match found.others {
+        0 => String::new(),
+        1 => ", and of one other stack".to_string(),
+        n => format!(", and of {n} other stacks"),
+    };
+    let names = || of.unbounded.iter().map(|&d| model.dofs[d].name.as_str());
+    let text = if !of.partial {
+        format!("no limit bounds the joint accelerations of stack `{}`{more}", stack.name)
+    } else {
+        format!("no limit bounds the accelerations of {} in stack `{}`{more}", list(names(), 3), stack.name)
+    };
+    let mut d = Diagnostic::warning("HQ0525", found.at, text);
+    if let Some(mover) = of.mover {
+        d = d.label(places.tasks[mover].span, "this moves the robot");
+    }
+    if let Some(low) = of.too_low {
+        d = d.label(places.tasks[low].span, "this bounds only what the levels above it leave");
+    }
+    d.note("a target that jumps or a limit that becomes active changes velocities within one tick, by up to twice the speed limit")
+        .help(help(program, stack, of))
+}
+
+fn help(program: &Program, stack: &StackProgram, of: &Accelerations) -> String {
+    let dofs = &program.robot.model.dofs;
+    let limited = |d: usize| dofs[d].velocity.is_finite() && dofs[d].velocity > 0.0;
+    if let Some(&first) = of.unbounded.iter().find(|&&d| !limited(d)) {
+        let unit = if dofs[first].unit == robot::DofUnit::Metre { "m/s^2" } else { "rad/s^2" };
+        return format!(
+            "`{}` has no speed limit to take one from: add `joint_acceleration_limits` with `max {{ {} 10 {unit} }}`, or give the \
+             joint a speed limit under `limits` of the robot",
+            dofs[first].name, dofs[first].name
+        );
+    }
+    if of.too_low.is_some() {
+        return "move it to a level above the tasks that move the robot".to_string();
+    }
+    if keeps_distances(stack, program) {
+        return "write `level gentle { joint_acceleration_limits }` below the hard levels: from rest to its speed limit a joint \
+                then takes 0.1 s or more"
+            .to_string();
+    }
+    match limits_of(stack, program) {
+        Some(k) => format!(
+            "add `joint_acceleration_limits` to level `{}`: from rest to its speed limit a joint then takes 0.1 s or more",
+            stack.levels[k].name
+        ),
+        None => "begin the stack with `level limits hard { joint_acceleration_limits }`: from rest to its speed limit a joint then \
+                 takes 0.1 s or more"
+            .to_string(),
+    }
+}
