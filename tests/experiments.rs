@@ -39,13 +39,16 @@ const TENTH_OF_A_DEGREE: f64 = 0.1 * PI / 180.0;
 fn a_safety_tasks_hold_for_fifty_seconds() {
     let program = common::program("safety_tasks.hq");
     let evaluator = common::evaluator(&program);
-    let rows: usize = evaluator.members().iter().map(|m| m.margins.len()).sum();
+    // The thesis has no limits of accelerations.
+    let of_thesis = evaluator.members().iter().filter(|m| m.kind != "joint_acceleration_limits");
+    let rows: usize = of_thesis.map(|m| m.margins.len()).sum();
     assert_eq!(rows, 86, "thesis 3.5.1.1: 86 constraints");
 
     let run = common::run(&program);
     assert_eq!(run.len(), 5000);
     let dofs = &program.robot.model.dofs;
-    let mut closest = vec![f64::INFINITY; rows];
+    let all: usize = evaluator.members().iter().map(|m| m.margins.len()).sum();
+    let mut closest = vec![f64::INFINITY; all];
     for s in &run {
         assert!(s.fault.is_none(), "a fault at {} s: {:?}", s.time, s.fault);
         for (c, m) in closest.iter_mut().zip(&s.margins) {
