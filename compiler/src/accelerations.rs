@@ -54,7 +54,8 @@ impl Accelerations {
         }
         let free: BTreeSet<usize> = (0..model.nv()).filter(|dof| !stack.locked.contains(dof)).collect();
         let (mut unbounded, mut partial) = (BTreeSet::new(), false);
-        if !movers.is_empty() && !free.is_subset(&bounded) {
+        // Without a target the robot stands, and at most gives way.
+        if !movers.is_empty() && first < usize::MAX && !free.is_subset(&bounded) {
             let moved: BTreeSet<usize> = entered(program, index, &movers).intersection(&free).copied().collect();
             unbounded = moved.difference(&bounded).copied().collect();
             partial = unbounded.len() < moved.len();

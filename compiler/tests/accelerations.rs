@@ -55,7 +55,10 @@ fn what_moves_does() {
     assert_eq!(stack("signal goal : point\ntask one = frame_position(tool) { position goal }"), UNBOUNDED);
     let people = "human operator { points [chest]  velocity measured }\n";
     let apart = "task one = keep(norm(frame(tool).position - operator.chest)) { min 0.4 m }";
-    assert_eq!(stack(&format!("{people}{apart}")), UNBOUNDED);
+    assert_eq!(stack(&format!("{people}{apart}")), NONE);
+    let beside = "stack s { level people hard { apart }  level motion { stay } }";
+    let stay = "task stay = hold(tool)\n";
+    assert_eq!(codes(&format!("{people}{stay}{}\n{beside}\n", apart.replace("one =", "apart ="))), UNBOUNDED);
 }
 
 #[test]
