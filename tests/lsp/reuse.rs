@@ -22,7 +22,7 @@ fn definitions_lead_into_imported_files() {
     let library = uri("common/canopies.hq");
     for (from, name) in [
         ("hard { torso_cl|ear", "torso_clear"),
-        ("import \"common/canopies.hq\" { canop|ies", "canopies"),
+        ("import \"common/canopies.hq\" {\n  canop|ies", "canopies"),
         ("limits hard { position|_limits", "position_limits"),
     ] {
         assert_eq!(leads(&mut doc, from), (library.clone(), name.to_string()), "{from}");

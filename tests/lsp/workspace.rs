@@ -29,6 +29,7 @@ task touch(side: arm, offset: point = [0, 0, 0] m, among: joints = lower) = fram
 }
 
 stack base {
+  level gentle hard { joint_acceleration_limits }
   level safe hard { deck }
   level move { touch(left) }
 }
@@ -48,7 +49,7 @@ import "lib.hq" { arm, deck, touch, gap, base }
 let twice = 2 * gap
 task wide = touch(right, offset: [0, 0, gap])
 stack mine from base { replace move { wide  touch(left, among: lower) } }
-stack other { level safe hard { deck }  level move { touch(left, [0, 0, twice - gap - gap]) } }
+stack other { level gentle hard { joint_acceleration_limits }  level safe hard { deck }  level move { touch(left, [0, 0, twice - gap - gap]) } }
 run { stack mine }
 "#;
 
@@ -57,6 +58,7 @@ import: { lib.hq: [arm, deck, touch] }
 stacks:
   s:
     levels:
+      - { name: gentle, hard: true, tasks: [joint_acceleration_limits] }
       - { name: safe, hard: true, tasks: [deck] }
       - { name: move, tasks: ["touch(left, offset: [0, 0, 0.1] m)"] }
 run: { stack: s }
