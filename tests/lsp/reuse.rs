@@ -77,7 +77,7 @@ fn hover_knows_ranges_and_tasks_that_are_given_to_others() {
 fn completion_knows_what_could_be_imported() {
     let mut doc = Document::open("both_arms.hq", &text("both_arms.hq"));
     doc.completions(&[
-        ("head_clear, arms_apart }", "|, arms_apart }", &["deck"], &[]),
+        ("head_clear\n  arms_apart", "|\n  arms_apart", &["deck"], &[]),
         ("side: arm", "side: |", &["angular_speed"], &[]),
         ("from both", "from |", &["both"], &[]),
         ("replace motion", "replace |", &["posture"], &[]),
