@@ -1,9 +1,9 @@
-//! Stacks whose tasks move joints while no level above bounds the accelerations of these joints.
+//! Finds stacks whose tasks move joints while no level above bounds the accelerations of these joints.
 //!
 //! The reference takes the velocity `v` that the hierarchy returns at each tick. Without rows `|v - v_last| <= a_max T` a target
 //! that jumps, a limit that becomes active or a level that loses its freedom changes `v` from one tick to the next by up to
-//! twice the speed limit. Limits of accelerations count on hard levels, and on soft levels above the first target:
-//! soft ones give way to hard limits alone there, as those beside limits of distances must (mathematics, limits).
+//! twice the speed limit. Limits of accelerations count on hard levels, and on soft levels above the first target. There a
+//! soft level yields to hard limits alone; beside limits of distances it has to (mathematics, limits).
 
 use std::collections::BTreeSet;
 
@@ -16,11 +16,11 @@ use stdlib_tasks::task::Nature;
 use crate::lowering::Places;
 use crate::names::list;
 
-/// So many configurations beside home are tried for the joints that a task moves: at one alone the robot may be singular.
+/// Number of configurations beside home that are tried for the joints that a task moves: at one alone the robot may be singular.
 const CONFIGURATIONS: usize = 3;
 
-/// What a stack does about the accelerations of joints.
-pub(crate) struct Accelerations {
+/// The joints that a stack moves, and those whose acceleration it bounds.
+pub(crate) struct AccelerationBounds {
     /// The degrees of freedom whose acceleration it bounds.
     bounded: BTreeSet<usize>,
     /// Those that its tasks move and whose acceleration it does not bound.
@@ -28,14 +28,14 @@ pub(crate) struct Accelerations {
     /// Its tasks also move degrees of freedom whose acceleration it bounds.
     partial: bool,
     /// The first task that moves the robot, an index into the program.
-    mover: Option<usize>,
+    moving_task: Option<usize>,
     /// A limit of accelerations too low in the stack to bound what moves the robot, an index into the program.
-    too_low: Option<usize>,
+    ineffective: Option<usize>,
 }
 
-impl Accelerations {
-    /// Those of a stack of a program without errors.
-    pub(crate) fn of(program: &Program, index: usize) -> Accelerations {
+impl AccelerationBounds {
+    /// Computes them for the stack of this index, of a program without errors.
+    pub(crate) fn of(program: &Program, index: usize) -> AccelerationBounds {
         let (stack, model) = (&program.stacks[index], &program.robot.model);
         let members =
             || stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, l.hard, m)));
@@ -43,32 +43,32 @@ impl Accelerations {
         let target = |m: &MemberProgram| nature(program, m.task) == Some(Nature::Target);
         let first = members().find(|(_, _, m)| target(m)).map_or(usize::MAX, |m| m.0);
         let all = build_tasks(model, program.robot.period, &program.values.initial, &program.tasks, stack);
-        let (mut bounded, mut too_low) = (BTreeSet::new(), None);
+        let (mut bounded, mut ineffective) = (BTreeSet::new(), None);
         for ((level, hard, m), built) in members().zip(&all) {
             let limits = built.task.as_ref().map(|t| t.acceleration_limits()).unwrap_or_default();
             if hard || level < first {
                 bounded.extend(limits.iter().map(|l| l.0));
             } else if !limits.is_empty() {
-                too_low = too_low.or(Some(m.task));
+                ineffective = ineffective.or(Some(m.task));
             }
         }
         let free: BTreeSet<usize> = (0..model.nv()).filter(|dof| !stack.locked.contains(dof)).collect();
         let (mut unbounded, mut partial) = (BTreeSet::new(), false);
         // Without a target the robot stands, and at most gives way.
         if !movers.is_empty() && first < usize::MAX && !free.is_subset(&bounded) {
-            let moved: BTreeSet<usize> = entered(program, index, &movers).intersection(&free).copied().collect();
+            let moved: BTreeSet<usize> = moved_dofs(program, index, &movers).intersection(&free).copied().collect();
             unbounded = moved.difference(&bounded).copied().collect();
             partial = unbounded.len() < moved.len();
         }
-        Accelerations { bounded, unbounded, partial, mover: movers.first().copied(), too_low }
+        AccelerationBounds { bounded, unbounded, partial, moving_task: movers.first().copied(), ineffective }
     }
 
-    /// Whether velocities may jump from one tick to the next while the stack runs.
+    /// Returns true if velocities may jump from one tick to the next while the stack runs.
     pub(crate) fn may_jump(&self) -> bool {
         !self.unbounded.is_empty()
     }
 
-    /// Whether the stack bounds the accelerations of all these degrees of freedom.
+    /// Returns true if the stack bounds the accelerations of all these degrees of freedom.
     pub(crate) fn bounds(&self, mut dofs: impl Iterator<Item = usize>) -> bool {
         dofs.all(|dof| self.bounded.contains(&dof))
     }
@@ -78,14 +78,15 @@ fn nature(program: &Program, task: usize) -> Option<Nature> {
     stdlib_tasks::find(&program.tasks[task].kind).map(|kind| kind.nature)
 }
 
-/// Whether a task moves the robot of itself: a target that is not where its stack was entered, or a limit that moves.
+/// Returns true for a task that moves the robot of itself: a target that is not where its stack was entered, or a limit that
+/// moves.
 fn moves(program: &Program, index: usize) -> bool {
     let task = &program.tasks[index];
     let (mut changes, mut captured) = (false, true);
     for (name, bound) in task.params.iter() {
-        let from = sources(program, bound);
-        changes |= from.changes || matches!(bound, Bound::Field(_));
-        captured &= name == "gain" || bound.slots().is_empty() || from.captured;
+        let origin = origin(program, bound);
+        changes |= origin.changes || matches!(bound, Bound::Field(_));
+        captured &= name == "gain" || bound.slots().is_empty() || origin.captured;
     }
     match nature(program, index) {
         Some(Nature::Target) => changes || !(captured || stops(program, task)),
@@ -95,15 +96,15 @@ fn moves(program: &Program, index: usize) -> bool {
     }
 }
 
-/// What the numbers of a parameter follow from.
-struct From {
-    /// Time, signals or variables.
+/// The origin of the numbers of a parameter.
+struct Origin {
+    /// They depend on time, signals or variables.
     changes: bool,
-    /// They are what was captured when the stack was entered, and nothing else.
+    /// All of them were captured when the stack was entered.
     captured: bool,
 }
 
-fn sources(program: &Program, bound: &Bound) -> From {
+fn origin(program: &Program, bound: &Bound) -> Origin {
     let tape = &program.values.tape;
     let places: BTreeSet<usize> = bound.slots().into_iter().flat_map(|s| s.at..s.at + s.len).collect();
     let part = tape.only(&places);
@@ -111,10 +112,10 @@ fn sources(program: &Program, bound: &Bound) -> From {
     let changes = of(|op| matches!(op, Op::T | Op::Time | Op::State(_) | Op::Signal(_) | Op::Trajectory(_)));
     let taken = |at: usize| part.outputs.iter().any(|o| o.at == at && matches!(part.ops[o.value], Op::Input(_)));
     let captured = !changes && places.iter().all(|&at| taken(at));
-    From { changes, captured }
+    Origin { changes, captured }
 }
 
-/// Whether a target asks for the constant velocity zero.
+/// Returns true for a target that asks for the constant velocity zero.
 fn stops(program: &Program, task: &TaskProgram) -> bool {
     let zero = |at: usize| program.values.initial.get(at) == Some(&0.0);
     task.kind == "joint_velocity"
@@ -123,7 +124,7 @@ fn stops(program: &Program, task: &TaskProgram) -> bool {
 
 /// The degrees of freedom that enter the rows of a stack's targets and of its tasks that move; all of them if the rows cannot be
 /// computed.
-fn entered(program: &Program, stack: usize, movers: &[usize]) -> BTreeSet<usize> {
+fn moved_dofs(program: &Program, stack: usize, movers: &[usize]) -> BTreeSet<usize> {
     let model = &program.robot.model;
     let all = || (0..model.nv()).collect();
     let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return all() };
@@ -155,8 +156,8 @@ fn entered(program: &Program, stack: usize, movers: &[usize]) -> BTreeSet<usize>
     if computed { found } else { all() }
 }
 
-/// Where the limits of a stack are written: its hard level of joint limits, or its first hard level; none without one.
-fn limits_of(stack: &StackProgram, program: &Program) -> Option<usize> {
+/// Returns the hard level of joint limits of a stack, or else its first hard level; none without one.
+fn level_of_limits(stack: &StackProgram, program: &Program) -> Option<usize> {
     let hard = || stack.levels.iter().enumerate().filter(|(_, l)| l.hard);
     let of_joints = |m: &MemberProgram| {
         matches!(program.tasks[m.task].kind.as_str(), "joint_position_limits" | "joint_velocity_limits")
@@ -165,7 +166,7 @@ fn limits_of(stack: &StackProgram, program: &Program) -> Option<usize> {
     joints.or_else(|| hard().next()).map(|(k, _)| k)
 }
 
-/// Whether a stack keeps distances or other values of the whole robot on hard levels: limits that, unlike those of joints, can
+/// Returns true if a stack keeps distances or other values of the whole robot on hard levels: limits that, unlike those of joints, can
 /// contradict limits of accelerations.
 fn keeps_distances(stack: &StackProgram, program: &Program) -> bool {
     let members = stack.levels.iter().filter(|l| l.hard).flat_map(|l| &l.members);
@@ -178,17 +179,17 @@ fn keeps_distances(stack: &StackProgram, program: &Program) -> bool {
 pub(crate) fn check(program: &Program, places: &Places, sources: &Sources, diagnostics: &mut Vec<Diagnostic>) {
     let mut found: Vec<Unbounded> = Vec::new();
     for (i, stack) in program.stacks.iter().enumerate() {
-        let of = Accelerations::of(program, i);
-        if !of.may_jump() {
+        let bounds = AccelerationBounds::of(program, i);
+        if !bounds.may_jump() {
             continue;
         }
         let (name, levels) = &places.stacks[i];
-        let at = limits_of(stack, program).and_then(|k| levels.get(k)).copied().unwrap_or(*name);
+        let at = level_of_limits(stack, program).and_then(|k| levels.get(k)).copied().unwrap_or(*name);
         // A stack from another one has a copy of its text.
         let written = Span { source: sources.text_of(at.source), ..at };
         match found.iter_mut().find(|f| f.written == written) {
             Some(same) => same.others += 1,
-            None => found.push(Unbounded { written, at, stack: i, of, others: 0 }),
+            None => found.push(Unbounded { written, at, stack: i, bounds, others: 0 }),
         }
     }
     diagnostics.extend(found.iter().map(|f| warning(program, places, f)));
@@ -199,38 +200,38 @@ struct Unbounded {
     written: Span,
     at: Span,
     stack: usize,
-    of: Accelerations,
+    bounds: AccelerationBounds,
     others: usize,
 }
 
 fn warning(program: &Program, places: &Places, found: &Unbounded) -> Diagnostic {
-    let (stack, model, of) = (&program.stacks[found.stack], &program.robot.model, &found.of);
+    let (stack, model, bounds) = (&program.stacks[found.stack], &program.robot.model, &found.bounds);
     let more = match found.others {
         0 => String::new(),
         1 => ", and of one other stack".to_string(),
         n => format!(", and of {n} other stacks"),
     };
-    let names = || of.unbounded.iter().map(|&d| model.dofs[d].name.as_str());
-    let text = if !of.partial {
+    let names = || bounds.unbounded.iter().map(|&d| model.dofs[d].name.as_str());
+    let text = if !bounds.partial {
         format!("no limit bounds the joint accelerations of stack `{}`{more}", stack.name)
     } else {
         format!("no limit bounds the accelerations of {} in stack `{}`{more}", list(names(), 3), stack.name)
     };
     let mut d = Diagnostic::warning("HQ0525", found.at, text);
-    if let Some(mover) = of.mover {
+    if let Some(mover) = bounds.moving_task {
         d = d.label(places.tasks[mover].span, "this moves the robot");
     }
-    if let Some(low) = of.too_low {
+    if let Some(low) = bounds.ineffective {
         d = d.label(places.tasks[low].span, "this bounds only what the levels above it leave");
     }
     d.note("a target that jumps or a limit that becomes active changes velocities within one tick, by up to twice the speed limit")
-        .help(help(program, stack, of))
+        .help(help(program, stack, bounds))
 }
 
-fn help(program: &Program, stack: &StackProgram, of: &Accelerations) -> String {
+fn help(program: &Program, stack: &StackProgram, bounds: &AccelerationBounds) -> String {
     let dofs = &program.robot.model.dofs;
     let limited = |d: usize| dofs[d].velocity.is_finite() && dofs[d].velocity > 0.0;
-    if let Some(&first) = of.unbounded.iter().find(|&&d| !limited(d)) {
+    if let Some(&first) = bounds.unbounded.iter().find(|&&d| !limited(d)) {
         let unit = if dofs[first].unit == robot::DofUnit::Metre { "m/s^2" } else { "rad/s^2" };
         return format!(
             "`{}` has no speed limit to take one from: add `joint_acceleration_limits` with `max {{ {} 10 {unit} }}`, or give the \
@@ -238,7 +239,7 @@ fn help(program: &Program, stack: &StackProgram, of: &Accelerations) -> String {
             dofs[first].name, dofs[first].name
         );
     }
-    if of.too_low.is_some() {
+    if bounds.ineffective.is_some() {
         return "move it to a level above the tasks that move the robot".to_string();
     }
     if keeps_distances(stack, program) {
@@ -246,7 +247,7 @@ fn help(program: &Program, stack: &StackProgram, of: &Accelerations) -> String {
                 then takes 0.1 s or more"
             .to_string();
     }
-    match limits_of(stack, program) {
+    match level_of_limits(stack, program) {
         Some(k) => format!(
             "add `joint_acceleration_limits` to level `{}`: from rest to its speed limit a joint then takes 0.1 s or more",
             stack.levels[k].name

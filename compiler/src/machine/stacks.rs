@@ -7,7 +7,7 @@ use runtime::program::Program;
 use stdlib_tasks::task::Nature;
 
 use super::{Checked, is_dead, is_fault};
-use crate::accelerations::Accelerations;
+use crate::accelerations::AccelerationBounds;
 use crate::names::list;
 
 impl Checked<'_> {
@@ -70,8 +70,8 @@ impl Checked<'_> {
                 let from: BTreeSet<Option<usize>> = inside.map(|l| self.machine.stack(l)).collect();
                 let other = from.iter().any(|f| f.is_some() && *f != self.machine.stack(to));
                 let Some(stack) = self.machine.stack(to).filter(|_| other) else { continue };
-                let entered = entered.entry(stack).or_insert_with(|| Accelerations::of(self.program, stack));
-                if !says_enough(self.program, entered, &from, stack) {
+                let entered = entered.entry(stack).or_insert_with(|| AccelerationBounds::of(self.program, stack));
+                if !is_bounded_or_reported(self.program, entered, &from, stack) {
                     found.push(self.places.transitions[s][i].target);
                 }
             }
@@ -90,9 +90,14 @@ impl Checked<'_> {
     }
 }
 
-/// Whether nothing is left to say of velocities where a stack takes over from others: it bounds the accelerations of all joints
-/// that are free in one of them, or the stack itself is warned of.
-fn says_enough(program: &Program, entered: &Accelerations, from: &BTreeSet<Option<usize>>, to: usize) -> bool {
+/// Returns true if the stack `to` bounds the accelerations of all joints that are free in it or in one of the stacks before it,
+/// or is warned of itself (HQ0525).
+fn is_bounded_or_reported(
+    program: &Program,
+    entered: &AccelerationBounds,
+    from: &BTreeSet<Option<usize>>,
+    to: usize,
+) -> bool {
     let free = |stack: usize, dof: usize| !program.stacks[stack].locked.contains(&dof);
     let all = (0..program.robot.model.nv()).filter(|&d| free(to, d) || from.iter().flatten().any(|&f| free(f, d)));
     entered.may_jump() || entered.bounds(all)
