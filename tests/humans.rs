@@ -232,8 +232,9 @@ fn a_recording_that_is_too_long_is_refused() {
         text.push_str(&format!("{k},1,1,1\n"));
     }
     std::fs::write(folder.join("long.csv"), text).expect("a file");
+    let gentle = ROBOT.replace("hard { limits }", "hard { limits  joint_acceleration_limits }");
     let text = format!(
-        "{ROBOT}human walker {{ points [hand] }}\nscenario s {{ humans {{ walker {{ file \"long.csv\" }} }} }}"
+        "{gentle}human walker {{ points [hand] }}\nscenario s {{ humans {{ walker {{ file \"long.csv\" }} }} }}"
     );
     let spelling = dsl::Spelling::Hq;
     let compiled = compile(&Input { name: "s", text: &text, spelling, folder: &folder, set: &[], package_paths: &[] });
