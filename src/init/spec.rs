@@ -215,9 +215,11 @@ impl Plan {
             (false, true) => "joint_velocity_limits { max 1 rad/s }",
             (false, false) => "joint_velocity_limits { max 0.2 m/s }",
         });
-        if dofs.iter().any(|d| d.velocity.is_finite()) {
-            limits.push("joint_acceleration_limits");
-        }
+        limits.push(match (speeds, turns) {
+            (true, _) => "joint_acceleration_limits",
+            (false, true) => "joint_acceleration_limits { max 10 rad/s^2 }",
+            (false, false) => "joint_acceleration_limits { max 2 m/s^2 }",
+        });
         let _ = writeln!(out, "  level limits hard {{ {} }}", limits.join("  "));
         let moving = if self.motion.is_some() { "reach".to_string() } else { format!("hold({})", self.frame()) };
         let others: Vec<&str> = self.arms.iter().skip(1).map(|a| a.name.as_str()).collect();
