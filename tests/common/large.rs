@@ -42,7 +42,9 @@ pub fn honest(lines: usize) -> String {
     }
     let name = |i: usize| format!("{}_{i}", ["reach", "wall", "swing"][i % 3]);
     for (k, first) in (0..tasks).step_by(60).enumerate() {
-        text.push_str(&format!("stack s_{k} {{\n  level limits hard {{ joint_velocity_limits  joint_acceleration_limits }}\n"));
+        text.push_str(&format!(
+            "stack s_{k} {{\n  level limits hard {{ joint_velocity_limits  joint_acceleration_limits }}\n"
+        ));
         for from in (first..tasks.min(first + 60)).step_by(15) {
             let names: Vec<String> = (from..tasks.min(from + 15)).map(name).collect();
             text.push_str(&format!("  level l_{from} {{ {} }}\n", names.join("  ")));
