@@ -8,7 +8,7 @@
 use std::collections::BTreeSet;
 
 use dsl::{Diagnostic, Sources, Span};
-use runtime::program::{MemberProgram, Op, Program, StackProgram, TaskProgram, Times};
+use runtime::program::{MemberProgram, Op, Program, StackProgram, Tape, TaskProgram, Times};
 use runtime::{Evaluator, Member, Rest, build_tasks};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::task::Nature;
@@ -39,7 +39,9 @@ impl AccelerationBounds {
         let (stack, model) = (&program.stacks[index], &program.robot.model);
         let members =
             || stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, l.hard, m)));
-        let movers: Vec<usize> = members().map(|(_, _, m)| m.task).filter(|&task| moves(program, task)).collect();
+        let origins = Origins::of(&program.values.tape);
+        let movers: Vec<usize> =
+            members().map(|(_, _, m)| m.task).filter(|&task| moves(program, &origins, task)).collect();
         let target = |m: &MemberProgram| nature(program, m.task) == Some(Nature::Target);
         let first = members().find(|(_, _, m)| target(m)).map_or(usize::MAX, |m| m.0);
         let all = build_tasks(model, program.robot.period, &program.values.initial, &program.tasks, stack);
@@ -80,13 +82,14 @@ fn nature(program: &Program, task: usize) -> Option<Nature> {
 
 /// Returns true for a task that moves the robot of itself: a target that is not where its stack was entered, or a limit that
 /// moves.
-fn moves(program: &Program, index: usize) -> bool {
+fn moves(program: &Program, origins: &Origins, index: usize) -> bool {
     let task = &program.tasks[index];
     let (mut changes, mut captured) = (false, true);
     for (name, bound) in task.params.iter() {
-        let origin = origin(program, bound);
-        changes |= origin.changes || matches!(bound, Bound::Field(_));
-        captured &= name == "gain" || bound.slots().is_empty() || origin.captured;
+        let slots = bound.slots();
+        let mut places = slots.iter().flat_map(|s| s.at..s.at + s.len);
+        changes |= matches!(bound, Bound::Field(_)) || places.clone().any(|at| origins.changing.contains(&at));
+        captured &= name == "gain" || places.all(|at| origins.captured.contains(&at));
     }
     match nature(program, index) {
         Some(Nature::Target) => changes || !(captured || stops(program, task)),
@@ -96,23 +99,29 @@ fn moves(program: &Program, index: usize) -> bool {
     }
 }
 
-/// The origin of the numbers of a parameter.
-struct Origin {
+/// The places of the table of values whose numbers are not constant.
+struct Origins {
     /// They depend on time, signals or variables.
-    changes: bool,
-    /// All of them were captured when the stack was entered.
-    captured: bool,
+    changing: BTreeSet<usize>,
+    /// They were captured when the stack was entered, and stay as they are.
+    captured: BTreeSet<usize>,
 }
 
-fn origin(program: &Program, bound: &Bound) -> Origin {
-    let tape = &program.values.tape;
-    let places: BTreeSet<usize> = bound.slots().into_iter().flat_map(|s| s.at..s.at + s.len).collect();
-    let part = tape.only(&places);
-    let of = |test: fn(&Op) -> bool| part.ops.iter().any(test);
-    let changes = of(|op| matches!(op, Op::T | Op::Time | Op::State(_) | Op::Signal(_) | Op::Trajectory(_)));
-    let taken = |at: usize| part.outputs.iter().any(|o| o.at == at && matches!(part.ops[o.value], Op::Input(_)));
-    let captured = !changes && places.iter().all(|&at| taken(at));
-    Origin { changes, captured }
+impl Origins {
+    fn of(tape: &Tape) -> Origins {
+        let mut changes = vec![false; tape.ops.len()];
+        // Operands come before users.
+        for (i, op) in tape.ops.iter().enumerate() {
+            changes[i] = matches!(op, Op::T | Op::Time | Op::State(_) | Op::Signal(_) | Op::Trajectory(_))
+                || op.operands().into_iter().flatten().any(|a| changes[a]);
+        }
+        let places =
+            |test: &dyn Fn(usize) -> bool| tape.outputs.iter().filter(|o| test(o.value)).map(|o| o.at).collect();
+        Origins {
+            changing: places(&|value| changes[value]),
+            captured: places(&|value| matches!(tape.ops[value], Op::Input(_))),
+        }
+    }
 }
 
 /// Returns true for a target that asks for the constant velocity zero.
