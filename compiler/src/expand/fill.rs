@@ -311,7 +311,9 @@ impl Expander<'_> {
             let span = self.at(e.key.span, frame);
             // A key may be a pattern.
             let key = Spanned::new(self.filled(&e.key.value, true, span, frame), span);
-            if let Some(first) = out.iter().find(|o| o.key == key && e.key.value.contains("${")) {
+            // Keys that are written out were compared when they were read.
+            let pattern = e.key.value.contains("${");
+            if let Some(first) = pattern.then(|| out.iter().find(|o| o.key == key)).flatten() {
                 let d = Diagnostic::error("HQ0207", key.span, format!("`{}` is given twice", key.value));
                 let d = d.label(first.key.span, "first here");
                 self.fail(d.help("keep one of them"));
