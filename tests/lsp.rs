@@ -188,7 +188,7 @@ fn the_outline_and_the_words() {
     };
     assert_eq!(names(&symbols), ["reach", "arm", "limits", "deck", "go", "work", "run"]);
     assert_eq!(names(&symbols[1]["children"]), ["only", "elbow", "all_of_it"]);
-    assert_eq!(names(&symbols[5]["children"]), ["keep", "move"]);
+    assert_eq!(names(&symbols[5]["children"]), ["keep", "gentle", "move"]);
     assert_eq!(under(&text, &symbols[3]["selectionRange"]), "deck");
     assert!(under(&text, &symbols[3]["range"]).starts_with("task deck = virtual_wall {"));
     // Tokens, put together again from their distances.
