@@ -39,8 +39,9 @@ met, for joints alone, where\n\n\
 ```text\na_max  >=  φ v_max\n```\n\n\
 with the gain φ of the position limits and the speed limit `v_max` of the joint. With less, a joint that runs fast towards \
 its limit cannot brake any more, and a hard level ends in a fault: raise `max`, lower the gain or the speed, or put this \
-task on a soft level below the limits of positions. Limits of distances (`virtual_wall`, `self_collision`, `keep`) and \
-limits of accelerations have no such relation: those of accelerations belong below them, on a soft level.\n\n\
+task on a soft level below the limits of positions. Limits of distances (`virtual_wall`, `self_collision`, `keep`) bend, and \
+no such bound is enough for all of them: put limits of accelerations below them, on a soft level, where the fault \
+`infeasible` is worse than a velocity that jumps.\n\n\
 Source: thesis (4.41), the difference quotient of the velocity; the rows are ours.",
     example: "task gentle = joint_acceleration_limits { max 5 rad/s^2 }",
     nature: Nature::Limit,
