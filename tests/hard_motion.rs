@@ -130,6 +130,33 @@ run {{ duration 15 s }}\n"
     }
 }
 
+/// A tool and a link of the middle that wish for places that exclude each other, and a posture below both. The tool's wish can
+/// be met: what presses against it are rows with one value, and no bound.
+#[test]
+fn a_level_below_one_that_is_met_does_not_chatter() {
+    for (home, tool, middle, rate) in [
+        ("-0.49, 0.17, -0.24, 1.66, -0.46, 0.22, 0.68", "-0.365, 0.774, -0.351", "-0.049, -0.056, 1.028", 50),
+        ("0.11, 0.77, -0.14, 1.65, 0.42, -0.27, -0.98", "-0.146, -0.539, 0.024", "0.220, -0.180, 0.722", 500),
+        ("-0.60, -0.43, -0.33, 0.70, -0.93, 0.02, 0.92", "0.263, 0.053, -0.039", "0.114, 0.173, 0.578", 1000),
+    ] {
+        let program = program_of(&format!(
+            "hierarq 1
+robot arm {{ urdf \"robots/arm7.urdf\"  rate {rate} Hz  home {{ all [{home}] rad }} }}
+stack s {{
+  level limits hard {{ joint_position_limits  joint_velocity_limits  joint_acceleration_limits }}
+  level first {{ frame_position(tool) {{ position initial(position) + [{tool}] m }} }}
+  level second {{ frame_position(link_4) {{ position [{middle}] m }} }}
+  level posture {{ joint_position {{ target {{ all [{home}] rad }} }} }}
+}}
+run {{ duration 8 s }}
+scenario \"it\" {{ duration 8 s  expect \"smooth\" always reversals(all) <= 2  expect never fault }}\n"
+        ));
+        let (outcomes, summary) = run(&program);
+        assert!(outcomes.iter().all(|o| o.verdict == Verdict::Holds), "{rate} Hz: {outcomes:?}");
+        assert!(summary.joints.iter().all(|(_, motion)| motion.jumps == 0), "{rate} Hz");
+    }
+}
+
 #[test]
 fn both_spellings_say_the_same() {
     for name in ["out_of_reach", "through_singularities", "held_base", "two_wishes"] {

@@ -14,7 +14,8 @@
 //! ```
 //!
 //! among the minimisers of the levels above. The forces `f_i` are those of the optimum without damping: `w_i s_i` for the
-//! level's own rows, and the multipliers of the rows above that hold it back. `c_ij` is [`crate::Level::set_curvature`].
+//! level's own rows, and the multipliers of the rows above that hold it back, be they at a bound or tied to one value.
+//! `c_ij` is [`crate::Level::set_curvature`].
 //! For one row `diag(D)` bounds the second derivatives of the level's Lagrangian by Gershgorin's theorem, so that with tau
 //! of half a period or more a step does not take back what it promises; m independent rows may add up to sqrt(m) times as
 //! much, for which tau has to have room. This is the Levenberg-Marquardt step of Sugihara (2011)
@@ -38,6 +39,7 @@
 use crate::backend::Backend;
 use crate::problem::{Level, LevelShape, Problem};
 use crate::solution::{Active, HierarchicalSolver, LevelStatus, Solution, Status};
+use crate::structure::Structure;
 
 /// How far levels below may move a row of weight one of a damped level, in the unit of the row (0.02 mm/s, 0.02 mrad/s).
 pub const SLACK: f64 = 2e-5;
@@ -48,11 +50,26 @@ pub const HALF: f64 = 1e-2;
 /// A room below this is none, in the unit of the row: solvers tell the two sides of a narrower one apart by rounding.
 const NARROW: f64 = 1e-7;
 
+/// A direction whose square is below this part of the largest row's bears nothing.
+const LOOSE: f64 = 1e-6;
+
+/// A linear level is as smooth as it need be with this part of its own stiffness as damping.
+const FIRM: f64 = 0.1;
+
 /// The least damping of a variable, as a part of the greatest.
 const LEAST: f64 = 1e-6;
 
 /// A slack up to this part of a row and its bound is none, as in [`LevelStatus::Met`].
 const MET: f64 = 1e-9;
+
+/// How much of a row's derivative stands in a gradient: its slack times its weight, or its multiplier. Positive where the
+/// row is to have less.
+#[derive(Clone, Copy, Debug)]
+struct Force {
+    level: usize,
+    row: usize,
+    force: f64,
+}
 
 /// One level and those above it, with damping.
 struct Damped {
@@ -65,8 +82,87 @@ struct Damped {
     /// The squares of what the rows above add to it: at this solve, and with what has not faded.
     now: Vec<f64>,
     held: Vec<f64>,
+    /// What its Lagrangian consists of.
+    forces: Vec<Force>,
+    ties: Ties,
     /// It was damped at the last solve.
     used: bool,
+}
+
+/// The rows above a level that may only have one value: what they bear of its forces.
+struct Ties {
+    rows: Vec<(usize, usize)>,
+    /// Of the rows, and of the forces with each of them; then the multipliers.
+    gram: Vec<f64>,
+    bears: Vec<f64>,
+    gradient: Vec<f64>,
+}
+
+impl Ties {
+    fn new(n: usize, rows: usize) -> Self {
+        Ties {
+            rows: Vec::with_capacity(rows),
+            gram: vec![0.0; rows * rows],
+            bears: vec![0.0; rows],
+            gradient: vec![0.0; n],
+        }
+    }
+
+    /// Adds the multipliers of the tied rows to the forces with which level `k` presses: the least `mu` with
+    /// `sum_i mu_i a_i + sum_f f a_f = 0`, up to [`LOOSE`] where rows are dependent.
+    fn bear(&mut self, k: usize, problem: &Problem, answer: &Solution, forces: &mut Vec<Force>) {
+        self.rows.clear();
+        for (l, level) in problem.levels[..k].iter().enumerate() {
+            for i in 0..level.rows() {
+                let tied = matches!(answer.levels[l].active[i], Active::Equality | Active::Violated);
+                if tied && level.weight[i] > 0.0 && level.structure()[i] != Structure::Absent {
+                    self.rows.push((l, i));
+                }
+            }
+        }
+        let m = self.rows.len();
+        if m == 0 {
+            return;
+        }
+        self.gradient.fill(0.0);
+        for f in forces.iter() {
+            let row = problem.levels[f.level].row(f.row);
+            self.gradient.iter_mut().zip(row).for_each(|(g, a)| *g += f.force * a);
+        }
+        let row = |(l, i): (usize, usize)| problem.levels[l].row(i);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let mut most = 0.0_f64;
+        for i in 0..m {
+            for j in 0..=i {
+                self.gram[i * m + j] = dot(row(self.rows[i]), row(self.rows[j]));
+            }
+            most = most.max(self.gram[i * m + i]);
+            self.bears[i] = -dot(row(self.rows[i]), &self.gradient);
+        }
+        if most == 0.0 {
+            return;
+        }
+        // Cholesky, and both substitutions.
+        for i in 0..m {
+            self.gram[i * m + i] += LOOSE * most;
+            for j in 0..=i {
+                let (a, b) = (&self.gram[i * m..i * m + j], &self.gram[j * m..j * m + j]);
+                let left = self.gram[i * m + j] - dot(a, b);
+                self.gram[i * m + j] = if i == j { left.max(LOOSE * most).sqrt() } else { left / self.gram[j * m + j] };
+            }
+            self.bears[i] =
+                (self.bears[i] - dot(&self.gram[i * m..i * m + i], &self.bears[..i])) / self.gram[i * m + i];
+        }
+        for i in (0..m).rev() {
+            let below: f64 = (i + 1..m).map(|j| self.gram[j * m + i] * self.bears[j]).sum();
+            self.bears[i] = (self.bears[i] - below) / self.gram[i * m + i];
+        }
+        for (&(level, row), &force) in self.rows.iter().zip(&self.bears) {
+            if force != 0.0 {
+                forces.push(Force { level, row, force });
+            }
+        }
+    }
 }
 
 /// A solver of smooth hierarchies on top of one of exact hierarchies.
@@ -95,7 +191,10 @@ impl Smooth {
             shapes[k].rows += problem.n;
             let problem = Problem::new(problem.n, &shapes);
             let zeros = || vec![0.0; problem.n];
+            let above = problem.levels[..k].iter().map(Level::rows).sum();
             Damped {
+                forces: Vec::with_capacity(above + problem.levels[k].rows() + problem.n + 1),
+                ties: Ties::new(problem.n, above),
                 damping: zeros(),
                 now: zeros(),
                 held: zeros(),
@@ -167,7 +266,7 @@ impl Smooth {
     fn next(&self, problem: &Problem, from: usize, answer: &Solution) -> Option<usize> {
         let wants = |&k: &usize| {
             let curved = |k: usize| problem.levels[k].is_curved();
-            let held = || answer.blocking.iter().any(|b| b.level == k && curved(b.by_level));
+            let held = || problem.levels[..k].iter().any(Level::is_curved);
             let missed = |(i, a): (usize, &Active)| *a == Active::Violated && problem.levels[k].is_equality(i);
             let unmet = answer.levels[k].status == LevelStatus::Relaxed
                 && answer.levels[k].active.iter().enumerate().any(missed);
@@ -178,15 +277,19 @@ impl Smooth {
 }
 
 impl Damped {
-    /// Solves level `k` with damping, after the levels above as they are settled. `undamped` is the answer without. False
-    /// if there is no answer.
-    fn solve(&mut self, k: usize, problem: &Problem, settled: &Problem, undamped: &Solution, fading: f64) -> bool {
-        let asked = &problem.levels[k];
-        if asked.damping > 0.0 {
-            self.damping.fill(asked.damping);
+    /// Works out the damping of level `k`. `undamped` is the answer without. False if there is none.
+    fn damp(&mut self, k: usize, problem: &Problem, undamped: &Solution, fading: f64) -> bool {
+        let level = &problem.levels[k];
+        if level.damping > 0.0 {
+            self.damping.fill(level.damping);
         } else {
             self.bound_curvature(k, problem, undamped, fading);
         }
+        self.damping.iter().any(|d| *d > 0.0)
+    }
+
+    /// Solves level `k` with its damping, after the levels above as they are settled. False if there is no answer.
+    fn solve(&mut self, asked: &Level, settled: &Problem) -> bool {
         let Some((level, above)) = self.problem.levels.split_last_mut() else { return false };
         for (to, from) in above.iter_mut().zip(&settled.levels) {
             to.copy_from(from);
@@ -208,25 +311,37 @@ impl Damped {
 
     /// D, the bound of the second derivatives of the Lagrangian of level `k` at an answer.
     fn bound_curvature(&mut self, k: usize, problem: &Problem, answer: &Solution, fading: f64) {
-        let add = |sums: &mut [f64], level: &Level, row: usize, force: f64| {
-            for (sum, c) in sums.iter_mut().zip(level.curvature(row)) {
-                *sum += (c * force).powi(2);
-            }
-        };
         self.damping.fill(0.0);
         self.now.fill(0.0);
+        self.forces.clear();
         let level = &problem.levels[k];
-        for (i, slack) in answer.levels[k].slack.iter().enumerate() {
-            add(&mut self.damping, level, i, level.weight[i] * slack);
+        for (row, slack) in answer.levels[k].slack.iter().enumerate().filter(|(_, s)| **s != 0.0) {
+            self.forces.push(Force { level: k, row, force: level.weight[row] * slack });
         }
         for b in answer.blocking.iter().filter(|b| b.level == k) {
-            add(&mut self.now, &problem.levels[b.by_level], b.by_row, b.multiplier);
+            let force = if b.at_upper { b.multiplier } else { -b.multiplier };
+            self.forces.push(Force { level: b.by_level, row: b.by_row, force });
+        }
+        self.ties.bear(k, problem, answer, &mut self.forces);
+        for f in &self.forces {
+            let sums = if f.level == k { &mut self.damping } else { &mut self.now };
+            for (sum, c) in sums.iter_mut().zip(problem.levels[f.level].curvature(f.row)) {
+                *sum += (c * f.force).powi(2);
+            }
         }
         let mut most = 0.0_f64;
         for ((sum, now), held) in self.damping.iter_mut().zip(&self.now).zip(&mut self.held) {
             *held = now.max(*held * fading * fading);
             *sum = (*sum + *held).sqrt();
             most = most.max(*sum);
+        }
+        if !level.is_curved() {
+            // Its rows are as stiff in every direction as in their own: what is little beside that need not be damped.
+            for i in 0..level.rows() {
+                let weight = FIRM * level.weight[i];
+                self.damping.iter_mut().zip(level.row(i)).for_each(|(d, a)| *d = (*d - weight * a * a).max(0.0));
+            }
+            most = self.damping.iter().fold(0.0, |most: f64, d| most.max(*d));
         }
         // A variable that moves no row has coefficients of rounding size, which nothing else would hold against.
         self.damping.iter_mut().for_each(|d| *d = d.max(LEAST * most));
@@ -274,15 +389,22 @@ impl HierarchicalSolver for Smooth {
         if solution.status != Status::Optimal {
             return;
         }
-        let Some(mut k) = self.next(problem, 0, solution) else { return };
-        self.copy(problem);
-        self.used = true;
-        let mut first = true;
-        loop {
-            let Smooth { damped, settled, below, answer, fading, .. } = self;
+        let mut from = 0;
+        while let Some(k) = self.next(problem, from, if self.used { &self.answer } else { solution }) {
+            from = k + 1;
+            let undamped = if self.used { &self.answer } else { &*solution };
+            if !self.damped[k].as_mut().is_some_and(|one| one.damp(k, problem, undamped, self.fading)) {
+                continue;
+            }
+            let first = !self.used;
+            if first {
+                self.copy(problem);
+                self.used = true;
+            }
+            let Smooth { damped, settled, below, answer, .. } = self;
             let undamped = if first { &*solution } else { &*answer };
             let Some(one) = damped[k].as_mut() else { return };
-            if !one.solve(k, problem, settled, undamped, *fading) {
+            if !one.solve(&problem.levels[k], settled) {
                 solution.status = Status::Failed { level: k };
                 return;
             }
@@ -298,11 +420,9 @@ impl HierarchicalSolver for Smooth {
                 solution.status = answer.status;
                 return;
             }
-            first = false;
-            match self.next(problem, k + 1, &self.answer) {
-                Some(next) => k = next,
-                None => break,
-            }
+        }
+        if !self.used {
+            return;
         }
         self.report(problem, solution);
     }
