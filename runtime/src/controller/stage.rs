@@ -12,6 +12,10 @@
 //! that the stack left has too, above the first one in which the two differ. At x = 0 that is v, up to what these levels
 //! demand; at x = 1 it is v_B. A hard level therefore holds at every tick of a blend as at every other. Source: ours.
 //!
+//! Limits of accelerations are no part of v_B while a blend lasts: with them v_B(0) would be next to v and leave nothing to
+//! blend, and the stack would go to what it asks for as fast as they let it. They are part of the problem of the point nearest
+//! to v*. A stack with a safety planner keeps them, since the planner reckons with all rows above it.
+//!
 //! The damping of a level is part of v_B and of no other velocity: in the problem of the point nearest to v* it would pull
 //! v* to rest. A soft level that was damped asks there for what its rows reached.
 //!
@@ -39,10 +43,46 @@ struct Blend {
     duration: f64,
     /// For each level whether it holds during this blend.
     kept: Vec<bool>,
+    /// The rows of limits of accelerations, by level, and their bounds at this tick; none where a planner reckons with them.
+    gentle: Vec<(usize, std::ops::Range<usize>)>,
+    bounds: Vec<(f64, f64)>,
     /// A locked joint moved at the last tick.
     coasting: bool,
     /// It moves at this one too.
     goes_on: bool,
+}
+
+impl Blend {
+    /// Whether a blend is under way at a moment, and not at its last tick.
+    fn lasts(&self, moment: Moment) -> bool {
+        // A sum of periods is a little off: half a microsecond counts as nothing.
+        moment.times.t < self.duration - 5e-7
+    }
+
+    /// Takes the bounds of accelerations out of the problem of the stack, and keeps them.
+    fn leave_out_accelerations(&mut self, problem: &mut Problem) {
+        let mut bounds = self.bounds.iter_mut();
+        for (level, rows) in &self.gentle {
+            let (lower, upper) = problem.levels[*level].bounds_mut(rows.clone());
+            for ((l, u), kept) in lower.iter_mut().zip(upper).zip(&mut bounds) {
+                *kept = (*l, *u);
+                (*l, *u) = (f64::NEG_INFINITY, f64::INFINITY);
+            }
+        }
+    }
+
+    /// Puts them into the problem of the velocity between, where their levels hold.
+    fn give_back_accelerations(&mut self) {
+        let mut bounds = self.bounds.iter();
+        for (level, rows) in &self.gentle {
+            let (lower, upper) = self.problem.levels[level + 1].bounds_mut(rows.clone());
+            for ((l, u), kept) in lower.iter_mut().zip(upper).zip(&mut bounds) {
+                if self.kept[*level] {
+                    (*l, *u) = *kept;
+                }
+            }
+        }
+    }
 }
 
 /// A locked joint that moves slower counts as one that stands, in rad/s or m/s.
@@ -120,6 +160,7 @@ impl Stage {
         let rows = evaluator.locked().len();
         between.levels.iter_mut().for_each(|level| level.damping = 0.0);
         between.levels.insert(0, Problem::new(nv, &[LevelShape { rows, hard: true, damping: 0.0 }]).levels.remove(0));
+        let gentle = if evaluator.safety().count() > 0 { Vec::new() } else { evaluator.acceleration_rows() };
         let blend = Blend {
             solution: Solution::new(&between),
             solver: program.run.solver.solver(&between),
@@ -127,6 +168,8 @@ impl Stage {
             offset: vec![0.0; nv],
             duration: 0.0,
             kept: vec![false; problem.levels.len()],
+            bounds: vec![(0.0, 0.0); gentle.iter().map(|(_, rows)| rows.len()).sum()],
+            gentle,
             coasting: false,
             goes_on: false,
         };
@@ -226,6 +269,9 @@ impl Stage {
         self.blend.coasting = self.evaluator.locked().iter().any(|&dof| moment.velocity[dof].abs() > STANDS);
         self.evaluator.coast(self.blend.coasting);
         self.evaluator.update(q, moment, &mut self.problem)?;
+        if self.blend.lasts(moment) {
+            self.blend.leave_out_accelerations(&mut self.problem);
+        }
         self.solver.solve(&self.problem, &mut self.solution);
         usable(&self.solution, &self.evaluator)?;
         for k in 0..self.evaluator.safety().count() {
@@ -249,9 +295,8 @@ impl Stage {
                 *offset = v - x;
             }
         }
-        // A sum of periods is a little off: half a microsecond counts as nothing.
-        let over = moment.times.t >= b.duration - 5e-7;
-        let x = if over { 1.0 } else { moment.times.t / b.duration };
+        let lasts = b.lasts(moment);
+        let x = if lasts { moment.times.t / b.duration } else { 1.0 };
         if x >= 1.0 {
             b.duration = 0.0;
             if !b.coasting {
@@ -289,6 +334,9 @@ impl Stage {
             if from.hard {
                 self.evaluator.coasting().give_back(i, to);
             }
+        }
+        if lasts {
+            b.give_back_accelerations();
         }
         b.solver.solve(&b.problem, &mut b.solution);
         for &dof in self.evaluator.locked() {

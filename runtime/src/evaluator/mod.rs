@@ -129,6 +129,12 @@ impl Evaluator {
         limits
     }
 
+    /// The rows of the tasks that limit accelerations: their level, and their places in it.
+    pub(crate) fn acceleration_rows(&self) -> Vec<(usize, std::ops::Range<usize>)> {
+        let limits = self.tasks.iter().zip(&self.members).filter(|(task, _)| !task.acceleration_limits().is_empty());
+        limits.map(|(_, m)| (m.level, m.rows.clone())).collect()
+    }
+
     /// The value of a parameter at the last tick.
     pub fn value(&self, at: usize) -> Option<f64> {
         self.values.current.get(at).copied()
