@@ -79,6 +79,8 @@ struct Damped {
     solver: Box<dyn HierarchicalSolver + Send>,
     /// D.
     damping: Vec<f64>,
+    /// What of it has rows of its own.
+    rest: Vec<f64>,
     /// The squares of what the rows above add to it: at this solve, and with what has not faded.
     now: Vec<f64>,
     held: Vec<f64>,
@@ -196,6 +198,7 @@ impl Smooth {
                 forces: Vec::with_capacity(above + problem.levels[k].rows() + problem.n + 1),
                 ties: Ties::new(problem.n, above),
                 damping: zeros(),
+                rest: zeros(),
                 now: zeros(),
                 held: zeros(),
                 solution: Solution::new(&problem),
@@ -295,7 +298,20 @@ impl Damped {
             to.copy_from(from);
         }
         level.copy_rows_from(asked);
-        for (j, &damping) in self.damping.iter().enumerate() {
+        self.rest.copy_from_slice(&self.damping);
+        for (i, structure) in asked.structure().iter().enumerate() {
+            // w (a x - b)^2 + D x^2 is (w + D/a^2) (a x - b')^2 and a constant: no row of its own.
+            if let Structure::Bound { column, coefficient } = *structure
+                && asked.is_equality(i)
+                && asked.weight[i] > 0.0
+            {
+                let weight = asked.weight[i] + self.rest[column] / (coefficient * coefficient);
+                let asks = asked.lower[i] * asked.weight[i] / weight;
+                (level.weight[i], level.lower[i], level.upper[i]) = (weight, asks, asks);
+                self.rest[column] = 0.0;
+            }
+        }
+        for (j, &damping) in self.rest.iter().enumerate() {
             let i = asked.rows() + j;
             level.leave_out(i);
             if damping > 0.0 {
