@@ -6,7 +6,7 @@ mod cli;
 mod common;
 
 use cli::{folder, hierarq, text};
-use common::program_of as program;
+use common::{program_of as program, velocity_by_differences};
 use nalgebra::Vector3;
 use runtime::expect::{Outcome, Verdict};
 use runtime::program::Program;
@@ -133,15 +133,7 @@ struct Differences {
 
 impl Recorder for Differences {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
-        let model = tick.controller.evaluator().model();
-        let (mut data, tool) = (robot::Data::new(model), model.link("tool").expect("a link"));
-        let mut place = |seconds: f64| {
-            let mut q = tick.q.to_vec();
-            model.integrate(&mut q, tick.v, seconds);
-            model.forward(&q, &mut data);
-            data.pose(tool).translation.vector
-        };
-        let velocity = (place(1e-5) - place(-1e-5)) / 2e-5;
+        let velocity = velocity_by_differences(tick, "tool");
         self.most = self.most.max((velocity - self.before).norm() / 0.01);
         self.before = velocity;
         Ok(())

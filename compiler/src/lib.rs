@@ -32,6 +32,7 @@ pub mod quantities;
 mod ranges;
 mod reach;
 mod recording;
+mod refused;
 pub mod report;
 mod robot_binding;
 pub mod sections;

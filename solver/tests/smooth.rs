@@ -147,6 +147,58 @@ fn a_posture_below_a_damped_level_moves() {
     }
 }
 
+/// A curved row `x + y = 1` above a posture (0.6, -0.6, 1) for (x, y, z): 0.5 of each of x and y remain, and the row bears them.
+fn posture_below(curvature: f64) -> Problem {
+    let shape = |rows| LevelShape { rows, hard: false, damping: 0.0 };
+    let mut problem = Problem::new(3, &[shape(1), shape(3)]);
+    problem.levels[0].set(0, &[1.0, 1.0, 0.0], 1.0, 1.0);
+    problem.levels[0].set_curvature(vec![curvature, curvature, 0.0]);
+    for (j, asks) in [0.6, -0.6, 1.0].into_iter().enumerate() {
+        problem.levels[1].row_mut(j)[j] = 1.0;
+        (problem.levels[1].lower[j], problem.levels[1].upper[j]) = (asks, asks);
+    }
+    problem
+}
+
+#[test]
+fn a_posture_is_damped_alike_as_rows_and_as_bounds() {
+    let mut open = posture_below(4.0);
+    let mut fixed = open.clone();
+    fixed.levels[1].fix(0..3);
+    for problem in [&mut open, &mut fixed] {
+        problem.levels[1].weight[1] = 2.0;
+    }
+    let solved = |problem: &Problem| {
+        let mut solver = Smooth::new(problem, Backend::ActiveSet);
+        let mut solution = Solution::new(problem);
+        solver.solve(problem, &mut solution);
+        assert!(solver.is_damped(1));
+        solution.x
+    };
+    let (a, b) = (solved(&open), solved(&fixed));
+    assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-9), "{a:?} and {b:?}");
+    // The least (x - 0.6)^2 + 2 (y + 0.6)^2 + D_x x^2 + D_y y^2 with x + y = 1. Without D the row bears 2/3.
+    let bears = 4.0 * 2.0 / 3.0;
+    let (dx, dy) = (bears - 0.1, bears - 0.2);
+    let x = (0.6 + 2.0 * 1.6 + dy) / (3.0 + dx + dy);
+    assert!((a[0] - x).abs() < 1e-5 && (a[0] + a[1] - 1.0).abs() < 1e-9, "{a:?}, {x}");
+}
+
+#[test]
+fn a_posture_stiffer_than_its_damping_is_exact() {
+    let solved = |curvature: f64| {
+        let problem = posture_below(curvature);
+        let mut solver = Smooth::new(&problem, Backend::ActiveSet);
+        let (mut solution, mut exact) = (Solution::new(&problem), Solution::new(&problem));
+        solver.solve(&problem, &mut solution);
+        ActiveSet::new(&problem).solve(&problem, &mut exact);
+        (solver.is_damped(1), solution.x == exact.x)
+    };
+    // The row bears 0.5: the damping is half the curvature, and a tenth of the weights is the limit.
+    assert_eq!(solved(0.19), (false, true));
+    assert_eq!(solved(0.21), (true, false));
+}
+
 const CALM: Taste = Taste { dependent: 0.3, ..WILD };
 
 /// Random bounds of second derivatives on the soft levels.

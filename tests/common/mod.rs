@@ -35,6 +35,19 @@ pub const EXAMPLES: &[&str] = &[
 /// Stems of the examples that declare missions and no robot; each exists in both spellings.
 pub const MISSIONS: &[&str] = &["vineyard", "vineyard_day", "vineyard_picker", "letters", "letters_day"];
 
+/// The velocity of a link in the world, in m/s, by central differences of where it stands a little before and after.
+pub fn velocity_by_differences(tick: &Tick, link: &str) -> nalgebra::Vector3<f64> {
+    let model = tick.controller.evaluator().model();
+    let (mut data, link) = (robot::Data::new(model), model.link(link).expect("a link"));
+    let mut place = |seconds: f64| {
+        let mut q = tick.q.to_vec();
+        model.integrate(&mut q, tick.v, seconds);
+        model.forward(&q, &mut data);
+        data.pose(link).translation.vector
+    };
+    (place(1e-5) - place(-1e-5)) / 2e-5
+}
+
 /// A file of the `examples` folder.
 pub fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name)

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use runtime::program::{Measure, Program};
 use runtime::{Controller, Recorder, Simulation, Tick};
 
-use super::common::{example, program_of};
+use super::common::{example, program_of, velocity_by_differences};
 
 /// A square wave of 10 Hz: five ticks in each direction.
 const WAVE: &str = "if(sin(2*pi*t/(0.1 s) + 0.1) > 0, 0.5 rad/s, -0.5 rad/s)";
@@ -34,15 +34,7 @@ impl Recorder for Ticks {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
         let measured = self.number.map_or(f64::NAN, |at| tick.signals[at]);
         self.all.push((tick.state.to_string(), tick.v.to_vec(), measured));
-        let model = tick.controller.evaluator().model();
-        let (mut data, tool) = (robot::Data::new(model), model.link("tool").expect("a link"));
-        let mut place = |seconds: f64| {
-            let mut q = tick.q.to_vec();
-            model.integrate(&mut q, tick.v, seconds);
-            model.forward(&q, &mut data);
-            data.pose(tool).translation.vector
-        };
-        self.tool.push((place(1e-5) - place(-1e-5)) / 2e-5);
+        self.tool.push(velocity_by_differences(tick, "tool"));
         Ok(())
     }
 }

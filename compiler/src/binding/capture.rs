@@ -16,12 +16,10 @@ use crate::constants::is_word;
 use crate::expr::{Graph, Kind, Lowering, Typed, root};
 use crate::forms::path_of;
 use crate::names::{list, suggest};
+use crate::refused::Refused;
 
 /// What to write where nothing can be captured.
 const USE: &str = "name what the robot does, such as `initial(frame(LINK).position)`, `initial(joint(NAME))` or `initial(distance(a, b))`, or a value of the task itself";
-
-/// Why nothing is captured; `None` where that was reported already.
-pub(super) type Refusal = Option<Box<Diagnostic>>;
 
 impl TaskScope<'_> {
     /// The value that `initial(ARGUMENT)` captures.
@@ -63,7 +61,7 @@ impl TaskScope<'_> {
         ty: ActualType,
         at: Span,
         span: Span,
-    ) -> Result<Typed, Refusal> {
+    ) -> Result<Typed, Refused> {
         let ty = match ty {
             ActualType::Of(name) => self.type_of(name, at)?,
             ty => ty,
@@ -83,7 +81,7 @@ impl TaskScope<'_> {
     }
 
     /// The type of a parameter that was bound before. One that is wrong was reported there.
-    fn type_of(&self, name: &str, span: Span) -> Result<ActualType, Refusal> {
+    fn type_of(&self, name: &str, span: Span) -> Result<ActualType, Refused> {
         match self.forms.get(name) {
             Some((Kind::Scalar | Kind::Truth, d)) => Ok(ActualType::Scalar(*d)),
             Some((Kind::Vector, d)) => Ok(ActualType::Vector(*d)),
@@ -105,7 +103,7 @@ impl TaskScope<'_> {
         argument: &Value,
         span: Span,
         diagnostics: &mut Vec<Diagnostic>,
-    ) -> Result<Typed, Refusal> {
+    ) -> Result<Typed, Refused> {
         if let Some(d) = self.no_value(argument).or_else(|| self.own_inside(argument)) {
             return Err(Some(Box::new(d)));
         }
@@ -121,6 +119,7 @@ impl TaskScope<'_> {
             asked: false,
             forms: self.forms,
             axes: self.axes,
+            numbers: None,
         };
         let typed = Lowering { graph, scope: &mut inside, diagnostics }.value(argument);
         let asked = inside.asked;
@@ -135,7 +134,7 @@ impl TaskScope<'_> {
         asked: bool,
         argument: &Value,
         span: Span,
-    ) -> Result<Typed, Refusal> {
+    ) -> Result<Typed, Refused> {
         if typed.nodes.iter().all(|&n| graph.constant(n).is_some()) {
             // Of a link that does not move.
             let d = Diagnostic::error("HQ0311", argument.span, "nothing can be captured from this");
@@ -164,7 +163,7 @@ impl TaskScope<'_> {
     }
 
     /// A parameter that is needed before anything is captured takes nothing captured.
-    fn must_move(&self, span: Span) -> Result<(), Refusal> {
+    fn must_move(&self, span: Span) -> Result<(), Refused> {
         if self.moving {
             return Ok(());
         }

@@ -1,15 +1,15 @@
 //! Conditions of a machine: truth values of signals, of the time in a state, of what the robot does and of how it moves.
 
+use dsl::Diagnostic;
 use dsl::tree::Value;
-use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::Op;
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::expression::Expression;
 
 use super::cut::cut;
-use super::motion::{self, MeasuredState};
+use super::motion::MeasuredState;
 use super::{Binder, Known, TaskScope};
-use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Start, Typed, not_measured};
+use crate::expr::{Frame, Graph, Kind, Lowering};
 
 /// A condition, and what is known of it before anything moves.
 pub(crate) struct Condition {
@@ -21,96 +21,14 @@ pub(crate) struct Condition {
     pub demands: Vec<usize>,
 }
 
-/// The scope of a condition: what every expression may name, and measures of the motion.
-struct ConditionScope<'s, 'm> {
-    inner: TaskScope<'s>,
-    state: &'s mut MeasuredState<'m>,
-}
-
-impl Scope for ConditionScope<'_, '_> {
-    fn name(&mut self, name: &str) -> Meaning {
-        self.inner.name(name)
-    }
-
-    fn names(&self) -> Vec<String> {
-        self.inner.names()
-    }
-
-    fn presence(&mut self, name: &str) -> Option<usize> {
-        self.inner.presence(name)
-    }
-
-    fn follows(&self) -> bool {
-        self.inner.follows()
-    }
-
-    fn instead(&self, name: &str) -> Option<String> {
-        self.inner.instead(name)
-    }
-
-    fn initial(
-        &mut self,
-        graph: &mut Graph,
-        argument: &Value,
-        span: Span,
-        diagnostics: &mut Vec<Diagnostic>,
-    ) -> Option<Typed> {
-        self.inner.initial(graph, argument, span, diagnostics)
-    }
-
-    fn start(
-        &mut self,
-        graph: &mut Graph,
-        from: Option<&Value>,
-        span: Span,
-        diagnostics: &mut Vec<Diagnostic>,
-    ) -> Option<Start> {
-        self.inner.start(graph, from, span, diagnostics)
-    }
-
-    fn frame(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame> {
-        self.inner.frame(name, diagnostics)
-    }
-
-    fn now(&mut self, graph: &mut Graph, what: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
-        self.inner.now(graph, what, span, diagnostics)
-    }
-
-    fn measured(
-        &mut self,
-        graph: &mut Graph,
-        function: &Spanned<String>,
-        args: &[Value],
-        span: Span,
-        diagnostics: &mut Vec<Diagnostic>,
-    ) -> Option<Typed> {
-        let Some(form) = motion::form(&function.value) else {
-            diagnostics.push(not_measured(function, span));
-            return None;
-        };
-        let found = motion::named(function, args, span, form).and_then(|(argument, path)| {
-            let (measure, dimension) = motion::motion(self.inner.robot, &function.value, argument, &path)?;
-            Ok((format!("{}({path})", function.value), measure, dimension))
-        });
-        match found {
-            Ok((text, measure, dimension)) => {
-                let nodes = vec![self.state.number(graph, &text, measure, dimension)];
-                Some(Typed { kind: Kind::Scalar, dimension, nodes, bare: false, axes: Axes::default(), span })
-            }
-            Err(d) => {
-                diagnostics.extend(d.map(|d| *d));
-                None
-            }
-        }
-    }
-}
-
 impl Binder<'_> {
     /// A condition; `None` where it is none, and the diagnostics say why.
     pub(crate) fn condition(&mut self, value: &Value, state: &mut MeasuredState) -> Option<Condition> {
         let known = Known { forms: &self.forms, axes: &self.axes };
-        let inner = TaskScope::free(self.robot, self.params, self.table, known);
-        let mut scope = ConditionScope { inner, state };
+        let mut numbers =
+            |graph: &mut Graph, text: &str, measure, dimension| state.number(graph, text, measure, dimension);
+        let free = TaskScope::free(self.robot, self.params, self.table, known);
+        let mut scope = TaskScope { numbers: Some(&mut numbers), ..free };
         let mut lowering = Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics };
         let typed = lowering.value(value).ok()?;
         if typed.kind != Kind::Truth {

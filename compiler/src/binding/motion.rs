@@ -4,19 +4,18 @@
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use robot::LinkId;
-use runtime::program::{Conditioning, Initial, Interface, Measure, MeasuredProgram, Op, SignalProgram};
+use runtime::program::{Interface, Measure, MeasuredProgram, Op};
 use stdlib_tasks::dimension::{ACCELERATION, Dimension, NONE, RATE, VELOCITY};
 
+use super::scope::TaskScope;
 use crate::constants::joint_dimension;
 use crate::expand::type_of;
-use crate::expr::Graph;
+use crate::expr::{Axes, Graph, Kind, Typed, not_measured};
 use crate::forms::path_of;
+use crate::refused::{Refused, refuse};
 use crate::robot_binding::{BoundRobot, joints, unknown_joint};
 
-/// What is wrong; none where it was reported elsewhere.
-pub(crate) type Refused = Option<Box<Diagnostic>>;
-
-/// How a measure of the motion is written; none where a function is no such measure.
+/// The form of a measure of the motion, for messages; none if a function is not one of [`crate::expr::MOTION`].
 pub(crate) fn form(function: &str) -> Option<&'static str> {
     Some(match function {
         "speed" => "speed(JOINT)` or `speed(FRAME)",
@@ -35,7 +34,7 @@ pub(crate) fn named<'v>(
 ) -> Result<(&'v Value, String), Refused> {
     let [argument] = args else {
         let text = format!("`{}` takes one name, not {} arguments", function.value, args.len());
-        return Err(Some(Box::new(Diagnostic::error("HQ0310", span, text).help(format!("the form is `{form}`")))));
+        return refuse(Diagnostic::error("HQ0310", span, text).help(format!("the form is `{form}`")));
     };
     match path_of(argument) {
         Some(path) => Ok((argument, path)),
@@ -84,13 +83,35 @@ pub(crate) fn motion(
                 Ok((Measure::Acceleration(dof), dimension))
             }
             (None, Some(link)) => Ok((Measure::PointAcceleration(link), ACCELERATION)),
-            (None, None) => Err(Some(Box::new(neither(robot, path, argument.span)))),
+            (None, None) => refuse(neither(robot, path, argument.span)),
         },
         _ => match (model.dof(path).filter(|&d| model.dofs[d].q_index.is_some()), link(robot, path)) {
             (Some(dof), _) => Ok((Measure::Speed(dof), per_second(joint_dimension(model, dof))?)),
             (None, Some(link)) => Ok((Measure::PointSpeed(link), VELOCITY)),
-            (None, None) => Err(Some(Box::new(neither(robot, path, argument.span)))),
+            (None, None) => refuse(neither(robot, path, argument.span)),
         },
+    }
+}
+
+/// Puts a measure, with its text and dimension, into the graph, and returns its node.
+pub(crate) type Numbers<'s> = dyn FnMut(&mut Graph, &str, Measure, Dimension) -> usize + 's;
+
+impl TaskScope<'_> {
+    /// A measure of the motion, where the scope is that of a condition.
+    pub(super) fn measure(
+        &mut self,
+        graph: &mut Graph,
+        function: &Spanned<String>,
+        args: &[Value],
+        span: Span,
+    ) -> Result<Typed, Refused> {
+        let (Some(form), Some(numbers)) = (form(&function.value), self.numbers.as_mut()) else {
+            return refuse(not_measured(function, span));
+        };
+        let (argument, path) = named(function, args, span, form)?;
+        let (measure, dimension) = motion(self.robot, &function.value, argument, &path)?;
+        let nodes = vec![numbers(graph, &format!("{}({path})", function.value), measure, dimension)];
+        Ok(Typed { kind: Kind::Scalar, dimension, nodes, bare: false, axes: Axes::default(), span })
     }
 }
 
@@ -111,22 +132,12 @@ impl MeasuredState<'_> {
     pub(crate) fn number(&mut self, graph: &mut Graph, text: &str, measure: Measure, dimension: Dimension) -> usize {
         let since = matches!(measure, Measure::Reversals(_)).then_some(self.index);
         let known = self.measured.iter().find(|m| m.measure == measure && m.since == since);
-        let signal = known.map_or_else(|| self.interface.signals.len(), |m| m.signal);
-        if known.is_none() {
-            let at = self.interface.width();
-            self.interface.signals.push(SignalProgram {
-                name: if since.is_some() { format!("{text} in {}", self.name) } else { text.to_string() },
-                kind: type_of(dimension).unwrap_or("number").to_string(),
-                at,
-                len: 1,
-                optional: true,
-                timeout: None,
-                conditioning: Conditioning::default(),
-                variable: Some(Initial { value: None }),
-                motion: None,
-            });
+        let signal = known.map(|m| m.signal).unwrap_or_else(|| {
+            let name = if since.is_some() { format!("{text} in {}", self.name) } else { text.to_string() };
+            let signal = self.interface.tell(name, type_of(dimension).unwrap_or("number"));
             self.measured.push(MeasuredProgram { signal, measure, since });
-        }
+            signal
+        });
         graph.push(Op::Signal(self.interface.signals[signal].at + 1))
     }
 }

@@ -10,16 +10,10 @@ use crate::constants::Human;
 use crate::expr::{Graph, Meaning, Typed, symbol};
 use crate::forms::{items_of, path_of, target, written};
 use crate::names::{list, suggest};
+use crate::refused::{Refused, refuse};
 
 /// The nodes of both ends of a segment of a person; the same twice for a point.
 pub(super) type Segment = [[usize; 3]; 2];
-
-/// What is wrong; none where it was reported elsewhere.
-type Refused = Option<Box<Diagnostic>>;
-
-fn refuse<T>(d: Diagnostic) -> Result<T, Refused> {
-    Err(Some(Box::new(d)))
-}
 
 impl TaskScope<'_> {
     /// Of the arguments of a distance, the one that names parts of the robot, and the people that the other one names; none

@@ -16,6 +16,7 @@ use crate::constants::joint_dimension;
 use crate::expr::{self, Axes, Frame, Graph, Kind, Meaning, Now, Typed, field_symbol};
 use crate::forms::{target, text_of, written};
 use crate::names::{list, suggest};
+use crate::refused::{Refused, refuse};
 use crate::robot_binding::{unknown_joint, unknown_link};
 
 /// Most pairs of parts whose smallest distance `distance(a, b)` gives.
@@ -100,7 +101,7 @@ impl TaskScope<'_> {
     fn suited(
         &mut self,
         graph: &Graph,
-        found: Result<Option<Typed>, Option<Box<Diagnostic>>>,
+        found: Result<Option<Typed>, Refused>,
         span: Span,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Typed> {
@@ -120,10 +121,10 @@ impl TaskScope<'_> {
     }
 
     /// A frame: a link, or an arm for its tip. An arm that failed to be bound was reported there.
-    fn link(&self, value: &Value) -> Result<LinkId, Option<Box<Diagnostic>>> {
+    fn link(&self, value: &Value) -> Result<LinkId, Refused> {
         let Some(name) = text_of(value) else {
             let d = Diagnostic::error("HQ0304", value.span, "the name of a link or arm is needed here");
-            return Err(Some(Box::new(d.help("write for instance `frame(left_tool).position`"))));
+            return refuse(d.help("write for instance `frame(left_tool).position`"));
         };
         let arm = self.robot.arms.iter().find(|a| a.name == name).map(|a| a.tip);
         let link = self.robot.model.link(name).or(arm);
@@ -287,7 +288,7 @@ impl TaskScope<'_> {
     }
 
     /// The value of a safety field. One that failed to be bound was reported there.
-    fn safety_field(&mut self, field: &Value, span: Span) -> Result<Typed, Option<Box<Diagnostic>>> {
+    fn safety_field(&mut self, field: &Value, span: Span) -> Result<Typed, Refused> {
         let ValueKind::Name(name) = &field.kind else {
             let d = Diagnostic::error("HQ0304", field.span, "the name of a safety field is needed here");
             return Err(Some(Box::new(d.help("write `field(NAME)`, and declare `safety_field NAME { of HUMAN }`"))));

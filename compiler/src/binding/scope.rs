@@ -6,6 +6,7 @@ use dsl::tree::Value;
 use dsl::{Diagnostic, Span, Spanned};
 use stdlib_tasks::dimension::Dimension;
 
+use super::motion::Numbers;
 use super::{Owner, Table};
 use crate::constants::Params;
 use crate::expr::{Axes, Frame, Graph, Kind, Meaning, Now, Scope, Start, Typed};
@@ -31,6 +32,8 @@ pub(crate) struct TaskScope<'s> {
     pub forms: &'s BTreeMap<&'static str, (Kind, Dimension)>,
     /// The axes of the task's own values that are known.
     pub axes: &'s BTreeMap<&'static str, Axes>,
+    /// In a condition of a machine, the numbers of what it measures.
+    pub numbers: Option<&'s mut Numbers<'s>>,
 }
 
 /// What is known of a task from its parameters that are bound.
@@ -62,6 +65,7 @@ impl<'s> TaskScope<'s> {
             asked: false,
             forms,
             axes,
+            numbers: None,
         }
     }
 }
@@ -136,5 +140,16 @@ impl Scope for TaskScope<'_> {
 
     fn now(&mut self, graph: &mut Graph, what: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
         self.present(graph, what, span, diagnostics)
+    }
+
+    fn measured(
+        &mut self,
+        graph: &mut Graph,
+        function: &Spanned<String>,
+        args: &[Value],
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Typed> {
+        self.measure(graph, function, args, span).map_err(|d| diagnostics.extend(d.map(|d| *d))).ok()
     }
 }

@@ -40,6 +40,7 @@ impl TaskScope<'_> {
             asked: false,
             forms: self.forms,
             axes: self.axes,
+            numbers: None,
         };
         // Mistakes in it are said where it is lowered for good.
         let mut found = Vec::new();

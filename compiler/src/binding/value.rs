@@ -33,6 +33,7 @@ impl Binder<'_> {
             asked: false,
             forms,
             axes,
+            numbers: None,
         };
         let typed =
             Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics }.value(value).ok()?;

@@ -10,6 +10,7 @@ use dsl::{Diagnostic, SourceId, Span, Spanned};
 use super::{Class, Expander};
 use crate::forms::{KEY_SEPARATOR, items_of, text_of, written};
 use crate::names::suggest;
+use crate::refused::Refused;
 use crate::units::as_written;
 
 /// What a parameter, or the name of a repetition, stands for.
@@ -130,7 +131,7 @@ impl Expander<'_> {
     }
 
     /// The text for a hole that is a sum; `Err(None)` where a name in it means nothing.
-    fn sum(&self, hole: &str, name: bool, span: Span, frame: &Frame) -> Result<String, Option<Box<Diagnostic>>> {
+    fn sum(&self, hole: &str, name: bool, span: Span, frame: &Frame) -> Result<String, Refused> {
         let Some(sum) = holes::sum(hole) else { return Err(None) };
         let names =
             || sum.iter().flat_map(|p| &p.1).filter_map(|f| if let Factor::Name(n) = f { Some(*n) } else { None });
@@ -157,7 +158,7 @@ impl Expander<'_> {
     }
 
     /// The text for a hole; `Err(None)` where nothing has its name.
-    fn hole(&self, hole: &str, name: bool, span: Span, frame: &Frame) -> Result<String, Option<Box<Diagnostic>>> {
+    fn hole(&self, hole: &str, name: bool, span: Span, frame: &Frame) -> Result<String, Refused> {
         let text = match frame.bound.get(hole) {
             None => return Err(None),
             Some(Bound::Value(value) | Bound::Joints(value)) => match &as_written(value).kind {

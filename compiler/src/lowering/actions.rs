@@ -4,6 +4,7 @@ use dsl::Diagnostic;
 use dsl::tree::Action;
 
 use crate::names::{list, suggest};
+use crate::refused::Refused;
 
 /// A verb.
 #[derive(Debug)]
@@ -134,7 +135,7 @@ pub static VERBS: &[Verb] = &[
 ///
 /// # Errors
 /// There is none, or it is said with something else; nothing where that was reported.
-pub(super) fn verb(a: &Action) -> Result<&'static Verb, Option<Box<Diagnostic>>> {
+pub(super) fn verb(a: &Action) -> Result<&'static Verb, Refused> {
     if a.verb.value.is_empty() {
         return Err(None);
     }

@@ -1,7 +1,7 @@
 //! What tasks tell while they run: values that the controller sets at each tick, and nobody else.
 
 use dsl::tree::Task;
-use runtime::program::{Conditioning, Initial, Op, SignalProgram};
+use runtime::program::Op;
 
 use super::Lowerer;
 use crate::constants::is_word;
@@ -14,19 +14,9 @@ impl Lowerer<'_> {
         for task in tasks.iter().filter(|t| !is_word(&t.name.value)) {
             let name = &task.name;
             for of in stdlib_tasks::find(&task.definition.kind.value).map_or(&[][..], |k| k.tells) {
-                let at = self.interface.width();
-                self.interface.signals.push(SignalProgram {
-                    name: format!("{}.{}", name.value, of.name),
-                    kind: type_of(of.dimension).unwrap_or("number").to_string(),
-                    at,
-                    len: 1,
-                    optional: true,
-                    timeout: None,
-                    conditioning: Conditioning::default(),
-                    variable: Some(Initial { value: None }),
-                    motion: None,
-                });
-                let nodes = vec![self.graph.push(Op::Signal(at + 1))];
+                let kind = type_of(of.dimension).unwrap_or("number");
+                let signal = self.interface.tell(format!("{}.{}", name.value, of.name), kind);
+                let nodes = vec![self.graph.push(Op::Signal(self.interface.signals[signal].at + 1))];
                 let (kind, axes) = (Kind::Scalar, Axes::default());
                 let value = Typed { kind, dimension: of.dimension, nodes, bare: false, axes, span: name.span };
                 self.params.symbols.insert(told(&name.value, of.name), Symbol { value, declared: name.span });

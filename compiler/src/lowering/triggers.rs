@@ -10,6 +10,7 @@ use stdlib_tasks::task::Measure;
 use crate::expr::{Kind, Typed};
 use crate::forms::{path_of, text_of};
 use crate::names::{list, suggest};
+use crate::refused::{Refused, refuse};
 
 /// The names that a pattern may hold.
 pub(super) struct Known<'k> {
@@ -23,17 +24,11 @@ pub(super) struct Known<'k> {
     pub levels: Option<&'k [(&'k str, bool)]>,
 }
 
-type Refused = Option<Box<Diagnostic>>;
-
-fn refused<T>(d: Diagnostic) -> Result<T, Refused> {
-    Err(Some(Box::new(d)))
-}
-
 /// The faults that `fault(..)` names.
 pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPattern, Refused> {
     let [value] = args else {
         let d = Diagnostic::error("HQ0310", at, "`fault` takes one kind of fault");
-        return refused(d.help("write `fault(any)`, `fault(stale(SIGNAL))`, `fault(infeasible)`"));
+        return refuse(d.help("write `fault(any)`, `fault(stale(SIGNAL))`, `fault(infeasible)`"));
     };
     let words = || FaultKind::ALL.into_iter().map(FaultKind::word);
     if let ValueKind::Call(kind, args) = &value.kind {
@@ -49,7 +44,7 @@ pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPa
                 Some(signal) => Ok(FaultPattern::Stale(signal)),
                 None => {
                     let d = Diagnostic::error("HQ0201", args[0].span, format!("there is no signal `{name}`"));
-                    refused(
+                    refuse(
                         match suggest(name, known.signals.iter().chain(known.humans.iter().map(|h| &h.0)).copied()) {
                             Some(near) => d.help(format!("did you mean `{near}`?")),
                             None => d.help("declare it: `signal NAME : TYPE  timeout 0.5 s`"),
@@ -58,7 +53,7 @@ pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPa
                 }
             },
             ("infeasible", Some(name)) => match known.levels.and_then(|all| no_hard_level(name, args[0].span, all)) {
-                Some(d) => refused(d),
+                Some(d) => refuse(d),
                 None => Ok(FaultPattern::Infeasible(name.to_string())),
             },
             ("limit", Some(_)) => {
@@ -66,13 +61,13 @@ pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPa
                 if !known.limits[task] {
                     let text = format!("`{}` is no limit that could be passed", known.tasks[task]);
                     let d = Diagnostic::error("HQ0703", args[0].span, text);
-                    return refused(d.help("name a task that keeps a limit"));
+                    return refuse(d.help("name a task that keeps a limit"));
                 }
                 Ok(FaultPattern::Limit(task))
             }
             (other, _) => {
                 let d = Diagnostic::error("HQ0310", value.span, format!("`{other}(..)` is no kind of fault"));
-                refused(d.help("write `stale(SIGNAL)`, `infeasible(LEVEL)`, `limit(TASK)`, or a kind alone"))
+                refuse(d.help("write `stale(SIGNAL)`, `infeasible(LEVEL)`, `limit(TASK)`, or a kind alone"))
             }
         };
     }
@@ -81,7 +76,7 @@ pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPa
             return Err(None);
         }
         let d = Diagnostic::error("HQ0304", value.span, "this is no kind of fault");
-        return refused(d.help(format!("kinds are `any`, {}", list(words(), 12))));
+        return refuse(d.help(format!("kinds are `any`, {}", list(words(), 12))));
     };
     if word == "any" {
         return Ok(FaultPattern::Any);
@@ -90,7 +85,7 @@ pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPa
         Some(kind) => Ok(FaultPattern::Kind(kind)),
         None => {
             let d = Diagnostic::error("HQ0201", value.span, format!("there is no fault `{word}`"));
-            refused(match suggest(word, words().chain(["any"])) {
+            refuse(match suggest(word, words().chain(["any"])) {
                 Some(near) => d.help(format!("did you mean `{near}`?")),
                 None => d.help(format!("kinds are `any`, {}", list(words(), 12))),
             })

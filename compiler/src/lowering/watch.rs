@@ -15,9 +15,10 @@ use super::predicates::{Graphs, measure, predicate};
 use super::shapes::Shape;
 use super::states::state;
 use crate::binding::TaskScope;
-use crate::binding::motion::{self, Refused};
+use crate::binding::motion;
 use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Start, Symbol, Typed};
 use crate::names::{list, suggest};
+use crate::refused::{Refused, refuse};
 
 /// The scope of an expectation.
 pub(super) struct Watch<'s> {
@@ -39,10 +40,6 @@ pub(super) struct Watch<'s> {
     pub used: &'s mut Vec<Measure>,
     /// Inside `initial(..)`.
     pub capturing: bool,
-}
-
-fn refuse<T>(d: Diagnostic) -> Result<T, Refused> {
-    Err(Some(Box::new(d)))
 }
 
 /// A name that nothing has, with the nearest that something has.

@@ -28,17 +28,17 @@ impl Execution {
         let recorded = |execution: &mut Execution| execution.record(Happening::Told { event });
         match event {
             Event::Begun { agent } => {
-                self.expect(agent, &[Doing::Ready], |name| EventError::NotReady { name })?;
+                self.require(agent, &[Doing::Ready], |name| EventError::NotReady { name })?;
                 recorded(self);
                 self.begin_now(agent);
             }
             Event::Done { agent } => {
-                self.expect(agent, &[Doing::Working], |name| EventError::NotWorking { name })?;
+                self.require(agent, &[Doing::Working], |name| EventError::NotWorking { name })?;
                 recorded(self);
                 self.ends(agent);
             }
             Event::Late { agent, by } => {
-                self.expect(agent, &[Doing::Working], |name| EventError::NotWorking { name })?;
+                self.require(agent, &[Doing::Working], |name| EventError::NotWorking { name })?;
                 if !by.is_finite() || by.abs() > MAX_NUMBER {
                     return Err(EventError::Time { value: by });
                 }
@@ -112,7 +112,7 @@ impl Execution {
         self.problem.agents.get(agent).map_or_else(String::new, |who| who.name.clone())
     }
 
-    fn expect(&self, agent: usize, doing: &[Doing], or: impl Fn(String) -> EventError) -> Result<(), EventError> {
+    fn require(&self, agent: usize, doing: &[Doing], or: impl Fn(String) -> EventError) -> Result<(), EventError> {
         let state = self.agents.get(agent).ok_or(EventError::NoAgent { agent })?;
         match state.doing {
             is if doing.contains(&is) => Ok(()),
@@ -124,7 +124,7 @@ impl Execution {
     /// The robot that serves this agent.
     fn serving(&self, agent: usize) -> Result<usize, EventError> {
         let or = |name| EventError::NotServing { name };
-        self.expect(agent, &[Doing::Served], or)?;
+        self.require(agent, &[Doing::Served], or)?;
         let operation = self.agents[agent].operation;
         let serves = |robot: &super::state::RobotState| {
             robot.target == Some((agent, operation)) && robot.stage == Stage::Serving

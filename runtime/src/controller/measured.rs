@@ -1,4 +1,4 @@
-//! What conditions of the machine measure of the motion: accelerations, reversals and speeds, as values that the machine keeps.
+//! Measures of the motion in conditions of the machine: accelerations, reversals and speeds, as values that the machine keeps.
 //!
 //! They are measured at the end of a tick, of the velocity that the hierarchy chose, and conditions read them at the next one.
 

@@ -159,6 +159,24 @@ impl Interface {
         self.signals.last().map_or(0, |s| s.at + s.width())
     }
 
+    /// Declares a number that only the controller sets, absent at the start, and returns its index in `signals`; `kind` is
+    /// its type in the words of the language.
+    pub fn tell(&mut self, name: String, kind: &str) -> usize {
+        let at = self.width();
+        self.signals.push(SignalProgram {
+            name,
+            kind: kind.to_string(),
+            at,
+            len: 1,
+            optional: true,
+            timeout: None,
+            motion: None,
+            conditioning: Conditioning::default(),
+            variable: Some(Initial { value: None }),
+        });
+        self.signals.len() - 1
+    }
+
     /// The signal that a number of the table belongs to.
     pub fn signal_of(&self, number: usize) -> Option<usize> {
         self.signals.partition_point(|s| s.at <= number).checked_sub(1)
