@@ -395,3 +395,31 @@ fn bench_says_where_a_fault_ended_the_loop() {
     let ticks = data["ticks"].as_u64().expect("a number");
     assert!((10..=12).contains(&ticks), "the gain leaves its range after 0.1 s: {ticks} ticks");
 }
+
+/// The problems of a run are those that it solved: their answers are the velocities of its log.
+#[test]
+fn the_problems_of_a_run_are_solved_alike() {
+    let (problems, answers, out) = (fresh("problems.jsonl"), fresh("problem_answers.jsonl"), fresh("problems_out"));
+    let path = |p: &PathBuf| p.display().to_string();
+    let spec = "examples/uncooperative_motion.hq";
+    let run = ["run", spec, "--duration", "0.2s", "--out", &path(&out), "--problems", &path(&problems)];
+    let ran = hierarq(&run, b"");
+    assert!(ran.status.success(), "{}", text(&ran.stderr));
+    let solved = hierarq(&["solve", &path(&problems), "--answers", &path(&answers)], b"");
+    assert!(solved.status.success(), "{}", text(&solved.stderr));
+    let log = std::fs::read_to_string(out.join("log.csv")).expect("a log");
+    let mut log = log.lines().map(|l| l.split(',').collect::<Vec<_>>());
+    let head = log.next().expect("a head");
+    let columns: Vec<usize> = (0..head.len()).filter(|k| head[*k].starts_with("v.")).collect();
+    let answers = lines(&std::fs::read_to_string(&answers).expect("answers"));
+    assert_eq!(answers.len(), log.clone().count());
+    for (answer, row) in answers.iter().zip(log) {
+        let v: Vec<f64> = columns.iter().map(|k| row[*k].parse().expect("a number")).collect();
+        let x: Vec<f64> = answer["x"].as_array().expect("x").iter().map(|x| x.as_f64().expect("a number")).collect();
+        assert_eq!(v.len(), x.len());
+        assert!(v.iter().zip(&x).all(|(a, b)| (a - b).abs() < 1e-10), "{v:?} and {x:?}");
+    }
+    let refused = hierarq(&["run", spec, "--out", &path(&out), "--problems", spec], b"");
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("would overwrite"), "{}", text(&refused.stderr));
+}

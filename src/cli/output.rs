@@ -1,7 +1,8 @@
 //! Writing to the terminal: a closed pipe is no error, colours only where somebody sees them, and what is quoted from
 //! files or servers commands nothing.
 
-use std::io::{IsTerminal, Write};
+use std::fs::File;
+use std::io::{BufWriter, IsTerminal, Write};
 use std::path::Path;
 
 use compiler::{Report, Style};
@@ -26,6 +27,18 @@ pub fn error_line(text: &str) {
 /// Prints text to standard error.
 pub fn eprint(text: &str) {
     let _ = std::io::stderr().write_all(shown(text).as_bytes());
+}
+
+/// A new file for what `option` asks for. It may not be `source`, which was read.
+pub fn create(option: &str, path: &Path, source: &Path) -> Result<BufWriter<File>, String> {
+    let name = path.display();
+    if let (Ok(a), Ok(b)) = (path.canonicalize(), source.canonicalize())
+        && a == b
+    {
+        return Err(format!("{option} {name} would overwrite what it is made from; give another file"));
+    }
+    let file = File::create(path).map_err(|e| format!("cannot write {name}: {e}"))?;
+    Ok(BufWriter::with_capacity(1 << 16, file))
 }
 
 /// The text without what a terminal would obey, but for ends of lines and colours.

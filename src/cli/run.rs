@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use hierarq::sweep::plan::MAX_SEED;
+
 use hierarq::{project, report, trial};
 use indicatif::{ProgressBar, ProgressStyle};
 use runtime::program::ScenarioProgram;
@@ -23,6 +24,7 @@ use runtime::{Judge, Program, Simulation};
 use solver::Backend;
 
 use super::{Outcome, SpecOptions, output, run_mission, table};
+use crate::ticks::ProblemRecorder;
 
 #[derive(Args)]
 pub struct Arguments {
@@ -42,6 +44,9 @@ pub struct Arguments {
     /// Solve every tick with the other backend too, and report the largest difference.
     #[arg(long)]
     pub(super) verify: bool,
+    /// Write the problem that the solver is asked at each tick to this file, as `hierarq solve` reads it.
+    #[arg(long, value_name = "FILE")]
+    pub(super) problems: Option<PathBuf>,
     /// Run this scenario of the spec, and judge its expectations.
     #[arg(long, value_name = "NAME")]
     scenario: Option<String>,
@@ -154,6 +159,8 @@ fn execute(
         }
         !interrupted.load(Ordering::Relaxed)
     };
+    let problems = a.problems.as_deref().map(|p| output::create("--problems", p, &a.spec)).transpose()?;
+    let mut problems = problems.map(ProblemRecorder::new);
     let mut verifier = a.verify.then(|| Verifier::new(program, simulation.controller()));
     let mut all = All(vec![&mut csv, &mut statistics, &mut series]);
     if let Some(verifier) = &mut verifier {
@@ -162,10 +169,21 @@ fn execute(
     if let Some(judge) = &mut judge {
         all.0.push(judge);
     }
-    simulation.run(&mut all, &mut clock, &mut go_on).map_err(|e| format!("cannot write {}: {e}", log.display()))?;
+    // Behind all others: where it cannot write, the rest of this tick has been recorded.
+    if let Some(problems) = &mut problems {
+        all.0.push(problems);
+    }
+    let ran = simulation.run(&mut all, &mut clock, &mut go_on);
+    if let Err(e) = ran {
+        let path = a.problems.as_deref().filter(|_| problems.as_ref().is_some_and(ProblemRecorder::has_failed));
+        return Err(format!("cannot write {}: {e}", path.unwrap_or(&log).display()));
+    }
     bar.finish_and_clear();
     let took = started.elapsed();
     csv.finish().map_err(failed(&log))?;
+    if let Some((problems, p)) = problems.as_mut().zip(a.problems.as_ref()) {
+        problems.finish().map_err(failed(p))?;
+    }
 
     let outputs: Vec<String> =
         ["report.html", "log.csv", "summary.json"].iter().map(|n| path(n).display().to_string()).collect();

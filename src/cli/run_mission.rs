@@ -22,8 +22,8 @@ use super::{Outcome, output, table};
 const SHOWN: usize = 40;
 
 pub fn run(a: &Arguments, mission: &MissionProgram, scenario: &MissionScenarioProgram) -> Outcome {
-    if a.solver.is_some() || a.verify {
-        let text = "`--solver` and `--verify` are about a robot's controller, and this scenario executes a mission";
+    if a.solver.is_some() || a.verify || a.problems.is_some() {
+        let text = "`--solver`, `--verify` and `--problems` are about a robot's controller, and this scenario executes a mission";
         return Outcome::Trouble(text.to_string());
     }
     let mut scenario = scenario.clone();

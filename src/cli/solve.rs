@@ -63,7 +63,8 @@ pub fn run(a: &Arguments) -> Outcome {
             }
         }
     };
-    let answers = match a.answers.as_deref().map(|path| open_answers(path, &a.ticks)).transpose() {
+    let create = |path: &Path| Ok((path.display().to_string(), output::create("--answers", path, &a.ticks)?));
+    let answers = match a.answers.as_deref().map(create).transpose() {
         Ok(answers) => answers,
         Err(trouble) => return Outcome::Trouble(trouble),
     };
@@ -85,17 +86,6 @@ pub fn run(a: &Arguments) -> Outcome {
 }
 
 type Answers = (String, BufWriter<File>);
-
-fn open_answers(path: &Path, ticks: &Path) -> Result<Answers, String> {
-    let name = path.display().to_string();
-    if let (Ok(a), Ok(b)) = (path.canonicalize(), ticks.canonicalize())
-        && a == b
-    {
-        return Err(format!("--answers {name} would overwrite the problems; give another file"));
-    }
-    let file = File::create(path).map_err(|e| format!("cannot write {name}: {e}"))?;
-    Ok((name, BufWriter::with_capacity(1 << 16, file)))
-}
 
 /// A line of the answers. The order of the keys is that of the docs.
 #[derive(Serialize)]

@@ -19,10 +19,12 @@
 mod check;
 mod form;
 mod lines;
+mod write;
 
 use solver::Problem;
 
 pub use lines::{Line, Lines};
+pub use write::ProblemRecorder;
 
 /// Longest line, in bytes.
 pub const MAX_LINE: usize = 16 << 20;
