@@ -6,7 +6,7 @@ mod common;
 use runtime::program::Times;
 use runtime::record::verify::Verifier;
 use runtime::{Evaluator, Program, Recorder, Rest, Simulation, Tick};
-use solver::{ActiveSet, HierarchicalSolver, Solution, Status, certificate};
+use solver::{Active, ActiveSet, HierarchicalSolver, Solution, Status, certificate};
 
 /// Passes on one tick in so many.
 struct OneIn<'a> {
@@ -43,6 +43,64 @@ fn examples_are_certified_and_agree_with_the_reference() {
             assert!(v.max_difference < 1e-9 && v.max_certificate < 1e-10, "{name}: {v:?}");
         }
         assert!(ticks > 80, "{name}: {ticks} ticks");
+    }
+}
+
+/// Counts changes of the working set, and rows whose state changed between two ticks.
+struct Changes {
+    solver: ActiveSet,
+    solution: Solution,
+    before: Vec<Active>,
+    /// Ticks, rows and changes, by the number of rows: none, 1 to 8, more.
+    counts: [[u64; 3]; 3],
+    most: u64,
+}
+
+impl Recorder for Changes {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        let done = self.solver.effort().changes;
+        self.solver.solve(tick.problem, &mut self.solution);
+        assert_eq!(self.solution.status, Status::Optimal);
+        let made = self.solver.effort().changes - done;
+        let states: Vec<Active> = self.solution.levels.iter().flat_map(|l| l.active.iter().copied()).collect();
+        let rows = states.iter().zip(&self.before).filter(|(a, b)| a != b).count() as u64;
+        if !self.before.is_empty() {
+            let count = &mut self.counts[if rows == 0 {
+                0
+            } else if rows <= 8 {
+                1
+            } else {
+                2
+            }];
+            (count[0], count[1], count[2]) = (count[0] + 1, count[1] + rows, count[2] + made);
+            self.most = self.most.max(made);
+        }
+        self.before = states;
+        Ok(())
+    }
+}
+
+/// A tick in which few rows change their state takes few changes of the working set: hands that swap sides, wishes that
+/// exclude each other, a base held by walls, limits pressed from all sides, a target that leaves the reach.
+#[test]
+fn few_rows_take_few_changes() {
+    for name in ["hard/swapping_hands", "hard/two_wishes", "hard/held_base", "hard/out_of_reach", "safety_tasks"] {
+        let mut program = common::program(&format!("{name}.hq"));
+        program.run.duration = 8.0;
+        let mut simulation = Simulation::new(&program).expect("it can be executed");
+        let (_, problem) = Evaluator::new(&program, program.first_stack().expect("it runs a stack")).expect("a stack");
+        let mut changes = Changes {
+            solver: ActiveSet::new(&problem),
+            solution: Solution::new(&problem),
+            before: Vec::new(),
+            counts: [[0; 3]; 3],
+            most: 0,
+        };
+        simulation.run(&mut changes, &mut || 0.0, &mut |_| true).expect("nothing is written");
+        let [[calm, _, idle], [_, rows, made], _] = changes.counts;
+        assert!(50 * idle <= calm, "{name}: {idle} changes in {calm} ticks in which no row changed");
+        assert!(rows > 10 && made <= 4 * rows, "{name}: {made} changes for {rows} rows");
+        assert!(changes.most <= 80, "{name}: {} changes in one tick", changes.most);
     }
 }
 

@@ -5,7 +5,7 @@ use crate::conic;
 use crate::dense::{Matrix, axpy, dot, norm};
 use crate::descent::descend;
 use crate::factor::least_squares;
-use crate::problem::{Problem, check};
+use crate::problem::{Problem, check, nothing};
 use crate::solution::{Active, HierarchicalSolver, LevelSolution, LevelStatus, Solution, Status, refusal};
 use crate::space::{Kind, Space, UnitLevel};
 use crate::stage::{Guess, Proven, Stage};
@@ -141,8 +141,8 @@ impl ClarabelCascade {
         if !walk.rough || walk.space.dimension() == 0 {
             return true;
         }
-        let nothing = crate::Level::new(problem.n, crate::LevelShape { rows: 0, hard: false, damping: 0.0 });
-        let unit = UnitLevel::new(&nothing);
+        let none = crate::Level::new(problem.n, crate::LevelShape { rows: 0, hard: false, damping: 0.0 });
+        let unit = UnitLevel::new(&none, 0.0);
         let stage = Stage::new(&unit, &walk.space, &problem.reference);
         let proven = if self.proving { stage.search(&Guess::default()) } else { None };
         let y = match proven {
@@ -174,9 +174,11 @@ impl HierarchicalSolver for ClarabelCascade {
         }
         self.guesses.resize(problem.levels.len(), Guess::default());
         let mut walk = Walk { space: Space::whole(problem), rough: false };
+        let norms = problem.levels.iter().flat_map(|level| (0..level.rows()).map(|i| norm(level.row(i))));
+        let zero = nothing(norms.fold(0.0, f64::max));
         let mut done = 0;
         for (l, level) in problem.levels.iter().enumerate() {
-            let unit = UnitLevel::new(level);
+            let unit = UnitLevel::new(level, zero);
             let before = level.hard.then(|| walk.clone());
             if !self.descend(&mut walk, problem, l, &unit) {
                 solution.status = Status::Failed { level: l };

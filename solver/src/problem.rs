@@ -27,7 +27,7 @@ pub struct LevelShape {
 /// Level `k` minimises the weighted sum of squared distances of its rows from their intervals,
 /// `sum_i w_i dist(a_i x, [lower_i, upper_i])^2 + damping |x|^2`, among the minimisers of all
 /// levels above; what is left after the last level is settled by the point nearest to
-/// `reference`. Source: thesis (2.21)-(2.23) with strict priorities (see the crate's page).
+/// `reference`. A row whose norm is 1e-14 of the largest row's, or less, counts as a row of zeros. Source: thesis (2.21)-(2.23) with strict priorities (see the crate's page).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
     /// Number of variables (joint velocities, usually).
@@ -75,6 +75,14 @@ pub struct Level {
     fixed: usize,
     /// For each row and variable a bound of the row's second derivatives, `n` numbers a row; empty for linear rows.
     curvature: Vec<f64>,
+}
+
+/// A row whose norm is this part of the largest of its problem, or less, is what rounding left of a row of zeros.
+const NOTHING: f64 = 1e-14;
+
+/// Up to this norm a row counts as zero, where the largest row of its problem has norm `largest`.
+pub(crate) fn nothing(largest: f64) -> f64 {
+    NOTHING * largest
 }
 
 impl Level {

@@ -79,7 +79,8 @@ pub(crate) enum Kind {
 }
 
 impl UnitLevel {
-    pub(crate) fn new(level: &Level) -> Self {
+    /// Rows whose norm is `nothing` or less are zero.
+    pub(crate) fn new(level: &Level, nothing: f64) -> Self {
         let m = level.rows();
         let mut unit = UnitLevel {
             rows: Matrix::zeros(m, level.columns()),
@@ -92,9 +93,11 @@ impl UnitLevel {
         };
         for i in 0..m {
             let size = norm(level.row(i));
-            let size = if size > 0.0 { size } else { 1.0 };
-            for (u, a) in unit.rows.row_mut(i).iter_mut().zip(level.row(i)) {
-                *u = a / size;
+            let size = if size > nothing { size } else { 1.0 };
+            if size > nothing {
+                for (u, a) in unit.rows.row_mut(i).iter_mut().zip(level.row(i)) {
+                    *u = a / size;
+                }
             }
             unit.norms[i] = size;
             unit.lower[i] = level.lower[i] / size;

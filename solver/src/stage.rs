@@ -368,7 +368,7 @@ mod tests {
         problem.levels[1].set(0, &[0.0, 1.0], 0.5, 0.5);
         let mut space = Space::whole(&problem);
         space.hold((0, 0), &[1.0, 0.0], -1.0, 1.0);
-        let unit = UnitLevel::new(&problem.levels[1]);
+        let unit = UnitLevel::new(&problem.levels[1], 0.0);
         let stage = Stage::new(&unit, &space, &problem.reference);
         let flat = stage.minimisers(&[0], &[1]).expect("the row can be held");
         assert!((flat.y[0] - 1.0).abs() < 1e-14 && flat.null.cols == 0);

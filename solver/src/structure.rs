@@ -12,7 +12,7 @@ pub enum Structure {
     Open,
     /// They stay the same.
     Constant {
-        /// Their Euclidean norm; 1 for a row of zeros.
+        /// Their Euclidean norm.
         norm: f64,
     },
     /// They stay the same, and all but one are zero.
@@ -31,7 +31,7 @@ pub enum Structure {
 pub(crate) fn of(row: &[f64]) -> Structure {
     let mut others = row.iter().enumerate().filter(|(_, a)| **a != 0.0);
     match (others.next(), others.next()) {
-        (None, _) => Structure::Constant { norm: 1.0 },
+        (None, _) => Structure::Constant { norm: 0.0 },
         (Some((column, &coefficient)), None) if usable(coefficient * coefficient) => {
             Structure::Bound { column, coefficient }
         }

@@ -173,18 +173,16 @@ proptest! {
     }
 }
 
-/// A row that is nothing but what rounding left of a difference (8e-17) is a row all the same, and only a point far
-/// away (1e14) meets it: the slacks of other rows are known to a few hundredths then. Without it nothing is far away.
+/// A row that is nothing but what rounding left of a difference (8e-17) counts as a row of zeros.
 #[test]
-fn a_row_of_rounding_sends_the_point_far_away() -> Result<(), TestCaseError> {
+fn a_row_of_rounding_has_no_say() -> Result<(), TestCaseError> {
     let mut problem = hierarchy(&mut Dice(17648973721773913633), WILD);
     let row = problem.levels[1].row(1);
     assert!(row.iter().any(|a| *a != 0.0) && row.iter().all(|a| a.abs() < 1e-16));
     let solution = solve(&problem);
     certified(&problem, &solution);
-    assert!(solution.x.iter().any(|x| x.abs() > 1e13));
     problem.levels[1].row_mut(1).fill(0.0);
-    assert!(solve(&problem).x.iter().all(|x| x.abs() < 10.0));
+    assert_eq!(solve(&problem).x, solution.x);
     balance(&problem)
 }
 

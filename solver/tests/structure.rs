@@ -125,7 +125,7 @@ fn writing_a_coefficient_ends_the_promise() {
     level.set(1, &[3.0, 4.0], -1.0, 1.0);
     level.fix(0..3);
     let bound = Structure::Bound { column: 1, coefficient: 2.0 };
-    assert_eq!(level.structure(), [bound, Structure::Constant { norm: 5.0 }, Structure::Constant { norm: 1.0 }]);
+    assert_eq!(level.structure(), [bound, Structure::Constant { norm: 5.0 }, Structure::Constant { norm: 0.0 }]);
     level.bounds_mut(0..3).0[0] = -2.0;
     assert_eq!(level.structure()[0], bound);
     level.row_mut(0)[0] = 1.0;

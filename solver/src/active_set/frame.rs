@@ -8,10 +8,23 @@
 //! after it.
 
 use super::kernels::{LANES, axpy, combine, dot, norm, rotate, scaled};
-use crate::dense::DEPENDENT;
+pub(crate) const DEPENDENT: f64 = 3e-11;
 
 /// Below this part of the row that is left after one projection, a second one is made.
 const SMALL: f64 = 0.1;
+
+/// Rounding of a row, as a part of the largest row of its level: rows of one level are differences of numbers of one size, so
+/// that a small one is known no better than a large one.
+const ROUNDING: f64 = 2e-16;
+
+/// What is left of a row is rounding up to so many times the error that it is known to have.
+const SURE: f64 = 10.0;
+
+/// Whether what is left of a row of norm `size` counts as nothing.
+#[inline(always)]
+pub(crate) fn is_dependent(left: f64, size: f64, error: f64) -> bool {
+    left <= (DEPENDENT * size).max(SURE * error)
+}
 
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
@@ -26,6 +39,10 @@ pub(crate) struct Frame {
     pub(crate) x: Vec<f64>,
     /// Coefficients of the last projected row in the frame.
     pub(crate) coefficient: Vec<f64>,
+    /// The largest step that was taken back where the point was: its digits are lost.
+    pub(crate) lost: f64,
+    /// How far each of the rows may be turned by rounding: what little was left of a row has an error that is large beside it.
+    error: Vec<f64>,
 }
 
 impl Frame {
@@ -39,6 +56,8 @@ impl Frame {
             step: vec![0.0; n],
             x: vec![0.0; stride],
             coefficient: vec![0.0; n],
+            lost: 0.0,
+            error: vec![0.0; n],
         }
     }
 
@@ -63,21 +82,31 @@ impl Frame {
         combine(&self.step[from..len], &self.q[from * self.stride..len * self.stride], &mut self.x);
     }
 
-    /// Takes the frame's part out of `v`, whose norm was `size`; returns the norm of what is
-    /// left, 0 where that is nothing but rounding. The coefficients stay in `coefficient`.
+    /// Takes the frame's part out of `v`, whose norm was `size` in a level whose largest row has norm `largest`; returns the
+    /// norm of what is left, 0 where that is nothing but rounding, and its error. The coefficients stay in `coefficient`.
     #[inline(always)]
-    pub(crate) fn project(&mut self, v: &mut [f64], size: f64) -> f64 {
+    pub(crate) fn project(&mut self, v: &mut [f64], size: f64, largest: f64) -> (f64, f64) {
         let frame = &self.q[..self.len * self.stride];
         for (c, q) in self.coefficient.iter_mut().zip(frame.chunks_exact(self.stride.max(1))) {
             *c = -dot(q, v);
         }
         combine(&self.coefficient[..self.len], frame, v);
-        self.coefficient[..self.len].iter_mut().for_each(|c| *c = -*c);
+        let mut error = ROUNDING * largest;
+        for (c, e) in self.coefficient[..self.len].iter_mut().zip(&self.error) {
+            *c = -*c;
+            error += c.abs() * e;
+        }
         let mut left = norm(v);
         if left < SMALL * size {
             left = self.again(v);
         }
-        if left <= DEPENDENT * size { 0.0 } else { left }
+        (if is_dependent(left, size, error) { 0.0 } else { left }, error)
+    }
+
+    /// How far the last row of the frame may be turned by rounding.
+    #[inline(always)]
+    pub(crate) fn last_error(&self) -> f64 {
+        self.error[self.len - 1]
     }
 
     /// One more pass, for what rounding left of the frame in `v`.
@@ -92,11 +121,12 @@ impl Frame {
         norm(v)
     }
 
-    /// Appends the direction `v` of norm `size > 0`, orthogonal to the frame, and moves the point
+    /// Appends the direction `v` of norm `size > 0` with its error, orthogonal to the frame, and moves the point
     /// by `step` along it. The frame must not be full.
     #[inline(always)]
-    pub(crate) fn push(&mut self, v: &[f64], size: f64, step: f64) {
+    pub(crate) fn push(&mut self, v: &[f64], size: f64, error: f64, step: f64) {
         let k = self.len;
+        self.error[k] = error / size;
         let q = &mut self.q[k * self.stride..(k + 1) * self.stride];
         scaled(1.0 / size, v, q);
         axpy(step, q, &mut self.x);
@@ -109,7 +139,10 @@ impl Frame {
     pub(crate) fn turn(&mut self, k: usize, c: f64, s: f64) {
         let (head, tail) = self.q.split_at_mut((k + 1) * self.stride);
         rotate(c, s, &mut head[k * self.stride..], &mut tail[..self.stride]);
+        let error = self.error[k].max(self.error[k + 1]);
+        (self.error[k], self.error[k + 1]) = (error, error);
         let (a, b) = (self.step[k], self.step[k + 1]);
+        self.lost = self.lost.max(a.abs()).max(b.abs());
         (self.step[k], self.step[k + 1]) = (c * a + s * b, c * b - s * a);
     }
 
@@ -118,6 +151,7 @@ impl Frame {
     pub(crate) fn pop(&mut self) {
         self.len -= 1;
         let k = self.len;
+        self.lost = self.lost.max(self.step[k].abs());
         axpy(-self.step[k], &self.q[k * self.stride..(k + 1) * self.stride], &mut self.x);
     }
 

@@ -14,21 +14,21 @@
 //! a system as small as the number of dependent rows, well conditioned because the elimination
 //! with the largest row first keeps `G` small.
 
-use super::frame::Frame;
+use super::frame::{DEPENDENT, Frame, is_dependent};
 use super::kernels::{LANES, axpy, dot, norm, scaled};
 use super::rows::weight;
 use super::stages::Entry;
-use crate::dense::DEPENDENT;
 use crate::problem::Level;
 
 /// A residual below this, relative to the size of the row, the bound and the point, is none.
 const CONSISTENT: f64 = 1e-12;
 
-/// A force below this part of all forces of its level is none: a direction that moves the rows of
-/// the level by less counts as one that does not move them at all, and so whoever blocks it does
-/// not hold the level back. (The same number decides ranks, or the answer would depend on where
-/// the search came from.)
-const FORCE: f64 = DEPENDENT;
+/// A force below this part of all forces of its level may be that of a direction that moves the rows of the level by so little
+/// that it counts as one that does not move them at all, see [`Group::moves`].
+const SLIGHT: f64 = DEPENDENT;
+
+/// A force below this part of all forces of its level is rounding.
+const NOISE: f64 = 1e-14;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Group {
@@ -59,8 +59,17 @@ pub(crate) struct Group {
     g: Vec<f64>,
     gram: Vec<f64>,
     u: Vec<f64>,
+    /// Of what is left of the rows, the error by rounding; and what it does to the residuals, see [`Group::blur`].
+    error: Vec<f64>,
+    blur: Vec<f64>,
+    /// How far a direction moves each member.
+    moved: Vec<f64>,
+    /// How many directions the level added to the frame.
+    rank: usize,
     /// Below this a component of the gradient is rounding.
     pub(crate) noise: f64,
+    /// Below this it may be that of a direction that hardly moves the level.
+    pub(crate) slight: f64,
 }
 
 impl Group {
@@ -83,18 +92,23 @@ impl Group {
             residual: vec![0.0; most],
             g: vec![0.0; most * n],
             gram: vec![0.0; most * most],
-            u: vec![0.0; most],
+            u: vec![0.0; most.max(n)],
+            error: vec![0.0; most],
+            blur: vec![0.0; most],
+            moved: vec![0.0; most],
+            rank: 0,
             noise: 0.0,
+            slight: 0.0,
         }
     }
 
     /// Moves the frame's point to the minimisers and extends the frame by the directions that
-    /// they fix. Writes half the gradient of the cost into `gradient` and returns true if it is
+    /// they fix. `norms` are those of the level's rows, and the largest of them. Writes half the gradient of the cost into `gradient` and returns true if it is
     /// not zero; sets the multipliers of `own`.
     pub(crate) fn minimise(
         &mut self,
         level: &Level,
-        norms: &[f64],
+        norms: (&[f64], f64),
         equal: &[usize],
         own: &mut [Entry],
         frame: &mut Frame,
@@ -119,22 +133,38 @@ impl Group {
         if left_over {
             self.compromise(frame, base, rank);
             self.differentiate(level, gradient);
-            self.noise = 0.0;
+            self.rank = rank;
+            let mut unsure = 0.0;
+            (self.noise, self.slight) = (0.0, 0.0);
             for m in 0..p {
-                self.noise += self.size[m] * (FORCE * self.residual[m].abs() + 0.01 * self.quiet[m]);
+                let residual = self.residual[m].abs();
+                unsure += self.error[m] * residual;
+                self.noise += self.size[m] * (NOISE * residual + 0.01 * self.quiet[m]);
+                self.slight += self.size[m] * (SLIGHT * residual + 0.01 * self.quiet[m]);
             }
+            self.blur(unsure);
+        }
+        if !left_over {
+            self.blur[..p].fill(0.0);
         }
         for (entry, m) in own.iter_mut().zip(equal.len()..) {
             let e = if left_over { self.residual[m] } else { 0.0 };
             entry.trial = -entry.side * e * self.root[m];
-            entry.noise = self.root[m] * self.quiet[m];
+            entry.noise = self.root[m] * (0.01 * self.quiet[m] + self.blur[m]);
         }
         left_over
     }
 
     /// Collects the weighted rows, their residuals at the point, and what the frame leaves of
     /// them.
-    fn gather(&mut self, level: &Level, norms: &[f64], equal: &[usize], own: &[Entry], frame: &mut Frame) {
+    fn gather(
+        &mut self,
+        level: &Level,
+        (norms, largest): (&[f64], f64),
+        equal: &[usize],
+        own: &[Entry],
+        frame: &mut Frame,
+    ) {
         let s = self.stride;
         self.member.clear();
         let members = equal.iter().map(|i| (*i, level.lower[*i]));
@@ -168,7 +198,9 @@ impl Group {
         for m in 0..self.member.len() {
             let size = self.size[m];
             let row = &mut self.rows[m * s..(m + 1) * s];
-            let left = if frame.is_full() { 0.0 } else { frame.project(row, size) };
+            let (left, error) =
+                if frame.is_full() { (0.0, 0.0) } else { frame.project(row, size, self.root[m] * largest) };
+            self.error[m] = error;
             self.left[m] = left * left;
             self.sure[m] = self.left[m];
         }
@@ -200,12 +232,13 @@ impl Group {
             if size < 0.1 * self.size[i] {
                 size = frame.again(row);
             }
-            if size <= DEPENDENT * self.size[i] {
+            if is_dependent(size, self.size[i], self.error[i]) {
                 (self.left[i], self.sure[i]) = (0.0, 0.0);
                 continue;
             }
             let step = self.target[i] / size;
-            frame.push(row, size, step);
+            frame.push(row, size, self.error[i], step);
+            let turned = frame.last_error();
             let q = frame.row(base + rank);
             self.factor[i * n + rank] = size;
             self.target[i] = 0.0;
@@ -213,13 +246,14 @@ impl Group {
                 let row = &mut self.rows[k * s..(k + 1) * s];
                 let c = dot(row, q);
                 axpy(-c, q, row);
+                self.error[k] += c.abs() * turned;
                 self.factor[k * n + rank] = c;
                 self.target[k] -= c * step;
                 let left = self.left[k] - c * c;
                 self.left[k] = if self.sure[k] > 0.0 { left } else { 0.0 };
                 if self.sure[k] > 0.0 && left < 0.01 * self.sure[k] {
                     let left = norm(row);
-                    let nothing = left <= DEPENDENT * self.size[k];
+                    let nothing = is_dependent(left, self.size[k], self.error[k]);
                     self.left[k] = if nothing { 0.0 } else { left * left };
                     self.sure[k] = self.left[k];
                 }
@@ -284,6 +318,47 @@ impl Group {
             self.target[i] = sum / self.factor[i * n + j];
             frame.advance(base + j, self.target[i]);
         }
+    }
+
+    /// What rounding of the rows does to their residuals: forces that are uncertain by so much move the point along each
+    /// direction of the level, and all rows with it.
+    fn blur(&mut self, unsure: f64) {
+        let n = self.n;
+        self.blur[..self.order.len()].fill(0.0);
+        for (j, &pivot) in self.order[..self.rank].iter().enumerate() {
+            let diagonal = self.factor[pivot * n + j];
+            let moved = unsure / (diagonal * diagonal);
+            for &i in &self.order[j..] {
+                self.blur[i] += self.factor[i * n + j].abs() * moved;
+            }
+        }
+    }
+
+    /// Whether a direction moves a row of the level that was minimised last, and was not met, by as much as a row must have left
+    /// to count as independent, while the rows on the diagonal stay where they are.
+    pub(crate) fn moves(&mut self, level: &Level, direction: &[f64]) -> bool {
+        let (n, s) = (self.n, self.stride);
+        for (m, &i) in self.member.iter().enumerate() {
+            let value = if i < level.rows() {
+                dot(&level.padded()[i * s..(i + 1) * s], direction)
+            } else {
+                direction[i - level.rows()]
+            };
+            self.moved[m] = self.root[m] * value;
+        }
+        let (pivots, dependent) = self.order.split_at(self.rank);
+        // The whole direction: with what keeps the pivots in their place, L y = -moved.
+        let mut square = dot(direction, direction);
+        for (j, &i) in pivots.iter().enumerate() {
+            let back: f64 = (0..j).map(|k| self.factor[i * n + k] * self.u[k]).sum();
+            self.u[j] = (-self.moved[i] - back) / self.factor[i * n + j];
+            square += self.u[j] * self.u[j];
+        }
+        let length = square.sqrt();
+        dependent.iter().any(|&i| {
+            let along: f64 = (0..self.rank).map(|k| self.factor[i * n + k] * self.u[k]).sum();
+            (self.moved[i] + along).abs() > DEPENDENT * self.size[i] * length
+        })
     }
 
     /// Half the gradient of the cost at the minimiser: `-A^T W^(1/2) e`.

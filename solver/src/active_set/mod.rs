@@ -4,7 +4,8 @@
 //! and fixes its rows one after the other in an orthonormal frame, level by level (`frame`,
 //! `group`, `relaxed`). Multipliers tell which rows must leave, residuals which must enter
 //! (`search`). When nothing is to change, which is most of the time, that is one factorisation
-//! and one look at every row.
+//! and one look at every row. Otherwise the optimum of the last tick is followed to that of this
+//! one (`follow`).
 //!
 //! # How it finds the optimum
 //!
@@ -17,22 +18,26 @@
 //! multipliers of all other rows change linearly; the first that reaches zero leaves. This is the
 //! dual method of Goldfarb and Idnani (1983) for the cost `sum_k eps^k cost_k` with a symbolic
 //! `eps`: the lexicographic value of the relaxed optimum only rises, so no working set returns,
-//! and a start may be any working set whose multipliers have the right sign. Wrong ones are
-//! simply dropped, which is all that a warm start needs. A start that is far off (many rows to
-//! change) is given up for an empty one, and then levels are added one at a time.
+//! and a start may be any working set whose multipliers have the right sign; wrong ones are
+//! simply dropped. It settles what is left where the last tick was followed, and it begins with
+//! nothing and adds levels one at a time where the last tick is no start.
 //!
 //! # Where rounding matters
 //!
 //! * Dependent rows never meet in the frame: a row that depends on rows held at its stage sends
 //!   one of them away or rises with them.
 //! * A level of any rank is eliminated with its largest remaining row first, so coefficients of
-//!   dependent rows stay small; zero rows are dependent rows like others.
+//!   dependent rows stay small; zero rows have no say.
+//! * Every direction of the frame carries its error: one that is what little was left of a row is
+//!   turned by rounding, and a row is dependent where no more of it is left than that error.
 //! * Every multiplier carries the size of its rounding. Within it, a row is idle: it falls to the
-//!   stage below, where it may still be needed.
+//!   stage below, where it may still be needed. So does one whose level would not move by as much
+//!   as an independent row has, if the row let go.
 //! * A row that is added too often, a multiplier that falls where it must rise, or too many
 //!   changes end the attempt; three more orders of adding rows follow. Each attempt has a bound
 //!   on its changes, so each solve ends. [`Effort`] counts what it took.
 
+mod follow;
 mod frame;
 mod group;
 mod kernels;
@@ -92,6 +97,7 @@ impl ActiveSet {
     pub fn forget(&mut self) {
         let relaxed = &mut self.search.relaxed;
         relaxed.stages.clear(&mut relaxed.rows);
+        self.search.known = 0;
     }
 
     /// What the solves have cost so far.
@@ -165,6 +171,9 @@ impl HierarchicalSolver for ActiveSet {
             if solution.x.iter().all(|x| x.is_finite()) { status } else { Status::Failed { level: levels } };
         if solution.status != status {
             self.forget();
+        } else if self.warm {
+            self.search.point.copy_from_slice(&self.search.relaxed.frame.x);
+            self.search.known = levels;
         }
     }
 }

@@ -8,7 +8,7 @@
 
 use super::frame::Frame;
 use super::group::Group;
-use super::kernels::{LANES, dot, norm, scaled};
+use super::kernels::{LANES, axpy, dot, norm, scaled};
 use super::rows::Rows;
 use super::stages::{Entry, Stages};
 use crate::problem::Problem;
@@ -37,8 +37,13 @@ pub(crate) struct Relaxed {
     noise: Vec<f64>,
     /// Lower triangles of the held rows in the frame, n numbers a row, by place in the frame.
     pub(crate) lower: Vec<f64>,
-    /// The row at hand.
+    /// The row at hand, and the error of what is left of it.
     row: Vec<f64>,
+    error: f64,
+    /// The largest row of its level, scaled like it.
+    largest: f64,
+    /// How the rows held at a stage move when one of them lets go.
+    lets_go: Vec<f64>,
     reference: Vec<f64>,
     pub(crate) stride: usize,
     pub(crate) n: usize,
@@ -55,7 +60,7 @@ impl Relaxed {
         Relaxed {
             levels,
             rows,
-            stages: Stages::new(n, &sizes),
+            stages: Stages::new(&sizes),
             frame: Frame::new(n),
             group: Group::new(n, most),
             stage: 0,
@@ -67,6 +72,9 @@ impl Relaxed {
             noise: vec![0.0; levels + 1],
             lower: vec![0.0; n * n],
             row: vec![0.0; stride],
+            error: 0.0,
+            largest: 1.0,
+            lets_go: vec![0.0; n],
             reference: vec![0.0; stride],
             stride,
             n,
@@ -82,6 +90,7 @@ impl Relaxed {
         self.mark[0] = 0;
         (self.stage, self.pushed) = (0, 0);
         self.frame.cut(0, 0, &self.reference);
+        self.frame.lost = 0.0;
     }
 
     /// Cuts the frame back to the first `keep` held rows of stage `s`, if it is longer.
@@ -134,13 +143,15 @@ impl Relaxed {
         let scale = e.side / self.rows.norm[self.rows.at(e.level, e.row)];
         scaled(scale, &level.padded()[e.row * self.stride..(e.row + 1) * self.stride], &mut self.row);
         let bound = if e.side > 0.0 { level.upper[e.row] } else { level.lower[e.row] };
+        self.largest = scale.abs() * self.rows.largest[e.level];
         scale * bound - dot(&self.row, &self.frame.x)
     }
 
     /// Takes the frame's part out of the row that `outward` prepared; returns what is left of it,
     /// 0 if the row depends on the frame. The coefficients stay with the frame.
     pub(crate) fn project(&mut self) -> f64 {
-        let left = self.frame.project(&mut self.row, 1.0);
+        let (left, error) = self.frame.project(&mut self.row, 1.0, self.largest);
+        self.error = error;
         if self.frame.is_full() { 0.0 } else { left }
     }
 
@@ -150,7 +161,7 @@ impl Relaxed {
         let from = self.mark[self.stage];
         self.lower[k * n + from..k * n + k].copy_from_slice(&self.frame.coefficient[from..k]);
         self.lower[k * n + k] = left;
-        self.frame.push(&self.row, left, room / left);
+        self.frame.push(&self.row, left, self.error, room / left);
         self.pushed += 1;
     }
 
@@ -175,7 +186,7 @@ impl Relaxed {
             }
             let l = self.stage;
             let span = l * self.stride..(l + 1) * self.stride;
-            let norms = &self.rows.norm[self.rows.first[l]..];
+            let norms = (&self.rows.norm[self.rows.first[l]..], self.rows.largest[l]);
             self.presses[l] = self.group.minimise(
                 &problem.levels[l],
                 norms,
@@ -186,6 +197,9 @@ impl Relaxed {
             );
             self.noise[l] = self.group.noise;
             self.balance(l);
+            if self.presses[l] {
+                self.weigh(problem, l);
+            }
             self.stage = l + 1;
             self.pushed = 0;
             self.mark[self.stage] = self.frame.len();
@@ -209,6 +223,34 @@ impl Relaxed {
             }
             held[j].trial = sum / self.lower[(from + j) * n + from + j];
             held[j].noise = self.noise[s] / self.lower[(from + j) * n + from + j];
+        }
+    }
+
+    /// A row that holds level `l` back by next to nothing holds it back only if the level moves when the row lets go, by as much
+    /// as a row must have left to count as independent: ranks and forces have one threshold, or a level would let
+    /// go of a row and then follow the direction to where the row forbids it.
+    fn weigh(&mut self, problem: &Problem, l: usize) {
+        let (n, from) = (self.n, self.mark[l]);
+        let w = self.stages.held[l].len();
+        for j in 0..w {
+            let diagonal = self.lower[(from + j) * n + from + j];
+            let e = self.stages.held[l][j];
+            if e.trial.abs() <= e.noise || e.trial.abs() > self.group.slight / diagonal {
+                continue;
+            }
+            // L c = -e_j: row j goes inwards by one, the others stay.
+            self.row.fill(0.0);
+            for i in j..w {
+                let mut sum = if i == j { -1.0 } else { 0.0 };
+                for k in j..i {
+                    sum -= self.lower[(from + i) * n + from + k] * self.lets_go[k];
+                }
+                self.lets_go[i] = sum / self.lower[(from + i) * n + from + i];
+                axpy(self.lets_go[i], self.frame.row(from + i), &mut self.row);
+            }
+            if !self.group.moves(&problem.levels[l], &self.row) {
+                self.stages.held[l][j].noise = self.group.slight / diagonal;
+            }
         }
     }
 

@@ -1,7 +1,7 @@
 //! What a tick's rows are: their size, their kind, and which of them are in the working set.
 
 use super::kernels::{LANES, dot};
-use crate::problem::{Level, Problem, ProblemError, check};
+use crate::problem::{Level, Problem, ProblemError, check, nothing};
 use crate::space::{FEASIBLE, Kind};
 use crate::structure::{Structure, usable};
 
@@ -9,9 +9,11 @@ use crate::structure::{Structure, usable};
 pub(crate) struct Rows {
     /// Where each level's rows begin in the vectors below; one more at the end.
     pub(crate) first: Vec<usize>,
-    /// Norms; 1 for a zero row.
+    /// Norms; 1 for a zero row, which is silent: no point changes its value.
     pub(crate) norm: Vec<f64>,
     pub(crate) kind: Vec<Kind>,
+    /// The largest norm of each level; 1 where all are zero.
+    pub(crate) largest: Vec<f64>,
     /// For inequality rows: 0 outside the working set, else the side of the bound it is held at.
     pub(crate) side: Vec<i8>,
     /// Values at the point that was looked at last; not those of bounds of one variable.
@@ -39,6 +41,7 @@ impl Rows {
             first,
             norm: vec![1.0; total],
             kind: vec![Kind::Silent; total],
+            largest: vec![1.0; problem.levels.len()],
             side: vec![0; total],
             value: vec![0.0; total],
         }
@@ -52,7 +55,20 @@ impl Rows {
             good &= level.damping.is_finite() && level.damping >= 0.0;
             good &= if level.is_open() { self.read_open(l, level) } else { self.read_known(l, level) };
         }
-        if good { Ok(()) } else { check(problem) }
+        if !good {
+            return check(problem);
+        }
+        for (largest, span) in self.largest.iter_mut().zip(self.first.windows(2)) {
+            *largest = self.norm[span[0]..span[1]].iter().fold(0.0, |most: f64, norm| most.max(*norm));
+        }
+        let nothing = nothing(self.largest.iter().fold(0.0, |most: f64, largest| most.max(*largest)));
+        self.largest.iter_mut().filter(|l| **l <= nothing).for_each(|l| *l = 1.0);
+        for (norm, kind) in self.norm.iter_mut().zip(&mut self.kind) {
+            if *norm <= nothing {
+                (*norm, *kind) = (1.0, Kind::Silent);
+            }
+        }
+        Ok(())
     }
 
     /// Reads a level of which nothing is known.
@@ -104,7 +120,7 @@ impl Rows {
                     }
                     coefficient.abs()
                 }
-                Structure::Absent => 1.0,
+                Structure::Absent => 0.0,
             };
             good &= sound(norm, lower, upper, weight);
             self.norm[self.first[l] + i] = norm;
@@ -149,14 +165,10 @@ fn kind_of(level: &Level, lower: f64, upper: f64, weight: f64) -> Kind {
     }
 }
 
-/// The norm of a row whose square is no ordinary number; 1 for a zero row.
+/// The norm of a row whose square is no ordinary number.
 #[cold]
 fn unusual(row: &[f64]) -> f64 {
-    if row.iter().any(|a| a.is_nan()) {
-        return f64::NAN;
-    }
-    let norm = crate::dense::norm(row);
-    if norm == 0.0 { 1.0 } else { norm }
+    if row.iter().any(|a| a.is_nan()) { f64::NAN } else { crate::dense::norm(row) }
 }
 
 /// The weight of row `i`: hard rows all count the same.

@@ -1,19 +1,9 @@
-//! The dual active-set search over the whole hierarchy.
-//!
-//! The working set is read as a relaxed problem: only the rows in it exist, and its optimum is at
-//! hand. A violated row is added by letting a force on it grow until it is met. The force is
-//! first infinitesimal against every level, so that only the choice of the nearest point gives
-//! way; where the row depends on rows that hold that choice, they and the force become as large
-//! as the level above it, and so on up to the row's own level, where it may stay violated.
-//! Along the way, multipliers of other rows change linearly; the first that reaches zero leaves
-//! the working set. This is the dual method of Goldfarb and Idnani (1983) for the cost
-//! `sum_k eps^k cost_k` with eps symbolic: the lexicographic optimum rises with every step, so no
-//! working set comes back.
+//! The dual active-set search over the whole hierarchy, described at the head of the module.
 //!
 //! Factorisations are kept: the frame holds the rows in the order of the stages, and a change at
 //! a stage recomputes what comes after it only.
 
-use super::kernels::{dot, norm};
+use super::kernels::{LANES, dot, norm};
 use super::relaxed::Relaxed;
 use super::rows::{Rows, tolerance};
 use super::stages::Entry;
@@ -21,14 +11,18 @@ use crate::problem::Problem;
 use crate::space::Kind;
 use crate::structure::Structure;
 
-/// How often a row may fall back to a lower stage in one solve before it stays where it is.
-const RETURNS: u8 = 8;
+/// How often a row may fall back to a lower stage in one solve, beyond once for each, before it stays where it is.
+const RETURNS: usize = 8;
 
 /// How often a row may be added in one solve: more is a circle.
 const ADDS: u8 = 60;
 
 /// With more changes than this to be expected, a solve starts from an empty working set.
 const FEW: usize = 4;
+
+/// A point that was this many times as far away as it is at the end is worked out anew, and no more than so often.
+const LOST: f64 = 1e4;
+const REPAIRS: usize = 3;
 
 /// A coefficient in the combination of held rows below this is none.
 const COMBINED: f64 = 1e-9;
@@ -62,11 +56,16 @@ pub(crate) struct Search {
     pub(crate) budget: usize,
     /// How often each row fell back, and how often it was added.
     returns: Vec<u8>,
-    adds: Vec<u8>,
+    pub(super) adds: Vec<u8>,
     /// How many rows were seen violated at the last look.
-    violated: usize,
+    pub(super) violated: usize,
     /// How the row at hand combines the held ones.
     combination: Vec<f64>,
+    /// The point at hand on the way from the last tick's optimum to this one's, and the values of all rows there.
+    pub(super) point: Vec<f64>,
+    pub(super) past: Vec<f64>,
+    /// The number of levels whose optimum the point is; 0 if it is none.
+    pub(super) known: usize,
 }
 
 /// The worst row of those seen so far.
@@ -110,6 +109,9 @@ impl Search {
             adds: vec![0; total],
             violated: 0,
             combination: vec![0.0; problem.n + 1],
+            point: vec![0.0; problem.n.div_ceil(LANES) * LANES],
+            past: vec![0.0; total],
+            known: 0,
         }
     }
 
@@ -127,8 +129,42 @@ impl Search {
     /// # Errors
     /// When the budget of changes is spent.
     pub(crate) fn run(&mut self, problem: &Problem) -> Result<(), Exhausted> {
+        self.search(problem)?;
+        // On the way the point may have been so far away that its digits are gone.
+        for _ in 0..REPAIRS {
+            if self.relaxed.frame.lost <= LOST * (1.0 + norm(&self.relaxed.frame.x)) {
+                break;
+            }
+            self.relaxed.frame.lost = 0.0;
+            self.relaxed.rewind(0, 0);
+            self.relaxed.complete(problem);
+            self.relaxed.accept(0);
+            self.settle(problem)?;
+            self.improve(problem)?;
+        }
+        Ok(())
+    }
+
+    /// The same; the point at the end may be inexact.
+    fn search(&mut self, problem: &Problem) -> Result<(), Exhausted> {
         let before = self.relaxed.stages.count();
+        let follows = self.known == self.relaxed.levels && self.rule == Rule::Worst;
+        self.known = 0;
         self.relaxed.complete(problem);
+        if follows {
+            if self.first_to_leave(0, None).is_none() && self.next_violated(problem).is_none() {
+                self.relaxed.accept(0);
+                if !self.settle(problem)? {
+                    return Ok(());
+                }
+            } else if self.follow(problem)? {
+                if !self.settle(problem)? {
+                    return Ok(());
+                }
+                return self.improve(problem);
+            }
+            self.adds.fill(0);
+        }
         self.relaxed.accept(0);
         self.settle(problem)?;
         let Some(entry) = self.next_violated(problem) else { return Ok(()) };
@@ -168,19 +204,23 @@ impl Search {
     /// Makes the working set fit to be the relaxed problem's: rows with a negative multiplier
     /// leave it, and those without a multiplier fall back to the stage below, where they may be
     /// needed.
-    fn settle(&mut self, problem: &Problem) -> Result<(), Exhausted> {
+    ///
+    /// Returns whether anything changed.
+    fn settle(&mut self, problem: &Problem) -> Result<bool, Exhausted> {
+        let mut changed = false;
         while let Some((s, keep)) = self.first_idle() {
             self.budget = self.budget.checked_sub(1).ok_or(Exhausted)?;
             self.relaxed.rewind(s, keep);
             self.relaxed.complete(problem);
             self.relaxed.accept(s);
+            changed = true;
         }
-        Ok(())
+        Ok(changed)
     }
 
     /// Frees or lowers the idle rows of the first stage that has any; returns the stage and how
     /// many of its held rows come before the first of them.
-    fn first_idle(&mut self) -> Option<(usize, usize)> {
+    pub(super) fn first_idle(&mut self) -> Option<(usize, usize)> {
         for s in 0..=self.relaxed.levels {
             let mut keep = self.relaxed.stages.held[s].len();
             let mut changed = false;
@@ -216,15 +256,12 @@ impl Search {
     /// Frees an idle row of stage `s`, or lowers it by one stage; false if it has to stay.
     fn retire(&mut self, e: Entry, s: usize) -> bool {
         let at = self.relaxed.rows.at(e.level, e.row);
-        if self.returns[at] >= RETURNS && e.value >= -e.noise {
+        if usize::from(self.returns[at]) >= RETURNS + self.relaxed.levels && e.value >= -e.noise {
             return false;
         }
         self.returns[at] = self.returns[at].saturating_add(1);
-        if e.value >= -e.noise
-            && s < self.relaxed.levels
-            && self.relaxed.stages.held[self.relaxed.levels].len() < self.relaxed.n
-        {
-            self.relaxed.stages.held[self.relaxed.levels].push(Entry::new(e.level, e.row, e.side));
+        if e.value >= -e.noise && s < self.relaxed.levels {
+            self.relaxed.stages.held[s + 1].push(Entry::new(e.level, e.row, e.side));
         } else {
             self.relaxed.rows.side[at] = 0;
         }
@@ -280,20 +317,12 @@ impl Search {
             self.budget = self.budget.checked_sub(1).ok_or(Exhausted)?;
             let own = s == entry.level;
             let held = self.relaxed.stages.held[s].len();
-            self.relaxed.rewind(s, held);
             if own {
+                self.relaxed.rewind(s, held);
                 self.relaxed.stages.own[s].push(entry);
-            } else {
-                self.relaxed.advance(problem, s);
-                let room = self.relaxed.outward(problem, &entry);
-                let left = self.relaxed.project();
-                let leaving = if left < NEAR { self.combine(s) } else { None };
-                if left == 0.0 || leaving.is_some() {
-                    s = self.oppose(s, leaving, &mut entry);
-                    continue;
-                }
-                self.relaxed.fix(left, room);
-                self.relaxed.stages.held[s].push(entry);
+            } else if let Some(next) = self.hold(problem, s, &mut entry) {
+                s = next;
+                continue;
             }
             self.relaxed.complete(problem);
             let list = if own { &self.relaxed.stages.own[s] } else { &self.relaxed.stages.held[s] };
@@ -302,7 +331,7 @@ impl Search {
                 // nearly dependent that rounding has taken over. Another order avoids it.
                 return Err(Exhausted);
             }
-            let Some((stage, is_own, j, part)) = self.first_to_leave(s, own) else {
+            let Some((stage, is_own, j, part)) = self.first_to_leave(s, Some(own)) else {
                 self.relaxed.accept(s);
                 return Ok(());
             };
@@ -318,6 +347,23 @@ impl Search {
                 self.relaxed.release(stage, j);
             }
         }
+    }
+
+    /// Adds a row to those held at stage `s`, and to the frame. If it depends on them, one of them gives way to it, or those
+    /// that it presses against rise to the stage above, and the stage to try next is returned.
+    pub(super) fn hold(&mut self, problem: &Problem, s: usize, entry: &mut Entry) -> Option<usize> {
+        let held = self.relaxed.stages.held[s].len();
+        self.relaxed.rewind(s, held);
+        self.relaxed.advance(problem, s);
+        let room = self.relaxed.outward(problem, entry);
+        let left = self.relaxed.project();
+        let leaving = if left < NEAR { self.combine(s) } else { None };
+        if left == 0.0 || leaving.is_some() {
+            return Some(self.oppose(s, leaving, entry));
+        }
+        self.relaxed.fix(left, room);
+        self.relaxed.stages.held[s].push(*entry);
+        None
     }
 
     /// The combination of the rows held at stage `s` that the last projection took out of a row
@@ -379,15 +425,15 @@ impl Search {
 
     /// Which multiplier from stage `s` on reaches zero first on the way to the trial: stage,
     /// whether it is a violated row of that level, place in its list, part of the way. The row
-    /// that is being added, last among the violated (`own`) or the held ones of `s`, does not
+    /// that is being added, if any, last among the violated (`added`) or the held ones of `s`, does not
     /// count: its multiplier rises.
-    fn first_to_leave(&self, s: usize, own: bool) -> Option<(usize, bool, usize, f64)> {
+    pub(super) fn first_to_leave(&self, s: usize, added: Option<bool>) -> Option<(usize, bool, usize, f64)> {
         let mut first = None;
         let mut least = f64::INFINITY;
         for stage in s..=self.relaxed.levels {
             let violated = if stage < self.relaxed.levels { &self.relaxed.stages.own[stage][..] } else { &[] };
             for (is_own, list) in [(true, violated), (false, &self.relaxed.stages.held[stage][..])] {
-                let added = usize::from(stage == s && is_own == own);
+                let added = usize::from(stage == s && added == Some(is_own));
                 for (j, e) in list[..list.len() - added].iter().enumerate() {
                     if e.trial < -e.noise {
                         let part = e.value.max(0.0) / (e.value.max(0.0) - e.trial);
@@ -403,7 +449,7 @@ impl Search {
     }
 
     /// Goes part of the way to the trial multipliers from stage `s` on.
-    fn go_part(&mut self, s: usize, part: f64) {
+    pub(super) fn go_part(&mut self, s: usize, part: f64) {
         let own = self.relaxed.stages.own[s.min(self.relaxed.levels)..].iter_mut();
         for e in own.chain(&mut self.relaxed.stages.held[s..]).flatten() {
             e.value += part * (e.trial - e.value);

@@ -38,11 +38,12 @@ pub(crate) struct Stages {
 }
 
 impl Stages {
-    /// Room for levels of these sizes in `n` variables.
-    pub(crate) fn new(n: usize, rows: &[usize]) -> Self {
+    /// Room for levels of these sizes. A row stands in one list at most, but any list may be its.
+    pub(crate) fn new(rows: &[usize]) -> Self {
+        let all = rows.iter().sum();
         Stages {
             own: rows.iter().map(|m| Vec::with_capacity(*m)).collect(),
-            held: (0..=rows.len()).map(|_| Vec::with_capacity(n + 1)).collect(),
+            held: (0..=rows.len()).map(|_| Vec::with_capacity(all)).collect(),
             equal: rows.iter().map(|m| Vec::with_capacity(*m)).collect(),
         }
     }

@@ -1,0 +1,201 @@
+//! The warm start: from the last tick's optimum to this one's along a straight line of problems.
+//!
+//! With the matrices of this tick, the working set, the point and the multipliers of the last tick are the optimum of a
+//! problem that differs from this one in numbers alone: bounds that lie where the rows are, targets and forces that balance the
+//! multipliers. While these numbers move to those of this tick, the point and all multipliers move linearly from what they were
+//! to what the working set gives at its end ([`Relaxed::complete`]). The first multiplier that reaches zero on the way leaves the working
+//! set, the first row that reaches its bound enters it, and from there they move on to the new end. So rows are changed about as
+//! often as they change between the two ticks, however far the end of the first working set was off: the idea of qpOASES
+//! (Ferreau, Bock and Diehl 2008), here over all levels at once.
+//!
+//! A row that depends on the rows held at a stage sends one of them away or rises with them, as in [`super::search`]; at the
+//! moment when it enters its force is zero. What is left at the end, rows whose multiplier is zero, is settled by the dual method,
+//! which also takes over where many rows enter and leave at one place of the line.
+
+use super::kernels::{dot, norm};
+use super::rows::tolerance;
+use super::search::{Exhausted, Search};
+use super::stages::Entry;
+use crate::problem::Problem;
+use crate::space::Kind;
+use crate::structure::Structure;
+
+/// With more signs and rows that are wrong than this, and than half the working set, the last tick is no start.
+const FAR: usize = 4;
+
+/// After so many changes the rest of the line is judged by what they came to: one that would take more than [`WHOLE`] is given up.
+const TRIAL: f64 = 9.0;
+const WHOLE: f64 = 40.0;
+
+/// How often a row may enter on the way: more is a circle.
+const ENTRIES: u8 = 3;
+
+/// Two events this close on what is left of the line happen at once.
+const AT_ONCE: f64 = 1e-12;
+
+/// What comes next on the line.
+enum Event {
+    /// A multiplier reaches zero: stage, whether the row is a violated one of its level, place in the list.
+    Leaves(usize, bool, usize),
+    /// A row reaches its bound.
+    Enters(Entry),
+}
+
+impl Search {
+    /// Goes from the point and the multipliers at hand, those of the last tick, to those of this tick. The frame is complete, with
+    /// trial multipliers. False where it was given up on the way; the working set is then as good a start as any.
+    pub(super) fn follow(&mut self, problem: &Problem) -> Result<bool, Exhausted> {
+        let count = self.relaxed.stages.count();
+        if self.locate(problem) + self.wrong() > FAR + count / 2 {
+            return Ok(false);
+        }
+        let from = self.budget;
+        // How much of the line is left.
+        let mut rest = 1.0;
+        loop {
+            let Some((part, event)) = self.next_event(problem) else {
+                self.relaxed.accept(0);
+                let Some((stage, keep)) = self.first_idle() else { return Ok(true) };
+                // A row that holds its stage back no longer may hold the next one back: from here on the line is that of its
+                // force there.
+                self.budget = self.budget.checked_sub(1).ok_or(Exhausted)?;
+                self.approach(1.0);
+                rest = 0.0;
+                self.relaxed.rewind(stage, keep);
+                self.relaxed.complete(problem);
+                continue;
+            };
+            let spent = (from - self.budget) as f64;
+            if spent > TRIAL && spent > WHOLE * (1.0 - rest) {
+                return Ok(false);
+            }
+            rest *= 1.0 - part;
+            self.budget = self.budget.checked_sub(1).ok_or(Exhausted)?;
+            self.go_part(0, part);
+            self.approach(part);
+            match event {
+                Event::Leaves(stage, true, j) => {
+                    let gone = self.relaxed.stages.own[stage].remove(j);
+                    let at = self.relaxed.rows.at(gone.level, gone.row);
+                    self.relaxed.rows.side[at] = 0;
+                    let held = self.relaxed.stages.held[stage].len();
+                    self.relaxed.rewind(stage, held);
+                }
+                Event::Leaves(stage, false, j) => self.relaxed.release(stage, j),
+                Event::Enters(entry) => {
+                    let at = self.relaxed.rows.at(entry.level, entry.row);
+                    self.adds[at] += 1;
+                    if self.adds[at] > ENTRIES {
+                        return Ok(false);
+                    }
+                    self.enter(problem, entry)?;
+                }
+            }
+            self.relaxed.complete(problem);
+        }
+    }
+
+    /// How many multipliers have the wrong sign at the frame's point.
+    fn wrong(&self) -> usize {
+        let stages = &self.relaxed.stages;
+        stages.own.iter().chain(&stages.held).flatten().filter(|e| e.trial < -e.noise).count()
+    }
+
+    /// Works out the values of all rows at the point at hand. Returns how many rows outside the working set are violated there.
+    fn locate(&mut self, problem: &Problem) -> usize {
+        let stride = self.relaxed.stride.max(1);
+        let far = norm(&self.point);
+        let mut violated = 0;
+        for (l, level) in problem.levels.iter().enumerate().take(self.relaxed.levels) {
+            let first = self.relaxed.rows.first[l];
+            let rows = level.padded().chunks_exact(stride).zip(level.structure());
+            for (i, (row, structure)) in rows.enumerate() {
+                let (at, read) = (first + i, &self.relaxed.rows);
+                let value = match *structure {
+                    Structure::Bound { column, coefficient } => coefficient * self.point[column],
+                    Structure::Absent => 0.0,
+                    Structure::Open | Structure::Constant { .. } => dot(row, &self.point),
+                };
+                self.past[at] = value;
+                let (lower, upper) = (level.lower[i], level.upper[i]);
+                let (beyond, bound) = if value > upper { (value - upper, upper) } else { (lower - value, lower) };
+                violated += usize::from(
+                    read.kind[at] == Kind::Inequality
+                        && read.side[at] == 0
+                        && beyond / read.norm[at] > tolerance(bound / read.norm[at], far),
+                );
+            }
+        }
+        violated
+    }
+
+    /// Moves the point at hand, and the values of the rows there, a part of the way to the frame's point.
+    fn approach(&mut self, part: f64) {
+        if part == 0.0 {
+            return;
+        }
+        for (x, end) in self.point.iter_mut().zip(&self.relaxed.frame.x) {
+            *x += part * (end - *x);
+        }
+        for (past, end) in self.past.iter_mut().zip(&self.relaxed.rows.value) {
+            *past += part * (end - *past);
+        }
+    }
+
+    /// What happens first on the way to the frame's point, and on which part of the way. None if nothing does.
+    fn next_event(&mut self, problem: &Problem) -> Option<(f64, Event)> {
+        let leaves = self.first_to_leave(0, None).map(|(s, own, j, part)| (part, Event::Leaves(s, own, j)));
+        let (mut part, mut excess, mut enters) = (leaves.as_ref().map_or(1.0, |l| l.0), 0.0, None);
+        let Search { relaxed, past, .. } = self;
+        let (x, rows) = (&relaxed.frame.x, &mut relaxed.rows);
+        let far = norm(x);
+        for (l, level) in problem.levels.iter().enumerate().take(relaxed.levels) {
+            let first = rows.first[l];
+            let numbers = level.padded().chunks_exact(relaxed.stride.max(1)).zip(level.structure());
+            for (i, (row, structure)) in numbers.enumerate() {
+                let at = first + i;
+                let value = match *structure {
+                    Structure::Bound { column, coefficient } => coefficient * x[column],
+                    Structure::Absent => continue,
+                    Structure::Open | Structure::Constant { .. } => dot(row, x),
+                };
+                rows.value[at] = value;
+                if rows.side[at] != 0 || rows.kind[at] != Kind::Inequality {
+                    continue;
+                }
+                let (lower, upper, size) = (level.lower[i], level.upper[i], rows.norm[at]);
+                let (side, bound) = if value > upper { (1.0, upper) } else { (-1.0, lower) };
+                let beyond = side * (value - bound) / size;
+                if beyond <= tolerance(bound / size, far) {
+                    continue;
+                }
+                let room = (side * (bound - past[at]) / size).max(0.0);
+                let reached = room / (room + beyond);
+                if reached < part - AT_ONCE || (reached <= part + AT_ONCE && beyond > excess) {
+                    (part, excess, enters) = (reached.min(part), beyond, Some(Entry::new(l, i, side)));
+                }
+            }
+        }
+        enters.map(|e| (part, Event::Enters(e))).or(leaves)
+    }
+
+    /// Takes a row into the working set at its bound, with no force yet.
+    fn enter(&mut self, problem: &Problem, mut entry: Entry) -> Result<(), Exhausted> {
+        let at = self.relaxed.rows.at(entry.level, entry.row);
+        self.relaxed.rows.side[at] = if entry.side > 0.0 { 1 } else { -1 };
+        let mut s = self.relaxed.levels;
+        loop {
+            if s == entry.level {
+                let held = self.relaxed.stages.held[s].len();
+                self.relaxed.rewind(s, held);
+                self.relaxed.stages.own[s].push(entry);
+                return Ok(());
+            }
+            match self.hold(problem, s, &mut entry) {
+                None => return Ok(()),
+                Some(next) => s = next,
+            }
+            self.budget = self.budget.checked_sub(1).ok_or(Exhausted)?;
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! Degenerate hierarchies: whole numbers, entries of rounding size, 1e-6 beside 1, dependent rows, weights that differ by
+//! orders, damping, hard levels that contradict each other. An answer that is called optimal holds the certificate, from
+//! no start, from the problem before and from one that has nothing to do with it.
+//!
+//! `HIERARQ_PROBLEMS=10000000 cargo test --release -p hierarq-solver --test degenerate` draws more, `HIERARQ_SEED` others.
+
+mod common;
+
+use common::{Dice, Taste, hierarchy};
+use hierarq_solver::{ActiveSet, HierarchicalSolver, LevelShape, Problem, Solution, Status, certificate};
+
+/// An answer is proven up to this, and to the rounding of the largest row's value.
+const PROVEN: f64 = 1e-7;
+const ROUNDING: f64 = 1e-14;
+
+/// What is small in a problem.
+#[derive(Clone, Copy, PartialEq)]
+enum Family {
+    /// Entries of rounding size, in four of ten problems.
+    Rounding,
+    /// The same, and always entries of 1e-6 of what they were.
+    Small,
+}
+
+/// A degenerate problem; two seeds that differ in the last decimal alone give problems of one shape.
+fn degenerate(family: Family, seed: u64) -> Problem {
+    let mut dice = Dice(seed / 10);
+    let large = dice.chance(0.1);
+    let taste = Taste {
+        variables: if large { 20 } else { 6 },
+        levels: 4,
+        rows: if large { 24 } else { 6 },
+        equalities: 0.1 + 0.4 * dice.unit().abs(),
+        dependent: 0.4 * dice.unit().abs(),
+        decades: if dice.chance(0.2) { 3.0 } else { 0.0 },
+        weights: dice.chance(0.5),
+        ties: dice.chance(0.4),
+    };
+    let (tiny, small) = (dice.chance(0.4), family == Family::Small);
+    let (hard, damped, spread) = (dice.chance(0.3), dice.chance(0.1), dice.chance(0.2));
+    let mut problem = hierarchy(&mut dice, taste);
+    let n = problem.n;
+    let mut own = Dice(seed);
+    for level in &mut problem.levels {
+        for i in 0..level.rows() {
+            let (mut row, lower, upper) = (level.row(i).to_vec(), level.lower[i], level.upper[i]);
+            let size = row.iter().map(|a| a * a).sum::<f64>().sqrt();
+            for a in &mut row {
+                if tiny && dice.chance(0.3) {
+                    *a = 1e-16 * size * (4.0 * dice.unit()).round();
+                } else if small && dice.chance(0.3) {
+                    *a *= 1e-6;
+                }
+            }
+            // Ticks of one loop differ a little.
+            let moved = if seed.is_multiple_of(10) { 0.0 } else { 1e-3 };
+            if !taste.ties && !tiny {
+                row.iter_mut().filter(|a| **a != 0.0).for_each(|a| *a *= 1.0 + moved * own.unit());
+            }
+            let by = moved * own.unit();
+            level.set(i, &row, lower + by, upper + by);
+            if spread {
+                level.weight[i] *= 10_f64.powf(3.0 * dice.unit());
+            }
+        }
+        level.hard = hard && dice.chance(0.5);
+        if damped && !level.hard && dice.chance(0.3) {
+            level.damping = 10_f64.powf(2.0 * dice.unit() - 2.0);
+        }
+    }
+    if dice.chance(0.3) {
+        problem.reference = (0..n).map(|_| dice.unit()).collect();
+    }
+    problem
+}
+
+fn proven(problem: &Problem, solution: &Solution) -> f64 {
+    let norms = problem.levels.iter().flat_map(|level| {
+        (0..level.rows()).map(move |i| (level.weight[i] * level.row(i).iter().map(|a| a * a).sum::<f64>()).sqrt())
+    });
+    PROVEN + ROUNDING * common::size(&solution.x) * norms.fold(1.0, f64::max)
+}
+
+/// What is wrong with an answer, if anything is.
+fn wrong(problem: &Problem, solution: &Solution) -> Option<String> {
+    match solution.status {
+        Status::Optimal => {
+            let residual = certificate(problem, &solution.x);
+            (residual > proven(problem, solution)).then(|| format!("certificate {residual:.1e}"))
+        }
+        Status::Infeasible { level } => {
+            // The levels above it are at their optimum.
+            let mut above = problem.clone();
+            for below in &mut above.levels[level..] {
+                below.lower.fill(f64::NEG_INFINITY);
+                below.upper.fill(f64::INFINITY);
+                below.damping = 0.0;
+            }
+            let residual = certificate(&above, &solution.x);
+            (residual > proven(problem, solution)).then(|| format!("certificate {residual:.1e} above level {level}"))
+        }
+        status => Some(format!("{status:?}")),
+    }
+}
+
+/// How many problems of a family have no proven answer, and which.
+fn unproven(family: Family, first: u64, problems: u64) -> Vec<String> {
+    let mut found = Vec::new();
+    for seed in first / 10..(first + problems) / 10 {
+        let drawn: Vec<Problem> = (0..10).map(|k| degenerate(family, 10 * seed + k)).collect();
+        let mut warm = ActiveSet::new(&drawn[0]);
+        let mut solution = Solution::new(&drawn[0]);
+        for (k, problem) in drawn.iter().enumerate() {
+            if k % 3 == 0 {
+                warm.forget();
+            }
+            warm.solve(problem, &mut solution);
+            let how = if k % 3 == 0 { "cold" } else { "warm" };
+            found.extend(wrong(problem, &solution).map(|w| format!("{} {how}: {w}", 10 * seed + k as u64)));
+        }
+    }
+    found
+}
+
+fn number(name: &str, or: u64) -> u64 {
+    std::env::var(name).ok().map_or(or, |t| t.parse().expect("a number"))
+}
+
+#[test]
+fn no_answer_is_called_optimal_without_a_proof() {
+    let (problems, first) = (number("HIERARQ_PROBLEMS", 30_000), number("HIERARQ_SEED", 0));
+    let found = unproven(Family::Rounding, first, problems);
+    assert!(found.is_empty(), "{} of {problems}:\n{}", found.len(), found[..found.len().min(40)].join("\n"));
+}
+
+/// Entries a million times smaller than others meet in products of 1e-12, where a rank or a sign is anybody's guess: of a
+/// million of these problems about 1200 have no proven answer.
+#[test]
+fn nearly_all_answers_are_proven_where_small_entries_stand_beside_large_ones() {
+    let (problems, first) = (number("HIERARQ_PROBLEMS", 30_000), number("HIERARQ_SEED", 0));
+    let found = unproven(Family::Small, first, problems);
+    assert!(
+        500 * found.len() < problems as usize,
+        "{} of {problems}:\n{}",
+        found.len(),
+        found[..found.len().min(40)].join("\n")
+    );
+}
+
+fn problem(n: usize, levels: &[(bool, f64, &[(&[f64], f64, f64)])]) -> Problem {
+    let shapes: Vec<LevelShape> =
+        levels.iter().map(|(hard, _, rows)| LevelShape { rows: rows.len(), hard: *hard, damping: 0.0 }).collect();
+    let mut problem = Problem::new(n, &shapes);
+    for (level, (_, weight, rows)) in problem.levels.iter_mut().zip(levels) {
+        level.weight.fill(*weight);
+        for (i, (row, lower, upper)) in rows.iter().enumerate() {
+            level.set(i, row, *lower, *upper);
+        }
+    }
+    problem
+}
+
+fn solved(problem: &Problem) -> Vec<f64> {
+    let mut solution = Solution::new(problem);
+    ActiveSet::new(problem).solve(problem, &mut solution);
+    assert_eq!(wrong(problem, &solution), None);
+    solution.x
+}
+
+/// Three rows that hardly move a variable that is at its bound, and one with 1.1e-16 in a fourth: it once went to 2e15.
+#[test]
+fn a_coefficient_of_rounding_size_moves_nothing() {
+    let x = solved(&problem(
+        4,
+        &[
+            (true, 1.0, &[(&[0.0, 0.0, 1.0, 0.0], -2.115, 2.115)]),
+            (
+                false,
+                0.2862,
+                &[
+                    (&[0.3009, -0.226, 0.000104, 0.0], -0.007123, -0.007123),
+                    (&[-0.6477, -0.1052, 0.0001582, 1.1102230246251565e-16], 0.7446, 0.7446),
+                    (&[0.0, -0.6142, 0.0003965, 0.0], 0.477, 0.477),
+                ],
+            ),
+        ],
+    ));
+    assert!((x[2] - 2.115).abs() < 1e-12 && x[3].abs() < 1e-15, "{x:?}");
+}
+
+/// A bound that is pressed through a coefficient of 1.9e-6 only: the level above it is worse by 1e-10 at the other one.
+#[test]
+fn a_bound_that_hardly_helps_is_on_the_right_side() {
+    let none = f64::INFINITY;
+    let x = solved(&problem(
+        4,
+        &[
+            (
+                true,
+                1.0,
+                &[(&[1.0, 0.0, 0.0, 0.0], -2.397, 2.397), (&[1.855e-6, -0.07663, -0.2356, -0.02136], 0.04983, none)],
+            ),
+            (
+                false,
+                2.482,
+                &[
+                    (&[0.0, 0.2569, 0.03091, -0.002965], 3.639, 3.639),
+                    (&[0.0, 0.3527, -0.02828, 0.00355], -2.607, -2.607),
+                    (&[0.0, 0.0, 0.3087, -0.03328], -0.7013, -0.7013),
+                ],
+            ),
+            (false, 1.0, &[(&[0.0, 0.0, 0.0, 1.0], -0.5387, -0.5387)]),
+        ],
+    ));
+    assert!((x[0] - 2.397).abs() < 1e-12, "{x:?}");
+}
