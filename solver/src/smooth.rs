@@ -77,6 +77,8 @@ struct Damped {
     problem: Problem,
     solution: Solution,
     solver: Box<dyn HierarchicalSolver + Send>,
+    /// What solves the levels below once this one is settled: with a solver of its own for each level, the last tick is a start.
+    below: Option<Box<dyn HierarchicalSolver + Send>>,
     /// D.
     damping: Vec<f64>,
     /// What of it has rows of its own.
@@ -174,7 +176,6 @@ pub struct Smooth {
     damped: Vec<Option<Damped>>,
     /// The problem with what damped levels reached in place of what they ask for.
     settled: Problem,
-    below: Box<dyn HierarchicalSolver + Send>,
     answer: Solution,
     /// Which part of the damping that rows above make is left at the next solve.
     fading: f64,
@@ -187,7 +188,9 @@ impl Smooth {
     pub fn new(problem: &Problem, backend: Backend) -> Self {
         let last_hard = problem.levels.iter().rposition(|l| l.hard);
         let may = |k: usize| problem.levels[k].rows() > 0 && last_hard.is_none_or(|h| k > h);
+        let below = |k: usize| problem.levels[k + 1..].iter().any(|l| l.rows() > 0).then(|| backend.solver(problem));
         let damped = |k: usize| {
+            let below = below(k);
             let mut shapes: Vec<LevelShape> = problem.levels[..=k].iter().map(Level::shape).collect();
             shapes.iter_mut().for_each(|s| s.damping = 0.0);
             shapes[k].rows += problem.n;
@@ -203,6 +206,7 @@ impl Smooth {
                 held: zeros(),
                 solution: Solution::new(&problem),
                 solver: backend.solver(&problem),
+                below,
                 problem,
                 used: false,
             }
@@ -210,7 +214,6 @@ impl Smooth {
         Smooth {
             exact: backend.solver(problem),
             damped: (0..problem.levels.len()).map(|k| may(k).then(|| damped(k))).collect(),
-            below: backend.solver(problem),
             answer: Solution::new(problem),
             settled: problem.clone(),
             fading: 0.0,
@@ -417,7 +420,7 @@ impl HierarchicalSolver for Smooth {
                 self.copy(problem);
                 self.used = true;
             }
-            let Smooth { damped, settled, below, answer, .. } = self;
+            let Smooth { damped, settled, answer, .. } = self;
             let undamped = if first { &*solution } else { &*answer };
             let Some(one) = damped[k].as_mut() else { return };
             if !one.solve(&problem.levels[k], settled) {
@@ -427,10 +430,8 @@ impl HierarchicalSolver for Smooth {
             one.settle(&problem.levels[k], &mut settled.levels[k], &undamped.levels[k].slack);
             // The room is for the levels below, not for the choice of the nearest point.
             settled.reference.copy_from_slice(&one.solution.x);
-            if problem.levels[k + 1..].iter().all(|l| l.rows() == 0) {
-                // Nothing is left to choose.
-                break;
-            }
+            // Without one nothing is left to choose.
+            let Some(below) = &mut one.below else { break };
             below.solve(settled, answer);
             if answer.status != Status::Optimal {
                 solution.status = answer.status;
