@@ -25,6 +25,8 @@ mod motion;
 mod semantics;
 #[path = "machine/sensors.rs"]
 mod sensors;
+#[path = "machine/slow_ticks.rs"]
+mod slow_ticks;
 #[path = "machine/told.rs"]
 mod told;
 #[path = "machine/variables.rs"]

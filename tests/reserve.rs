@@ -129,5 +129,5 @@ fn after_a_fault_speeds_are_those_of_a_robot_that_stands_and_ticks_that_compute_
     let summary = recorder.summary(&program, simulation.controller(), Vec::new());
     assert_eq!(summary.faults.len(), 1);
     assert_eq!(summary.tasks["speeds"].final_margin, Some(0.1));
-    assert_eq!((summary.tick_us.median, summary.tick_us.max), (1e6, 1e6));
+    assert_eq!((summary.tick_us.all.median, summary.tick_us.all.max), (1e6, 1e6));
 }

@@ -244,7 +244,7 @@ fn progress(ticks: usize) -> ProgressBar {
 fn show(program: &Program, (summary, good): (&Summary, bool), folder: &Path, took: Duration) {
     let order = report::task_order(program);
     let speed = summary.duration_s / took.as_secs_f64().max(1e-9);
-    let t = &summary.tick_us;
+    let t = &summary.tick_us.all;
     let verified = summary.verification.as_ref().map(table::verification).unwrap_or_default();
     let mark = match summary.ok {
         true => "held",

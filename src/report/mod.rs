@@ -51,7 +51,7 @@ pub fn data(program: &Program, spec: &str, (summary, good): (&Summary, bool), se
             "joint": name, "unit": j.unit, "acceleration": j.max_acceleration, "at": j.at_s, "reversals": j.reversals,
             "first_reversal": j.first_reversal_s, "jumps": j.jumps, "first_jump": j.first_jump_s,
         })).collect::<Vec<_>>(),
-        "tick_us": summary.tick_us,
+        "tick_us": summary.tick_us.all,
         "faults": summary.faults,
         "time": series.times,
         "plots": plots::all(program, series),

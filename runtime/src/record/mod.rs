@@ -7,6 +7,7 @@ pub mod joint_motion;
 pub mod roster;
 pub mod series;
 pub mod signals;
+pub mod slow_ticks;
 mod summarise;
 pub mod summary;
 pub mod verify;

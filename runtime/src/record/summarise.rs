@@ -6,7 +6,7 @@ use solver::{Active, LevelStatus};
 use stdlib_tasks::task::Nature;
 
 use super::summary::{
-    FaultRecord, LevelSummary, MARGIN_TOLERANCE, PartError, Percentiles, StateRecord, Summary, TaskSummary,
+    FaultRecord, LevelSummary, MARGIN_TOLERANCE, PartError, Percentiles, StateRecord, Summary, TaskSummary, TickTimes,
 };
 use crate::controller::{Controller, Stage};
 use crate::evaluator::Member;
@@ -17,6 +17,7 @@ use crate::record::csv;
 use crate::record::held_back::HeldBackRecorder;
 use crate::record::joint_motion::JointMotionRecorder;
 use crate::record::roster::{Roster, RosterLevel};
+use crate::record::slow_ticks::SlowTicksRecorder;
 use crate::simulate::{Recorder, Tick};
 
 #[derive(Clone, Copy)]
@@ -103,6 +104,7 @@ pub struct SummaryRecorder {
     elapsed_us: Vec<f32>,
     held_back: HeldBackRecorder,
     joints: JointMotionRecorder,
+    slow: SlowTicksRecorder,
 }
 
 impl SummaryRecorder {
@@ -138,6 +140,7 @@ impl SummaryRecorder {
             elapsed_us: Vec::with_capacity(ticks),
             held_back: HeldBackRecorder::new(controller),
             joints: JointMotionRecorder::new(controller),
+            slow: SlowTicksRecorder::new(controller),
         }
     }
 
@@ -219,7 +222,7 @@ impl SummaryRecorder {
             held_back: self.held_back.result(),
             joints: self.joints.result(),
             verification: None,
-            tick_us: Percentiles::of(&mut self.elapsed_us),
+            tick_us: TickTimes { all: Percentiles::of(&mut self.elapsed_us), slowest: self.slow.result() },
             hints,
             outputs,
         }
@@ -231,6 +234,7 @@ impl Recorder for SummaryRecorder {
         self.ticks += 1;
         self.held_back.tick(tick)?;
         self.joints.tick(tick)?;
+        self.slow.tick(tick)?;
         if !self.halted {
             self.elapsed_us.push((tick.elapsed * 1e6) as f32);
         }

@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::record::expectations::ExpectationRecord;
 use crate::record::held_back::HeldBack;
 use crate::record::joint_motion::JointMotion;
+use crate::record::slow_ticks::SlowTick;
 use crate::record::verify::Verification;
 
 pub use super::summarise::SummaryRecorder;
@@ -54,8 +55,8 @@ pub struct Summary {
     /// The second solver's opinion, if it was asked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<Verification>,
-    /// Time of the controller per tick, in microseconds; without the ticks after a fault, which compute nothing.
-    pub tick_us: Percentiles,
+    /// Time of the controller per tick; without the ticks after a fault, which compute nothing.
+    pub tick_us: TickTimes,
     /// What to do about limits that were passed by no more than sampling in time can lose.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub hints: Vec<String>,
@@ -165,6 +166,16 @@ pub struct LevelSummary {
     pub max_violation: f64,
     /// The fewest degrees of freedom that it left.
     pub min_freedom: usize,
+}
+
+/// How long ticks took, in microseconds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct TickTimes {
+    /// Of all ticks.
+    #[serde(flatten)]
+    pub all: Percentiles,
+    /// The slowest ticks, the slowest first, and what changed at them.
+    pub slowest: Vec<SlowTick>,
 }
 
 /// Percentiles of a sample.
