@@ -147,7 +147,11 @@ fn nearly_all_answers_are_proven_where_small_entries_stand_beside_large_ones() {
     );
 }
 
-fn problem(n: usize, levels: &[(bool, f64, &[(&[f64], f64, f64)])]) -> Problem {
+/// Coefficients and both bounds.
+type Row<'r> = (&'r [f64], f64, f64);
+
+/// A problem of levels: hard or not, the weight of all rows, the rows.
+fn problem(n: usize, levels: &[(bool, f64, &[Row])]) -> Problem {
     let shapes: Vec<LevelShape> =
         levels.iter().map(|(hard, _, rows)| LevelShape { rows: rows.len(), hard: *hard, damping: 0.0 }).collect();
     let mut problem = Problem::new(n, &shapes);

@@ -3,10 +3,10 @@
 //! With the matrices of this tick, the working set, the point and the multipliers of the last tick are the optimum of a
 //! problem that differs from this one in numbers alone: bounds that lie where the rows are, targets and forces that balance the
 //! multipliers. While these numbers move to those of this tick, the point and all multipliers move linearly from what they were
-//! to what the working set gives at its end ([`Relaxed::complete`]). The first multiplier that reaches zero on the way leaves the working
-//! set, the first row that reaches its bound enters it, and from there they move on to the new end. So rows are changed about as
-//! often as they change between the two ticks, however far the end of the first working set was off: the idea of qpOASES
-//! (Ferreau, Bock and Diehl 2008), here over all levels at once.
+//! to what the working set gives for this tick (`Relaxed::complete`). The first multiplier that reaches zero on the way leaves
+//! the working set, the first row that reaches its bound enters it, and from there they move on to what the new working set
+//! gives. So rows are changed about as often as they change between the two ticks, however far off the first end was: the idea
+//! of qpOASES (Ferreau, Bock and Diehl 2008), here over all levels at once.
 //!
 //! A row that depends on the rows held at a stage sends one of them away or rises with them, as in [`super::search`]; at the
 //! moment when it enters its force is zero. What is left at the end, rows whose multiplier is zero, is settled by the dual method,

@@ -103,8 +103,8 @@ impl Group {
     }
 
     /// Moves the frame's point to the minimisers and extends the frame by the directions that
-    /// they fix. `norms` are those of the level's rows, and the largest of them. Writes half the gradient of the cost into `gradient` and returns true if it is
-    /// not zero; sets the multipliers of `own`.
+    /// they fix. `norms` are those of the level's rows, and the largest of them. Writes half the gradient of the cost into
+    /// `gradient` and returns true if it is not zero; sets the multipliers of `own`.
     pub(crate) fn minimise(
         &mut self,
         level: &Level,
@@ -143,8 +143,7 @@ impl Group {
                 self.slight += self.size[m] * (SLIGHT * residual + 0.01 * self.quiet[m]);
             }
             self.blur(unsure);
-        }
-        if !left_over {
+        } else {
             self.blur[..p].fill(0.0);
         }
         for (entry, m) in own.iter_mut().zip(equal.len()..) {
