@@ -9,7 +9,7 @@
 
 use crate::dense::{Matrix, axpy, dot, norm};
 use crate::nnls::nnls;
-use crate::problem::{Problem, nothing};
+use crate::problem::{Level, Problem, nothing};
 
 /// Distances up to this, in units of x (row scaled to norm one), are read as "at the bound".
 const AT_BOUND: f64 = 1e-8;
@@ -62,7 +62,7 @@ pub fn certificate(problem: &Problem, x: &[f64]) -> f64 {
         }
         for i in 0..level.rows() {
             if norm(level.row(i)) > nothing && (level.weight[i] > 0.0 || level.hard) {
-                forbidden.add(level.row(i), level.slack(i, x), (level.lower[i], level.upper[i]), x);
+                forbidden.add(level, i, x);
             }
         }
     }
@@ -120,8 +120,9 @@ impl Forbidden {
         }
     }
 
-    /// Adds what a row forbids.
-    fn add(&mut self, row: &[f64], slack: f64, (lower, upper): (f64, f64), x: &[f64]) {
+    /// Adds the directions that row `i` of a level forbids at `x`. The row is not zero.
+    fn add(&mut self, level: &Level, i: usize, x: &[f64]) {
+        let (row, slack, lower, upper) = (level.row(i), level.slack(i, x), level.lower[i], level.upper[i]);
         let size = norm(row);
         let unit: Vec<f64> = row.iter().map(|a| a / size).collect();
         let value = dot(row, x);

@@ -16,7 +16,7 @@ const NAMED: usize = 12;
 /// A slow tick.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SlowTick {
-    /// How long the controller took, in microseconds.
+    /// Time of the controller, in microseconds.
     pub us: f64,
     /// When, in s.
     pub at_s: f64,
@@ -26,7 +26,7 @@ pub struct SlowTick {
     /// The first tick of its stack since another one ran: nothing is known of the tick before.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub first: bool,
-    /// How many rows changed between free, a bound and violated since the tick before.
+    /// Number of rows that changed between free, a bound and violated since the tick before.
     pub changed: usize,
     /// Some of them, as `TASK ROW`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -55,7 +55,7 @@ impl SlowTicksRecorder {
         self.slowest.clone()
     }
 
-    /// How many rows stand otherwise than at the tick before, and the names of some.
+    /// Number of rows that stand otherwise than at the tick before, and the names of some.
     fn changed(&self, tick: &Tick) -> (usize, Vec<String>) {
         let members = tick.controller.stages()[tick.stage].evaluator().members();
         let (mut changed, mut rows) = (0, Vec::new());

@@ -168,7 +168,7 @@ pub struct LevelSummary {
     pub min_freedom: usize,
 }
 
-/// How long ticks took, in microseconds.
+/// Times of the ticks, in microseconds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct TickTimes {
     /// Of all ticks.

@@ -27,13 +27,13 @@ const FAR: usize = 4;
 const TRIAL: f64 = 9.0;
 const WHOLE: f64 = 40.0;
 
-/// How often a row may enter on the way: more is a circle.
+/// The most entries of one row on the way: more are a circle.
 const ENTRIES: u8 = 3;
 
 /// Two events this close on what is left of the line happen at once.
 const AT_ONCE: f64 = 1e-12;
 
-/// What comes next on the line.
+/// The next change of the working set on the line.
 enum Event {
     /// A multiplier reaches zero: stage, whether the row is a violated one of its level, place in the list.
     Leaves(usize, bool, usize),

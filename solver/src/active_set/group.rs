@@ -16,7 +16,7 @@
 
 use super::frame::{DEPENDENT, Frame, is_dependent};
 use super::kernels::{LANES, axpy, dot, norm, scaled};
-use super::rows::weight;
+use super::rows::{Norms, weight};
 use super::stages::Entry;
 use crate::problem::Level;
 
@@ -103,12 +103,12 @@ impl Group {
     }
 
     /// Moves the frame's point to the minimisers and extends the frame by the directions that
-    /// they fix. `norms` are those of the level's rows, and the largest of them. Writes half the gradient of the cost into
-    /// `gradient` and returns true if it is not zero; sets the multipliers of `own`.
+    /// they fix. Writes half the gradient of the cost into `gradient` and returns true if it is
+    /// not zero; sets the multipliers of `own`.
     pub(crate) fn minimise(
         &mut self,
         level: &Level,
-        norms: (&[f64], f64),
+        norms: Norms,
         equal: &[usize],
         own: &mut [Entry],
         frame: &mut Frame,
@@ -156,14 +156,7 @@ impl Group {
 
     /// Collects the weighted rows, their residuals at the point, and what the frame leaves of
     /// them.
-    fn gather(
-        &mut self,
-        level: &Level,
-        (norms, largest): (&[f64], f64),
-        equal: &[usize],
-        own: &[Entry],
-        frame: &mut Frame,
-    ) {
+    fn gather(&mut self, level: &Level, norms: Norms, equal: &[usize], own: &[Entry], frame: &mut Frame) {
         let s = self.stride;
         self.member.clear();
         let members = equal.iter().map(|i| (*i, level.lower[*i]));
@@ -174,7 +167,7 @@ impl Group {
             let root = if w == 1.0 { 1.0 } else { w.sqrt() };
             let row = &mut self.rows[m * s..(m + 1) * s];
             scaled(root, &level.padded()[i * s..(i + 1) * s], row);
-            self.size[m] = root * norms[i];
+            self.size[m] = root * norms.each[i];
             self.root[m] = root;
             self.target[m] = root * bound - dot(row, &frame.x);
             self.quiet[m] = CONSISTENT * (self.size[m] + (root * bound).abs());
@@ -198,7 +191,7 @@ impl Group {
             let size = self.size[m];
             let row = &mut self.rows[m * s..(m + 1) * s];
             let (left, error) =
-                if frame.is_full() { (0.0, 0.0) } else { frame.project(row, size, self.root[m] * largest) };
+                if frame.is_full() { (0.0, 0.0) } else { frame.project(row, size, self.root[m] * norms.largest) };
             self.error[m] = error;
             self.left[m] = left * left;
             self.sure[m] = self.left[m];

@@ -186,10 +186,9 @@ impl Relaxed {
             }
             let l = self.stage;
             let span = l * self.stride..(l + 1) * self.stride;
-            let norms = (&self.rows.norm[self.rows.first[l]..], self.rows.largest[l]);
             self.presses[l] = self.group.minimise(
                 &problem.levels[l],
-                norms,
+                self.rows.norms(l),
                 &self.stages.equal[l],
                 &mut self.stages.own[l],
                 &mut self.frame,

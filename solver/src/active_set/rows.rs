@@ -5,6 +5,15 @@ use crate::problem::{Level, Problem, ProblemError, check, nothing};
 use crate::space::{FEASIBLE, Kind};
 use crate::structure::{Structure, usable};
 
+/// The norms of a level's rows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Norms<'r> {
+    /// Of each row; 1 for a zero row.
+    pub(crate) each: &'r [f64],
+    /// The largest of them.
+    pub(crate) largest: f64,
+}
+
 #[derive(Clone, Debug)]
 pub(crate) struct Rows {
     /// Where each level's rows begin in the vectors below; one more at the end.
@@ -135,6 +144,12 @@ impl Rows {
         let span = l * self.stride..(l + 1) * self.stride;
         let bounds = self.low[span.clone()].iter().zip(&self.high[span]);
         x.iter().zip(bounds).fold(true, |all, (x, (low, high))| all & (low <= x) & (x <= high))
+    }
+
+    /// The norms of level `l`.
+    #[inline(always)]
+    pub(crate) fn norms(&self, l: usize) -> Norms<'_> {
+        Norms { each: &self.norm[self.first[l]..self.first[l + 1]], largest: self.largest[l] }
     }
 
     /// Index of row `i` of level `l` in the vectors.
