@@ -12,6 +12,7 @@ use stdlib_tasks::task::Nature;
 use super::{Binder, Owner};
 use crate::constants::{fits, joint_dimension, joint_items, merge_bare};
 use crate::expr::Kind;
+use crate::fitting::wrong_dimension;
 use crate::forms::{block_of, names_of_key};
 use crate::robot_binding::joints;
 use crate::units;
@@ -79,6 +80,11 @@ impl Binder<'_> {
         if typed.kind != Kind::Scalar
             || fits(self.graph, &typed, wanted, "").is_some_and(|d| d.severity == dsl::Severity::Error)
         {
+            let joints = if units.contains(&revolute) { Some(revolute) } else { units.first().copied() };
+            if let Some(unit) = joints.filter(|_| typed.kind == Kind::Scalar) {
+                self.diagnostics.push(wrong_dimension(&typed, unit, &format!("`{}`", info.name)));
+                return None;
+            }
             return self.wrong(value, info, "`{ joint value .. }`, or one number in the joints' unit");
         }
         let meant: Vec<usize> = (0..model.nv()).filter(|&d| placed(d) && own(d) && dimension(d) == wanted).collect();
