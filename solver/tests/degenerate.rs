@@ -7,7 +7,7 @@
 mod common;
 
 use common::{Dice, Taste, hierarchy};
-use hierarq_solver::{ActiveSet, HierarchicalSolver, LevelShape, Problem, Solution, Status, certificate};
+use hierarq_solver::{ActiveSet, HierarchicalSolver, Level, LevelShape, Problem, Solution, Status, certificate};
 
 /// An answer is proven up to this, and to the rounding of the largest row's value.
 const PROVEN: f64 = 1e-7;
@@ -20,6 +20,24 @@ enum Family {
     Rounding,
     /// The same, and always entries of 1e-6 of what they were.
     Small,
+}
+
+/// How far the numbers of a problem are from those of the first of its shape.
+fn moved_by(seed: u64) -> f64 {
+    if seed.is_multiple_of(10) { 0.0 } else { 1e-3 }
+}
+
+/// Makes most rows of a level wishes for one variable each, which stay what they are.
+fn with_posture(level: &mut Level, dice: &mut Dice, by: f64) {
+    for i in 0..level.rows().min(level.columns()) {
+        let (coefficient, wish) = ([1.0, 1.0, -2.0, 0.5][dice.below(4)], dice.unit());
+        if dice.chance(0.9) {
+            let mut row = vec![0.0; level.columns()];
+            row[i] = coefficient;
+            level.set(i, &row, wish + by, wish + by);
+        }
+    }
+    level.fix(0..level.rows());
 }
 
 /// A degenerate problem; two seeds that differ in the last decimal alone give problems of one shape.
@@ -53,7 +71,7 @@ fn degenerate(family: Family, seed: u64) -> Problem {
                 }
             }
             // Ticks of one loop differ a little.
-            let moved = if seed.is_multiple_of(10) { 0.0 } else { 1e-3 };
+            let moved = moved_by(seed);
             if !taste.ties && !tiny {
                 row.iter_mut().filter(|a| **a != 0.0).for_each(|a| *a *= 1.0 + moved * own.unit());
             }
@@ -67,6 +85,10 @@ fn degenerate(family: Family, seed: u64) -> Problem {
         if damped && !level.hard && dice.chance(0.3) {
             level.damping = 10_f64.powf(2.0 * dice.unit() - 2.0);
         }
+    }
+    if dice.chance(0.25) {
+        let level = dice.below(problem.levels.len());
+        with_posture(&mut problem.levels[level], &mut dice, moved_by(seed) * own.unit());
     }
     if dice.chance(0.3) {
         problem.reference = (0..n).map(|_| dice.unit()).collect();

@@ -3,7 +3,9 @@
 mod common;
 
 use common::{Dice, Taste, hierarchy, size};
-use hierarq_solver::{ActiveSet, HierarchicalSolver, LevelShape, Problem, Solution, Status, Structure};
+use hierarq_solver::{
+    ActiveSet, HierarchicalSolver, Level, LevelShape, Problem, Solution, Status, Structure, certificate,
+};
 use proptest::prelude::*;
 
 const TASTE: Taste = Taste {
@@ -69,6 +71,52 @@ proptest! {
             for (p, q) in a.levels.iter().zip(&b.levels) {
                 prop_assert!((p.violation - q.violation).abs() < 1e-9 * size(&a.x));
                 prop_assert_eq!(&p.active, &q.active);
+            }
+            let state = dice.0;
+            drift(&mut open, &mut dice);
+            dice.0 = state;
+            drift(&mut fixed, &mut dice);
+        }
+    }
+
+    /// Wishes for most variables, of weights that differ by orders, with other rows above, beside and below: a level that
+    /// settles the point is solved in a way of its own, and to the same answer.
+    #[test]
+    fn a_posture_gives_the_same_answer(seed: u64) {
+        let mut dice = Dice(seed);
+        let mut open = hierarchy(&mut dice, TASTE);
+        let (n, l) = (open.n, dice.below(open.levels.len()));
+        let beside = dice.below(3);
+        let decades = [0.0, 1.0, 3.0][dice.below(3)];
+        let mut level = Level::new(n, LevelShape { rows: n + beside, hard: false, damping: 0.0 });
+        for i in 0..n + beside {
+            let mut row: Vec<f64> = (0..n).map(|j| if i < n { f64::from(u8::from(i == j)) } else { dice.unit() }).collect();
+            if i < n && dice.chance(0.1) {
+                row[i] = 0.0;
+            }
+            let wish = dice.unit();
+            level.set(i, &row, wish, wish);
+            level.weight[i] = 10_f64.powf(decades * dice.unit());
+        }
+        open.levels[l] = level;
+        let mut fixed = open.clone();
+        fixed.levels[l].fix(0..n);
+        let mut solvers = [ActiveSet::new(&open), ActiveSet::new(&fixed)];
+        let mut solutions = [Solution::new(&open), Solution::new(&fixed)];
+        for _ in 0..5 {
+            solvers[0].solve(&open, &mut solutions[0]);
+            solvers[1].solve(&fixed, &mut solutions[1]);
+            let [a, b] = &solutions;
+            prop_assert_eq!(a.status, Status::Optimal);
+            prop_assert_eq!(b.status, Status::Optimal);
+            prop_assert!(certificate(&fixed, &b.x) < 1e-8, "{}", certificate(&fixed, &b.x));
+            for (x, y) in a.x.iter().zip(&b.x) {
+                prop_assert!((x - y).abs() < 1e-9 * size(&a.x), "{} {}", x, y);
+            }
+            for (p, q) in a.levels.iter().zip(&b.levels) {
+                prop_assert!((p.violation - q.violation).abs() < 1e-9 * size(&a.x));
+                prop_assert_eq!(&p.active, &q.active);
+                prop_assert_eq!(p.freedom, q.freedom);
             }
             let state = dice.0;
             drift(&mut open, &mut dice);

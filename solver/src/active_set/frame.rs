@@ -15,7 +15,7 @@ const SMALL: f64 = 0.1;
 
 /// Rounding of a row, as a part of the largest row of its level: rows of one level are differences of numbers of one size, so
 /// that a small one is known no better than a large one.
-const ROUNDING: f64 = 2e-16;
+const ROUNDING: f64 = 1e-15;
 
 /// What is left of a row is rounding up to so many times the error that it is known to have.
 const SURE: f64 = 10.0;
@@ -31,7 +31,9 @@ pub(crate) struct Frame {
     n: usize,
     stride: usize,
     len: usize,
-    /// `len` orthonormal rows.
+    /// So many of them are there; fewer than `len`, `n`, where nothing is left and no direction was asked for.
+    real: usize,
+    /// Orthonormal rows.
     q: Vec<f64>,
     /// How far the point has moved along each of them.
     step: Vec<f64>,
@@ -52,6 +54,7 @@ impl Frame {
             n,
             stride,
             len: 0,
+            real: 0,
             q: vec![0.0; n * stride],
             step: vec![0.0; n],
             x: vec![0.0; stride],
@@ -78,6 +81,7 @@ impl Frame {
     #[inline(always)]
     pub(crate) fn cut(&mut self, len: usize, from: usize, start: &[f64]) {
         self.len = len;
+        self.real = self.real.min(len);
         self.x.copy_from_slice(start);
         combine(&self.step[from..len], &self.q[from * self.stride..len * self.stride], &mut self.x);
     }
@@ -86,6 +90,9 @@ impl Frame {
     /// norm of what is left, 0 where that is nothing but rounding, and its error. The coefficients stay in `coefficient`.
     #[inline(always)]
     pub(crate) fn project(&mut self, v: &mut [f64], size: f64, largest: f64) -> (f64, f64) {
+        if self.real < self.len {
+            return (0.0, 0.0);
+        }
         let frame = &self.q[..self.len * self.stride];
         for (c, q) in self.coefficient.iter_mut().zip(frame.chunks_exact(self.stride.max(1))) {
             *c = -dot(q, v);
@@ -132,6 +139,14 @@ impl Frame {
         axpy(step, q, &mut self.x);
         self.step[k] = step;
         self.len += 1;
+        self.real += 1;
+    }
+
+    /// Moves the point by `step`, after which nothing is left to choose. The directions that are missing are none: what comes
+    /// after has no use for them.
+    pub(crate) fn close(&mut self, step: &[f64]) {
+        axpy(1.0, step, &mut self.x);
+        self.len = self.n;
     }
 
     /// Turns rows `k` and `k + 1` in their plane, by a cosine and a sine, with the point where it is.
@@ -150,6 +165,7 @@ impl Frame {
     #[inline(always)]
     pub(crate) fn pop(&mut self) {
         self.len -= 1;
+        self.real = self.len;
         let k = self.len;
         self.lost = self.lost.max(self.step[k].abs());
         axpy(-self.step[k], &self.q[k * self.stride..(k + 1) * self.stride], &mut self.x);

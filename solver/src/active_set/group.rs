@@ -14,11 +14,13 @@
 //! a system as small as the number of dependent rows, well conditioned because the elimination
 //! with the largest row first keeps `G` small.
 
+use super::closed::{Closed, Member};
 use super::frame::{DEPENDENT, Frame, is_dependent};
 use super::kernels::{LANES, axpy, dot, norm, scaled};
 use super::rows::{Norms, weight};
 use super::stages::Entry;
 use crate::problem::Level;
+use crate::structure::Structure;
 
 /// A residual below this, relative to the size of the row, the bound and the point, is none.
 const CONSISTENT: f64 = 1e-12;
@@ -62,6 +64,9 @@ pub(crate) struct Group {
     /// Of what is left of the rows, the error by rounding; and what it does to the residuals, see [`Group::blur`].
     error: Vec<f64>,
     blur: Vec<f64>,
+    closed: Closed,
+    /// All directions of the next level are worked out, as [`Group::moves`] wants them.
+    pub(crate) thorough: bool,
     /// How far a direction moves each member.
     moved: Vec<f64>,
     /// How many directions the level added to the frame.
@@ -95,6 +100,8 @@ impl Group {
             u: vec![0.0; most.max(n)],
             error: vec![0.0; most],
             blur: vec![0.0; most],
+            closed: Closed::new(n),
+            thorough: false,
             moved: vec![0.0; most],
             rank: 0,
             noise: 0.0,
@@ -114,26 +121,33 @@ impl Group {
         frame: &mut Frame,
         gradient: &mut [f64],
     ) -> bool {
-        self.gather(level, norms, equal, own, frame);
+        self.collect(level, norms, equal, own, frame);
         let p = self.member.len();
         if p == 0 {
             return false;
         }
-        let base = frame.len();
-        self.eliminate(frame);
-        let rank = frame.len() - base;
-        let far = norm(&frame.x);
+        let closed = !self.thorough && own.is_empty() && self.close(level, frame);
         let mut left_over = false;
-        for m in 0..p {
-            self.quiet[m] += CONSISTENT * self.size[m] * far;
-        }
-        for &i in &self.order[rank..] {
-            left_over |= self.target[i].abs() > self.quiet[i];
+        if !closed {
+            self.gather(norms, frame);
+            let base = frame.len();
+            self.eliminate(frame);
+            self.rank = frame.len() - base;
+            self.quieten(frame);
+            for &i in &self.order[self.rank..] {
+                left_over |= self.target[i].abs() > self.quiet[i];
+            }
+            if left_over {
+                self.compromise(frame, base, self.rank);
+            }
+        } else {
+            self.quieten(frame);
+            for (residual, quiet) in self.residual[..p].iter().zip(&self.quiet) {
+                left_over |= residual.abs() > *quiet;
+            }
         }
         if left_over {
-            self.compromise(frame, base, rank);
             self.differentiate(level, gradient);
-            self.rank = rank;
             let mut unsure = 0.0;
             (self.noise, self.slight) = (0.0, 0.0);
             for m in 0..p {
@@ -142,7 +156,9 @@ impl Group {
                 self.noise += self.size[m] * (NOISE * residual + 0.01 * self.quiet[m]);
                 self.slight += self.size[m] * (SLIGHT * residual + 0.01 * self.quiet[m]);
             }
-            self.blur(unsure);
+            if !closed {
+                self.blur(unsure);
+            }
         } else {
             self.blur[..p].fill(0.0);
         }
@@ -154,9 +170,42 @@ impl Group {
         left_over
     }
 
-    /// Collects the weighted rows, their residuals at the point, and what the frame leaves of
-    /// them.
-    fn gather(&mut self, level: &Level, norms: Norms, equal: &[usize], own: &[Entry], frame: &mut Frame) {
+    /// Adds to what a residual may be by rounding what the point makes of it.
+    fn quieten(&mut self, frame: &Frame) {
+        let far = norm(&frame.x);
+        for (quiet, size) in self.quiet.iter_mut().zip(&self.size).take(self.member.len()) {
+            *quiet += CONSISTENT * size * far;
+        }
+    }
+
+    /// Minimises a level that leaves nothing to choose without working out its directions; false if it is of another kind.
+    fn close(&mut self, level: &Level, frame: &mut Frame) -> bool {
+        let Group { rows, target, member: names, residual, closed, stride, .. } = self;
+        let member = |(m, &i): (usize, &usize)| Member {
+            row: &rows[m * *stride..(m + 1) * *stride],
+            target: target[m],
+            column: match i.checked_sub(level.rows()) {
+                Some(column) => Some(column),
+                None => match level.structure()[i] {
+                    Structure::Bound { column, .. } => Some(column),
+                    _ => None,
+                },
+            },
+        };
+        let members = names.iter().enumerate().map(member);
+        if !closed.minimise(members.clone(), frame) {
+            return false;
+        }
+        for (member, residual) in members.zip(residual) {
+            let moved = member.column.map_or_else(|| dot(member.row, &closed.step), |j| member.row[j] * closed.step[j]);
+            *residual = member.target - moved;
+        }
+        frame.close(&closed.step);
+        true
+    }
+
+    /// Collects the weighted rows and their residuals at the point.
+    fn collect(&mut self, level: &Level, norms: Norms, equal: &[usize], own: &[Entry], frame: &Frame) {
         let s = self.stride;
         self.member.clear();
         let members = equal.iter().map(|i| (*i, level.lower[*i]));
@@ -187,6 +236,11 @@ impl Group {
                 self.member.push(level.rows() + i);
             }
         }
+    }
+
+    /// Takes out of the rows what the frame has of them.
+    fn gather(&mut self, norms: Norms, frame: &mut Frame) {
+        let s = self.stride;
         for m in 0..self.member.len() {
             let size = self.size[m];
             let row = &mut self.rows[m * s..(m + 1) * s];

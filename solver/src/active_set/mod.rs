@@ -2,7 +2,7 @@
 //!
 //! At a tick it reads the rows once (`rows`), takes the working set of the last tick (`stages`),
 //! and fixes its rows one after the other in an orthonormal frame, level by level (`frame`,
-//! `group`, `relaxed`). Multipliers tell which rows must leave, residuals which must enter
+//! `group`, `closed`, `relaxed`). Multipliers tell which rows must leave, residuals which must enter
 //! (`search`). When nothing is to change, which is most of the time, that is one factorisation
 //! and one look at every row. Otherwise the optimum of the last tick is followed to that of this
 //! one (`follow`).
@@ -37,6 +37,7 @@
 //!   changes end the attempt; three more orders of adding rows follow. Each attempt has a bound
 //!   on its changes, so each solve ends. [`Effort`] counts what it took.
 
+mod closed;
 mod follow;
 mod frame;
 mod group;

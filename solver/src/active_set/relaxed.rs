@@ -185,18 +185,14 @@ impl Relaxed {
                 return;
             }
             let l = self.stage;
-            let span = l * self.stride..(l + 1) * self.stride;
-            self.presses[l] = self.group.minimise(
-                &problem.levels[l],
-                self.rows.norms(l),
-                &self.stages.equal[l],
-                &mut self.stages.own[l],
-                &mut self.frame,
-                &mut self.gradient[span],
-            );
-            self.noise[l] = self.group.noise;
-            self.balance(l);
-            if self.presses[l] {
+            self.minimise(problem, l);
+            if self.presses[l] && self.is_close(l) {
+                let from = self.mark[l];
+                let start = &self.start[l * self.stride..(l + 1) * self.stride];
+                self.frame.cut(from + self.pushed, from, start);
+                self.group.thorough = true;
+                self.minimise(problem, l);
+                self.group.thorough = false;
                 self.weigh(problem, l);
             }
             self.stage = l + 1;
@@ -204,6 +200,30 @@ impl Relaxed {
             self.mark[self.stage] = self.frame.len();
             self.start[self.stage * self.stride..(self.stage + 1) * self.stride].copy_from_slice(&self.frame.x);
         }
+    }
+
+    /// Minimises level `l` within the frame, see [`Group::minimise`], and gives the rows held against it their trial multipliers.
+    fn minimise(&mut self, problem: &Problem, l: usize) {
+        let span = l * self.stride..(l + 1) * self.stride;
+        self.presses[l] = self.group.minimise(
+            &problem.levels[l],
+            self.rows.norms(l),
+            &self.stages.equal[l],
+            &mut self.stages.own[l],
+            &mut self.frame,
+            &mut self.gradient[span],
+        );
+        self.noise[l] = self.group.noise;
+        self.balance(l);
+    }
+
+    /// Whether a row that is held against level `l` has so small a multiplier that it has to be looked at closer, see `weigh`.
+    fn is_close(&self, l: usize) -> bool {
+        let (n, from) = (self.n, self.mark[l]);
+        self.stages.held[l].iter().enumerate().any(|(j, e)| {
+            let diagonal = self.lower[(from + j) * n + from + j];
+            e.trial.abs() > e.noise && e.trial.abs() <= self.group.slight / diagonal
+        })
     }
 
     /// The trial multipliers of the rows held against stage `s`, from its gradient.
