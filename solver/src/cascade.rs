@@ -165,7 +165,7 @@ impl HierarchicalSolver for ClarabelCascade {
         "clarabel-cascade"
     }
 
-    fn solve(&mut self, problem: &Problem, solution: &mut Solution) {
+    fn solve_first(&mut self, problem: &Problem, levels: usize, solution: &mut Solution) {
         solution.reset(problem);
         self.statistics.solves += 1;
         if let Err(error) = check(problem) {
@@ -177,7 +177,7 @@ impl HierarchicalSolver for ClarabelCascade {
         let norms = problem.levels.iter().flat_map(|level| (0..level.rows()).map(|i| norm(level.row(i))));
         let zero = nothing(norms.fold(0.0, f64::max));
         let mut done = 0;
-        for (l, level) in problem.levels.iter().enumerate() {
+        for (l, level) in problem.levels[..levels].iter().enumerate() {
             let unit = UnitLevel::new(level, zero);
             let before = level.hard.then(|| walk.clone());
             if !self.descend(&mut walk, problem, l, &unit) {
@@ -200,7 +200,7 @@ impl HierarchicalSolver for ClarabelCascade {
             solution.status = Status::Failed { level: done };
             return;
         }
-        if done == problem.levels.len() {
+        if done == levels {
             solution.status = Status::Optimal;
         }
         solution.x.copy_from_slice(&walk.space.x0);

@@ -40,6 +40,8 @@ use crate::backend::Backend;
 use crate::problem::{Level, LevelShape, Problem};
 use crate::solution::{Active, HierarchicalSolver, LevelStatus, Solution, Status};
 use crate::structure::Structure;
+use std::ops::Range;
+use std::time::Instant;
 
 /// How far levels below may move a row of weight one of a damped level, in the unit of the row (0.02 mm/s, 0.02 mrad/s).
 pub const SLACK: f64 = 2e-5;
@@ -76,8 +78,10 @@ struct Damped {
     /// The levels down to this one; behind its rows one for each variable.
     problem: Problem,
     solution: Solution,
+    /// What solves it, what solves the level without damping and without those below, and what solves those below once it is
+    /// settled. Each has its own, so that the last tick is a start.
     solver: Box<dyn HierarchicalSolver + Send>,
-    /// What solves the levels below once this one is settled: with a solver of its own for each level, the last tick is a start.
+    alone: Box<dyn HierarchicalSolver + Send>,
     below: Option<Box<dyn HierarchicalSolver + Send>>,
     /// D.
     damping: Vec<f64>,
@@ -89,8 +93,11 @@ struct Damped {
     /// What its Lagrangian consists of.
     forces: Vec<Force>,
     ties: Ties,
-    /// It was damped at the last solve.
+    /// It was damped at the last solve; at the one before.
     used: bool,
+    likely: bool,
+    /// Freedom left after it without damping.
+    freedom: usize,
 }
 
 /// The rows above a level that may only have one value: what they bear of its forces.
@@ -193,8 +200,16 @@ impl Smooth {
             let below = below(k);
             let mut shapes: Vec<LevelShape> = problem.levels[..=k].iter().map(Level::shape).collect();
             shapes.iter_mut().for_each(|s| s.damping = 0.0);
+            let own = shapes[k].rows;
             shapes[k].rows += problem.n;
-            let problem = Problem::new(problem.n, &shapes);
+            let alone = backend.solver(problem);
+            let mut problem = Problem::new(problem.n, &shapes);
+            for j in 0..problem.n {
+                let level = &mut problem.levels[k];
+                level.row_mut(own + j)[j] = 1.0;
+                (level.lower[own + j], level.upper[own + j]) = (0.0, 0.0);
+            }
+            problem.levels[k].fix(own..own + problem.n);
             let zeros = || vec![0.0; problem.n];
             let above = problem.levels[..k].iter().map(Level::rows).sum();
             Damped {
@@ -206,9 +221,12 @@ impl Smooth {
                 held: zeros(),
                 solution: Solution::new(&problem),
                 solver: backend.solver(&problem),
+                alone,
                 below,
                 problem,
                 used: false,
+                likely: false,
+                freedom: 0,
             }
         };
         Smooth {
@@ -268,8 +286,8 @@ impl Smooth {
         }
     }
 
-    /// The first level from `from` on that is to be damped, by an answer without its damping.
-    fn next(&self, problem: &Problem, from: usize, answer: &Solution) -> Option<usize> {
+    /// The first of these levels that is to be damped, by an answer without its damping.
+    fn next(&self, problem: &Problem, levels: Range<usize>, answer: &Solution) -> Option<usize> {
         let wants = |&k: &usize| {
             let curved = |k: usize| problem.levels[k].is_curved();
             let held = || problem.levels[..k].iter().any(Level::is_curved);
@@ -278,7 +296,25 @@ impl Smooth {
                 && answer.levels[k].active.iter().enumerate().any(missed);
             self.damped[k].is_some() && (problem.levels[k].damping > 0.0 || (unmet && (curved(k) || held())))
         };
-        (from..problem.levels.len()).find(wants)
+        levels.clone().find(wants)
+    }
+
+    /// Solves what is settled down to the next level that was damped at the last solve: if it is again, those below would be
+    /// solved in vain. `last` is the level that was settled last. Returns how many levels have an answer.
+    fn undamped(&mut self, problem: &Problem, last: Option<usize>, levels: usize, solution: &mut Solution) -> usize {
+        let from = last.map_or(0, |k| k + 1);
+        let likely = |k: &usize| k + 1 < levels && self.damped[*k].as_ref().is_some_and(|d| d.likely);
+        let likely = (from..levels).find(likely);
+        let copied = self.used || problem.levels.iter().any(|l| l.damping > 0.0);
+        let Smooth { exact, damped, settled, answer, used, .. } = self;
+        let solver = match likely {
+            Some(k) => damped[k].as_mut().map(|d| &mut d.alone),
+            None => last.and_then(|k| damped[k].as_mut()).and_then(|d| d.below.as_mut()),
+        };
+        let covered = likely.map_or(levels, |k| k + 1);
+        let answer = if *used { answer } else { solution };
+        solver.unwrap_or(exact).solve_first(if copied { settled } else { problem }, covered, answer);
+        covered
     }
 }
 
@@ -294,9 +330,9 @@ impl Damped {
         self.damping.iter().any(|d| *d > 0.0)
     }
 
-    /// Solves level `k` with its damping, after the levels above as they are settled. False if there is no answer.
-    fn solve(&mut self, asked: &Level, settled: &Problem) -> bool {
-        let Some((level, above)) = self.problem.levels.split_last_mut() else { return false };
+    /// Solves level `k` with its damping, after the levels above as they are settled.
+    fn solve(&mut self, asked: &Level, settled: &Problem) -> Status {
+        let Some((level, above)) = self.problem.levels.split_last_mut() else { return Status::Failed { level: 0 } };
         for (to, from) in above.iter_mut().zip(&settled.levels) {
             to.copy_from(from);
         }
@@ -314,18 +350,11 @@ impl Damped {
                 self.rest[column] = 0.0;
             }
         }
-        for (j, &damping) in self.rest.iter().enumerate() {
-            let i = asked.rows() + j;
-            level.leave_out(i);
-            if damping > 0.0 {
-                level.row_mut(i)[j] = damping.sqrt();
-                (level.lower[i], level.upper[i]) = (0.0, 0.0);
-            }
-        }
+        level.weight[asked.rows()..].copy_from_slice(&self.rest);
         self.problem.reference.copy_from_slice(&settled.reference);
         self.solver.solve(&self.problem, &mut self.solution);
         self.used = true;
-        self.solution.status == Status::Optimal
+        self.solution.status
     }
 
     /// D, the bound of the second derivatives of the Lagrangian of level `k` at an answer.
@@ -396,22 +425,47 @@ impl HierarchicalSolver for Smooth {
         self.exact.name()
     }
 
-    fn solve(&mut self, problem: &Problem, solution: &mut Solution) {
+    fn set_deadline(&mut self, until: Option<Instant>) {
+        self.exact.set_deadline(until);
+        for one in self.damped.iter_mut().flatten() {
+            one.solver.set_deadline(until);
+            one.alone.set_deadline(until);
+            if let Some(below) = &mut one.below {
+                below.set_deadline(until);
+            }
+        }
+    }
+
+    fn solve_first(&mut self, problem: &Problem, levels: usize, solution: &mut Solution) {
         self.used = false;
-        self.damped.iter_mut().flatten().for_each(|d| d.used = false);
+        for one in self.damped.iter_mut().flatten() {
+            (one.likely, one.used) = (one.used, false);
+        }
         if problem.levels.iter().any(|l| l.damping > 0.0) {
             self.copy(problem);
-            self.exact.solve(&self.settled, solution);
-        } else {
-            self.exact.solve(problem, solution);
         }
-        if solution.status != Status::Optimal {
-            return;
-        }
-        let mut from = 0;
-        while let Some(k) = self.next(problem, from, if self.used { &self.answer } else { solution }) {
-            from = k + 1;
+        // The level that was settled last, the levels that have been looked at, and those that have an answer.
+        let (mut last, mut from, mut covered) = (None, 0, 0);
+        loop {
+            if covered == 0 {
+                covered = self.undamped(problem, last, levels, solution);
+                let status = if self.used { self.answer.status } else { solution.status };
+                if status != Status::Optimal {
+                    solution.status = status;
+                    return;
+                }
+            }
             let undamped = if self.used { &self.answer } else { &*solution };
+            let Some(k) = self.next(problem, from..covered, undamped) else {
+                if covered == levels {
+                    break;
+                }
+                // It was damped at the last solve, and need not be any more.
+                self.damped[covered - 1].iter_mut().for_each(|one| one.likely = false);
+                (from, covered) = (covered, 0);
+                continue;
+            };
+            from = k + 1;
             if !self.damped[k].as_mut().is_some_and(|one| one.damp(k, problem, undamped, self.fading)) {
                 continue;
             }
@@ -423,41 +477,50 @@ impl HierarchicalSolver for Smooth {
             let Smooth { damped, settled, answer, .. } = self;
             let undamped = if first { &*solution } else { &*answer };
             let Some(one) = damped[k].as_mut() else { return };
-            if !one.solve(&problem.levels[k], settled) {
-                solution.status = Status::Failed { level: k };
-                return;
+            match one.solve(&problem.levels[k], settled) {
+                Status::Optimal => {}
+                Status::OutOfTime => {
+                    solution.status = Status::OutOfTime;
+                    return;
+                }
+                _ => {
+                    solution.status = Status::Failed { level: k };
+                    return;
+                }
             }
+            one.freedom = undamped.levels[k].freedom;
             one.settle(&problem.levels[k], &mut settled.levels[k], &undamped.levels[k].slack);
             // The room is for the levels below, not for the choice of the nearest point.
             settled.reference.copy_from_slice(&one.solution.x);
             // Without one nothing is left to choose.
-            let Some(below) = &mut one.below else { break };
-            below.solve(settled, answer);
-            if answer.status != Status::Optimal {
-                solution.status = answer.status;
-                return;
+            if one.below.is_none() {
+                break;
             }
+            (last, covered) = (Some(k), 0);
         }
-        if !self.used {
-            return;
+        if self.used {
+            self.report(problem, solution);
         }
-        self.report(problem, solution);
     }
 }
 
 impl Smooth {
     /// Writes the answer into the solution, in which the exact one is. What remains of a damped level is measured against
-    /// what it asks for, and the rows that hold it back are those of the damped problem. Freedoms are those without damping.
+    /// what it asks for, and the rows that hold it back are those of the damped problem. Freedoms are what would be left if damped levels kept what they reached.
     fn report(&self, problem: &Problem, solution: &mut Solution) {
         let last = problem.levels.iter().rposition(|l| l.rows() > 0).and_then(|l| self.damped[l].as_ref());
         let found = last.filter(|d| d.used).map_or(&self.answer, |d| &d.solution);
         solution.x.copy_from_slice(&found.x);
         let x = &solution.x;
         solution.blocking.clear();
+        // Levels below a damped one were given the freedom of its rows' room.
+        let mut room = 0;
         for (l, level) in problem.levels.iter().enumerate() {
             // Levels without rows may follow the last one.
             let (Some(answer), out) = (found.levels.get(l), &mut solution.levels[l]) else { continue };
             let damped = self.damped[l].as_ref().filter(|d| d.used);
+            out.freedom = damped.map_or(answer.freedom, |d| d.freedom).saturating_sub(room);
+            room += damped.map_or(0, |d| answer.freedom.saturating_sub(d.freedom));
             if damped.is_some() {
                 let (mut sum, mut met) = (0.0, true);
                 for i in 0..level.rows() {

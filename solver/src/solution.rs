@@ -2,6 +2,7 @@
 
 use crate::problem::{Problem, ProblemError};
 use serde::{Deserialize, Serialize};
+use std::time::Instant;
 
 /// Outcome of one solve, for the whole problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -22,6 +23,8 @@ pub enum Status {
         /// The row in it, from 0.
         row: usize,
     },
+    /// The deadline passed before the answer was found ([`HierarchicalSolver::set_deadline`]). `x` is not to be used.
+    OutOfTime,
     /// Numerical trouble, or an ill-formed level (`lower > upper`, negative weight, wrong sizes;
     /// [`crate::check`] says which). `x` is not to be used.
     Failed {
@@ -178,5 +181,16 @@ pub trait HierarchicalSolver {
     /// Solves `problem` into `solution`. Never panics; what went wrong is in the status. A solver
     /// may remember the last tick to be faster on the next, but the result does not depend on it
     /// beyond rounding.
-    fn solve(&mut self, problem: &Problem, solution: &mut Solution);
+    fn solve(&mut self, problem: &Problem, solution: &mut Solution) {
+        self.solve_first(problem, problem.levels.len(), solution);
+    }
+
+    /// Solves from now on end with [`Status::OutOfTime`] where more is to be done than there was time for until then: looked at between two
+    /// changes of the working set, so that one that needs none is never late, and one change is the most that it takes
+    /// longer. The next solve goes on from what was reached. A solver may pay no heed: the reference does not.
+    fn set_deadline(&mut self, _until: Option<Instant>) {}
+
+    /// The same for the first `levels` levels, as if there were no others: in the answer those are not solved. Panics with more than
+    /// the problem has, as slices do.
+    fn solve_first(&mut self, problem: &Problem, levels: usize, solution: &mut Solution);
 }

@@ -49,10 +49,10 @@ impl HierarchicalSolver for Textbook {
         "textbook"
     }
 
-    fn solve(&mut self, problem: &Problem, solution: &mut Solution) {
+    fn solve_first(&mut self, problem: &Problem, levels: usize, solution: &mut Solution) {
         let n = problem.n;
         let mut slacks: Vec<Vec<f64>> = Vec::new();
-        for level in &problem.levels {
+        for level in &problem.levels[..levels] {
             let size = n + level.rows();
             let mut list = Vec::new();
             for (above, slack) in problem.levels.iter().zip(&slacks) {

@@ -14,7 +14,7 @@
 
 use super::kernels::{dot, norm};
 use super::rows::tolerance;
-use super::search::{Exhausted, Search};
+use super::search::{Search, Stopped};
 use super::stages::Entry;
 use crate::problem::Problem;
 use crate::space::Kind;
@@ -44,7 +44,7 @@ enum Event {
 impl Search {
     /// Goes from the point and the multipliers at hand, those of the last tick, to those of this tick. The frame is complete, with
     /// trial multipliers. False where it was given up on the way; the working set is then as good a start as any.
-    pub(super) fn follow(&mut self, problem: &Problem) -> Result<bool, Exhausted> {
+    pub(super) fn follow(&mut self, problem: &Problem) -> Result<bool, Stopped> {
         let count = self.relaxed.stages.count();
         if self.locate(problem) + self.wrong() > FAR + count / 2 {
             return Ok(false);
@@ -53,12 +53,17 @@ impl Search {
         // How much of the line is left.
         let mut rest = 1.0;
         loop {
+            if self.budget < from && self.is_late() {
+                // What has been reached is the optimum of a problem on the line: the next tick goes on from there.
+                self.known = self.relaxed.levels;
+                return Err(Stopped::Late);
+            }
             let Some((part, event)) = self.next_event(problem) else {
                 self.relaxed.accept(0);
                 let Some((stage, keep)) = self.first_idle() else { return Ok(true) };
                 // A row that holds its stage back no longer may hold the next one back: from here on the line is that of its
                 // force there.
-                self.budget = self.budget.checked_sub(1).ok_or(Exhausted)?;
+                self.count()?;
                 self.approach(1.0);
                 rest = 0.0;
                 self.relaxed.rewind(stage, keep);
@@ -70,7 +75,7 @@ impl Search {
                 return Ok(false);
             }
             rest *= 1.0 - part;
-            self.budget = self.budget.checked_sub(1).ok_or(Exhausted)?;
+            self.count()?;
             self.go_part(0, part);
             self.approach(part);
             match event {
@@ -180,7 +185,7 @@ impl Search {
     }
 
     /// Takes a row into the working set at its bound, with no force yet.
-    fn enter(&mut self, problem: &Problem, mut entry: Entry) -> Result<(), Exhausted> {
+    fn enter(&mut self, problem: &Problem, mut entry: Entry) -> Result<(), Stopped> {
         let at = self.relaxed.rows.at(entry.level, entry.row);
         self.relaxed.rows.side[at] = if entry.side > 0.0 { 1 } else { -1 };
         let mut s = self.relaxed.levels;
@@ -195,7 +200,7 @@ impl Search {
                 None => return Ok(()),
                 Some(next) => s = next,
             }
-            self.budget = self.budget.checked_sub(1).ok_or(Exhausted)?;
+            self.count()?;
         }
     }
 }

@@ -50,7 +50,8 @@ mod stages;
 
 use crate::problem::Problem;
 use crate::solution::{HierarchicalSolver, LevelStatus, Solution, Status, refusal};
-use search::{Rule, Search};
+use search::{Rule, Search, Stopped};
+use std::time::Instant;
 
 /// Counters over all solves so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -63,6 +64,8 @@ pub struct Effort {
     pub restarts: u64,
     /// Solves that gave up.
     pub failures: u64,
+    /// Solves for which there was no time.
+    pub late: u64,
 }
 
 /// The hierarchical active-set least-squares solver.
@@ -98,7 +101,7 @@ impl ActiveSet {
     pub fn forget(&mut self) {
         let relaxed = &mut self.search.relaxed;
         relaxed.stages.clear(&mut relaxed.rows);
-        self.search.known = 0;
+        (self.search.known, self.search.adding) = (0, 0);
     }
 
     /// What the solves have cost so far.
@@ -106,8 +109,8 @@ impl ActiveSet {
         self.effort
     }
 
-    /// Solves the first `levels` levels; false if it gave up.
-    fn search(&mut self, problem: &Problem, levels: usize) -> bool {
+    /// Solves the first `levels` levels.
+    fn search(&mut self, problem: &Problem, levels: usize) -> Result<(), Stopped> {
         let rules = [Rule::Worst, Rule::Worst, Rule::Level, Rule::First];
         for (attempt, rule) in rules.into_iter().enumerate() {
             if attempt > 0 {
@@ -116,13 +119,13 @@ impl ActiveSet {
             }
             self.search.begin(problem, levels, rule);
             let budget = self.search.budget;
-            let done = self.search.run(problem).is_ok();
+            let done = self.search.run(problem);
             self.effort.changes += (budget - self.search.budget) as u64;
-            if done {
-                return true;
+            if done != Err(Stopped::Circle) {
+                return done;
             }
         }
-        false
+        Err(Stopped::Circle)
     }
 }
 
@@ -135,10 +138,16 @@ impl HierarchicalSolver for ActiveSet {
         "active-set"
     }
 
-    fn solve(&mut self, problem: &Problem, solution: &mut Solution) {
+    fn set_deadline(&mut self, until: Option<Instant>) {
+        self.search.until = until;
+    }
+
+    fn solve_first(&mut self, problem: &Problem, levels: usize, solution: &mut Solution) {
         self.effort.solves += 1;
         if !shape(problem).eq(self.shape.iter().copied()) {
+            let until = self.search.until;
             self.search = Search::new(problem);
+            self.search.until = until;
             self.shape = shape(problem).collect();
         }
         solution.reset(problem);
@@ -149,14 +158,22 @@ impl HierarchicalSolver for ActiveSet {
         if !self.warm {
             self.forget();
         }
-        let mut levels = problem.levels.len();
+        let mut levels = levels;
         let mut status = Status::Optimal;
         loop {
-            if !self.search(problem, levels) {
-                self.effort.failures += 1;
-                self.forget();
-                solution.status = Status::Failed { level: levels };
-                return;
+            match self.search(problem, levels) {
+                Ok(()) => {}
+                Err(Stopped::Late) => {
+                    self.effort.late += 1;
+                    solution.status = Status::OutOfTime;
+                    return;
+                }
+                Err(Stopped::Circle) => {
+                    self.effort.failures += 1;
+                    self.forget();
+                    solution.status = Status::Failed { level: levels };
+                    return;
+                }
             }
             report::write(&self.search.relaxed, problem, solution);
             let unmet = |l: &usize| problem.levels[*l].hard && solution.levels[*l].status != LevelStatus::Met;

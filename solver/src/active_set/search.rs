@@ -10,6 +10,7 @@ use super::stages::Entry;
 use crate::problem::Problem;
 use crate::space::Kind;
 use crate::structure::Structure;
+use std::time::Instant;
 
 /// How often a row may fall back to a lower stage in one solve, beyond once for each, before it stays where it is.
 const RETURNS: usize = 8;
@@ -31,9 +32,14 @@ const COMBINED: f64 = 1e-9;
 /// before the point moves.
 const NEAR: f64 = 1e-6;
 
-/// The search gave up: too many changes.
+/// Why a search ended without an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Exhausted;
+pub(crate) enum Stopped {
+    /// Too many changes.
+    Circle,
+    /// The deadline has passed.
+    Late,
+}
 
 /// Which violated row is added first. Any order leads to the same optimum; where rounding leads
 /// one in a circle, another does not.
@@ -66,6 +72,10 @@ pub(crate) struct Search {
     pub(super) past: Vec<f64>,
     /// The number of levels whose optimum the point is; 0 if it is none.
     pub(super) known: usize,
+    /// The number of levels that rows were being added to when the time was up; 0 if it was not.
+    pub(super) adding: usize,
+    /// When to give up.
+    pub(super) until: Option<Instant>,
 }
 
 /// The worst row of those seen so far.
@@ -112,6 +122,8 @@ impl Search {
             point: vec![0.0; problem.n.div_ceil(LANES) * LANES],
             past: vec![0.0; total],
             known: 0,
+            adding: 0,
+            until: None,
         }
     }
 
@@ -127,8 +139,8 @@ impl Search {
     /// From the working set at hand to the optimum.
     ///
     /// # Errors
-    /// When the budget of changes is spent.
-    pub(crate) fn run(&mut self, problem: &Problem) -> Result<(), Exhausted> {
+    /// When the budget of changes is spent, or the time.
+    pub(crate) fn run(&mut self, problem: &Problem) -> Result<(), Stopped> {
         self.search(problem)?;
         // On the way the point may have been so far away that its digits are gone.
         for _ in 0..REPAIRS {
@@ -146,55 +158,90 @@ impl Search {
     }
 
     /// The same; the point at the end may be inexact.
-    fn search(&mut self, problem: &Problem) -> Result<(), Exhausted> {
+    fn search(&mut self, problem: &Problem) -> Result<(), Stopped> {
+        let all = self.relaxed.levels;
+        let (known, adding) = (std::mem::take(&mut self.known), std::mem::take(&mut self.adding));
+        let mut reached = all;
+        if self.rule == Rule::Worst && (1..=all).contains(&adding) {
+            // The last tick had no time for more: this one goes on.
+            reached = adding;
+            self.relaxed.levels = adding;
+            self.add_level(problem)?;
+        } else if !self.start(problem, known == all && self.rule == Rule::Worst)? {
+            self.relaxed.rewind(0, 0);
+            self.relaxed.stages.clear(&mut self.relaxed.rows);
+            reached = 0;
+        }
+        for l in reached + 1..=all {
+            if l > 1 {
+                self.relaxed.rewind(l - 1, 0);
+                let (above, below) = self.relaxed.stages.held.split_at_mut(l);
+                below[0].append(&mut above[l - 1]);
+            }
+            self.relaxed.levels = l;
+            self.add_level(problem)?;
+        }
+        Ok(())
+    }
+
+    /// From the working set at hand to the optimum, if it is a start.
+    fn start(&mut self, problem: &Problem, follows: bool) -> Result<bool, Stopped> {
         let before = self.relaxed.stages.count();
-        let follows = self.known == self.relaxed.levels && self.rule == Rule::Worst;
-        self.known = 0;
         self.relaxed.complete(problem);
         if follows {
             if self.first_to_leave(0, None).is_none() && self.next_violated(problem).is_none() {
                 self.relaxed.accept(0);
                 if !self.settle(problem)? {
-                    return Ok(());
+                    return Ok(true);
                 }
             } else if self.follow(problem)? {
-                if !self.settle(problem)? {
-                    return Ok(());
+                if self.settle(problem)? {
+                    self.improve(problem)?;
                 }
-                return self.improve(problem);
+                return Ok(true);
             }
             self.adds.fill(0);
         }
         self.relaxed.accept(0);
         self.settle(problem)?;
-        let Some(entry) = self.next_violated(problem) else { return Ok(()) };
+        let Some(entry) = self.next_violated(problem) else { return Ok(true) };
         let changes = self.violated + before.saturating_sub(self.relaxed.stages.count());
-        if self.rule != Rule::Worst || (before > 0 && changes <= FEW) {
-            self.add(problem, entry)?;
-            self.settle(problem)?;
-            return self.improve(problem);
+        if self.rule == Rule::Worst && (before == 0 || changes > FEW) {
+            return Ok(false);
         }
-        let all = self.relaxed.levels;
-        self.relaxed.rewind(0, 0);
-        self.relaxed.stages.clear(&mut self.relaxed.rows);
-        for l in 1..=all {
-            self.relaxed.levels = l;
-            self.relaxed.complete(problem);
-            self.relaxed.accept(0);
-            self.settle(problem)?;
-            self.improve(problem)?;
-            if l < all {
-                self.relaxed.rewind(l, 0);
-                let (above, below) = self.relaxed.stages.held.split_at_mut(l + 1);
-                below[0].append(&mut above[l]);
-            }
-        }
+        self.add(problem, entry)?;
+        self.settle(problem)?;
+        self.improve(problem)?;
+        Ok(true)
+    }
+
+    /// The optimum of the levels so far, the last of which is new.
+    fn add_level(&mut self, problem: &Problem) -> Result<(), Stopped> {
+        self.relaxed.complete(problem);
+        self.relaxed.accept(0);
+        self.settle(problem)?;
+        self.improve(problem)
+    }
+
+    /// Counts a change.
+    pub(super) fn count(&mut self) -> Result<(), Stopped> {
+        self.budget = self.budget.checked_sub(1).ok_or(Stopped::Circle)?;
         Ok(())
     }
 
-    /// Adds violated rows until there is none.
-    fn improve(&mut self, problem: &Problem) -> Result<(), Exhausted> {
+    /// Whether the time is up.
+    pub(super) fn is_late(&self) -> bool {
+        self.until.is_some_and(|until| Instant::now() >= until)
+    }
+
+    /// Adds violated rows until there is none, or no time; one is added at any rate.
+    fn improve(&mut self, problem: &Problem) -> Result<(), Stopped> {
+        let mut first = true;
         while let Some(entry) = self.next_violated(problem) {
+            if !std::mem::take(&mut first) && self.is_late() {
+                self.adding = self.relaxed.levels;
+                return Err(Stopped::Late);
+            }
             self.add(problem, entry)?;
             self.settle(problem)?;
         }
@@ -206,10 +253,10 @@ impl Search {
     /// needed.
     ///
     /// Returns whether anything changed.
-    fn settle(&mut self, problem: &Problem) -> Result<bool, Exhausted> {
+    fn settle(&mut self, problem: &Problem) -> Result<bool, Stopped> {
         let mut changed = false;
         while let Some((s, keep)) = self.first_idle() {
-            self.budget = self.budget.checked_sub(1).ok_or(Exhausted)?;
+            self.count()?;
             self.relaxed.rewind(s, keep);
             self.relaxed.complete(problem);
             self.relaxed.accept(s);
@@ -305,16 +352,16 @@ impl Search {
     }
 
     /// Adds a violated row; see the head of the file.
-    fn add(&mut self, problem: &Problem, mut entry: Entry) -> Result<(), Exhausted> {
+    fn add(&mut self, problem: &Problem, mut entry: Entry) -> Result<(), Stopped> {
         let at = self.relaxed.rows.at(entry.level, entry.row);
         self.relaxed.rows.side[at] = if entry.side > 0.0 { 1 } else { -1 };
         self.adds[at] = self.adds[at].saturating_add(1);
         if self.adds[at] > ADDS {
-            return Err(Exhausted);
+            return Err(Stopped::Circle);
         }
         let mut s = self.relaxed.levels;
         loop {
-            self.budget = self.budget.checked_sub(1).ok_or(Exhausted)?;
+            self.count()?;
             let own = s == entry.level;
             let held = self.relaxed.stages.held[s].len();
             if own {
@@ -329,7 +376,7 @@ impl Search {
             if list.last().is_some_and(|e| e.trial < -e.noise) {
                 // The multiplier of a violated row rises; where it falls, the working set is so
                 // nearly dependent that rounding has taken over. Another order avoids it.
-                return Err(Exhausted);
+                return Err(Stopped::Circle);
             }
             let Some((stage, is_own, j, part)) = self.first_to_leave(s, Some(own)) else {
                 self.relaxed.accept(s);
