@@ -18,6 +18,7 @@ fn a_tick_allocates_nothing() {
     fields();
     planners();
     recorders();
+    late();
     for name in common::EXAMPLES {
         let program = common::program(&format!("{name}.hq"));
         let mut controller = Controller::new(&program).expect("it can be executed");
@@ -33,6 +34,25 @@ fn a_tick_allocates_nothing() {
             robot.apply(&velocity);
         }
     }
+}
+
+/// Ticks without time for the hierarchy.
+fn late() {
+    let mut program = common::program("hard/short_of_time.hq");
+    program.run.tick_budget = Some(1e-9);
+    let mut controller = Controller::new(&program).expect("it can be executed");
+    let mut robot = SimulatedRobot::new(&program);
+    let mut late = 0;
+    for k in 0..500 {
+        let observation = Observation { time: k as f64 * program.robot.period, q: robot.measure() };
+        let before = allocations::so_far();
+        let command = controller.step(&observation);
+        assert_eq!(allocations::so_far(), before, "a tick without time allocates, tick {k}");
+        late += u32::from(command.late);
+        let velocity = command.velocity.to_vec();
+        robot.apply(&velocity);
+    }
+    assert!(late > 100, "{late} late ticks");
 }
 
 /// What is measured of each joint while a run goes on.

@@ -11,7 +11,8 @@ use runtime::record::summary::{Summary, SummaryRecorder};
 use runtime::{Judge, Recorder, Simulation, Tick};
 
 /// In `examples/hard`.
-const EXAMPLES: [&str; 5] = ["out_of_reach", "through_singularities", "held_base", "two_wishes", "swapping_hands"];
+const EXAMPLES: [&str; 6] =
+    ["out_of_reach", "through_singularities", "held_base", "two_wishes", "swapping_hands", "short_of_time"];
 
 /// Runs the first scenario: what is expected, and the summary.
 fn run(program: &Program) -> (Vec<Outcome>, Summary) {

@@ -17,6 +17,8 @@ mod faults;
 mod host;
 #[path = "machine/interpreter.rs"]
 mod interpreter;
+#[path = "machine/late_ticks.rs"]
+mod late_ticks;
 #[path = "machine/letting_go.rs"]
 mod letting_go;
 #[path = "machine/motion.rs"]

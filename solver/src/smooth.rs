@@ -188,6 +188,8 @@ pub struct Smooth {
     fading: f64,
     /// Levels were damped at the last solve.
     used: bool,
+    /// The exact answer of all levels was known before the first was damped.
+    whole: bool,
 }
 
 impl Smooth {
@@ -236,6 +238,7 @@ impl Smooth {
             settled: problem.clone(),
             fading: 0.0,
             used: false,
+            whole: false,
         }
     }
 
@@ -451,7 +454,16 @@ impl HierarchicalSolver for Smooth {
                 covered = self.undamped(problem, last, levels, solution);
                 let status = if self.used { self.answer.status } else { solution.status };
                 if status != Status::Optimal {
-                    solution.status = status;
+                    if self.used {
+                        solution.x.copy_from_slice(&self.answer.x);
+                    }
+                    // A level that is about to be damped does not lead to the answer.
+                    solution.status = match status {
+                        Status::OutOfTime { on_the_way } => {
+                            Status::OutOfTime { on_the_way: on_the_way && covered == levels }
+                        }
+                        other => other,
+                    };
                     return;
                 }
             }
@@ -472,15 +484,16 @@ impl HierarchicalSolver for Smooth {
             let first = !self.used;
             if first {
                 self.copy(problem);
-                self.used = true;
+                (self.used, self.whole) = (true, covered == levels);
             }
             let Smooth { damped, settled, answer, .. } = self;
             let undamped = if first { &*solution } else { &*answer };
             let Some(one) = damped[k].as_mut() else { return };
             match one.solve(&problem.levels[k], settled) {
                 Status::Optimal => {}
-                Status::OutOfTime => {
-                    solution.status = Status::OutOfTime;
+                Status::OutOfTime { on_the_way } => {
+                    solution.x.copy_from_slice(&one.solution.x);
+                    solution.status = Status::OutOfTime { on_the_way: on_the_way && one.below.is_none() };
                     return;
                 }
                 _ => {
@@ -506,20 +519,24 @@ impl HierarchicalSolver for Smooth {
 
 impl Smooth {
     /// Writes the answer into the solution, in which the exact one is. What remains of a damped level is measured against
-    /// what it asks for, and the rows that hold it back are those of the damped problem. Freedoms are what would be left if damped levels kept what they reached.
+    /// what it asks for, and the rows that hold it back are those of the damped problem. Freedoms are those without damping, or as good as known where the levels below were not solved without it.
     fn report(&self, problem: &Problem, solution: &mut Solution) {
         let last = problem.levels.iter().rposition(|l| l.rows() > 0).and_then(|l| self.damped[l].as_ref());
         let found = last.filter(|d| d.used).map_or(&self.answer, |d| &d.solution);
         solution.x.copy_from_slice(&found.x);
         let x = &solution.x;
         solution.blocking.clear();
-        // Levels below a damped one were given the freedom of its rows' room.
-        let mut room = 0;
+        // Levels below a damped one were given the freedom of its rows' room, but for those that they press against.
+        let mut room = 0_usize;
         for (l, level) in problem.levels.iter().enumerate() {
             // Levels without rows may follow the last one.
             let (Some(answer), out) = (found.levels.get(l), &mut solution.levels[l]) else { continue };
             let damped = self.damped[l].as_ref().filter(|d| d.used);
-            out.freedom = damped.map_or(answer.freedom, |d| d.freedom).saturating_sub(room);
+            if !self.whole {
+                let pressed = found.blocking.iter().filter(|b| b.level <= l && self.is_damped(b.by_level)).count();
+                let room = room.saturating_sub(pressed);
+                out.freedom = damped.map_or(answer.freedom, |d| d.freedom).saturating_sub(room);
+            }
             room += damped.map_or(0, |d| answer.freedom.saturating_sub(d.freedom));
             if damped.is_some() {
                 let (mut sum, mut met) = (0.0, true);

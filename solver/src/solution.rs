@@ -1,5 +1,6 @@
 //! What a solver gives back: the point, how each level fared, and whether it may be used.
 
+use crate::cascade::MET;
 use crate::problem::{Problem, ProblemError};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
@@ -23,8 +24,12 @@ pub enum Status {
         /// The row in it, from 0.
         row: usize,
     },
-    /// The deadline passed before the answer was found ([`HierarchicalSolver::set_deadline`]). `x` is not to be used.
-    OutOfTime,
+    /// The deadline passed before the answer was found ([`HierarchicalSolver::set_deadline`]).
+    OutOfTime {
+        /// `x` lies on the way from the last answer to this one: it is the optimum of a problem between the two, and need meet no row of
+        /// this one. Otherwise `x` is not to be used.
+        on_the_way: bool,
+    },
     /// Numerical trouble, or an ill-formed level (`lower > upper`, negative weight, wrong sizes;
     /// [`crate::check`] says which). `x` is not to be used.
     Failed {
@@ -132,6 +137,39 @@ impl Solution {
             status: Status::Failed { level: 0 },
             levels,
             blocking: Vec::with_capacity(problem.n + 1),
+        }
+    }
+
+    /// Makes each level what `x` makes of it, whichever way it was found: slacks, where rows stand, whether the level is met. What only a
+    /// solver knows is left: status, freedoms and which rows hold others back.
+    pub fn measure(&mut self, problem: &Problem) {
+        for (level, out) in problem.levels.iter().zip(&mut self.levels) {
+            let (mut sum, mut met) = (0.0, true);
+            for i in 0..level.rows() {
+                let slack = level.slack(i, &self.x);
+                let size = level.row(i).iter().map(|a| a * a).sum::<f64>().sqrt();
+                let (lower, upper, weight) = (level.lower[i], level.upper[i], level.weight[i]);
+                let value: f64 = level.row(i).iter().zip(&self.x).map(|(a, x)| a * x).sum();
+                let near = |bound: f64| MET * (size + bound.abs());
+                let violated = slack.abs() > near(if slack > 0.0 { upper } else { lower });
+                met &= !violated || (weight == 0.0 && !level.hard);
+                out.active[i] = if violated {
+                    Active::Violated
+                } else if lower == upper {
+                    Active::Equality
+                } else if value <= lower + near(lower) {
+                    Active::Lower
+                } else if value >= upper - near(upper) {
+                    Active::Upper
+                } else {
+                    Active::Free
+                };
+                out.slack[i] = slack;
+                out.multipliers[i] = 0.0;
+                sum += weight * slack * slack;
+            }
+            out.violation = sum.sqrt();
+            out.status = if met { LevelStatus::Met } else { LevelStatus::Relaxed };
         }
     }
 

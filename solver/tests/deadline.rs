@@ -38,12 +38,12 @@ proptest! {
             prop_assert_eq!(expected.status, Status::Optimal);
             solver.set_deadline(Some(Instant::now()));
             let mut solves = 0;
-            while solves == 0 || solution.status == Status::OutOfTime {
+            while solves == 0 || matches!(solution.status, Status::OutOfTime { .. }) {
                 let before = solver.effort();
                 solver.solve(&problem, &mut solution);
                 solves += 1;
                 prop_assert!(solves < 400, "no answer after {} solves", solves);
-                if solution.status == Status::OutOfTime {
+                if matches!(solution.status, Status::OutOfTime { .. }) {
                     prop_assert!(solver.effort().changes > before.changes, "no step forward");
                     prop_assert_eq!(solver.effort().late, before.late + 1);
                 }
@@ -75,7 +75,8 @@ proptest! {
                     prop_assert!((x - y).abs() < 1e-8 * size(&expected.x), "{} {}", x, y);
                 }
             } else {
-                prop_assert_eq!(solution.status, Status::OutOfTime);
+                let late = matches!(solution.status, Status::OutOfTime { .. });
+                prop_assert!(late, "{:?}", solution.status);
             }
             jump(&mut problem, &mut dice, by);
         }
@@ -92,7 +93,7 @@ fn a_solve_without_a_change_is_never_late() {
         let mut solver = ActiveSet::new(&problem);
         solver.set_deadline(Some(Instant::now()));
         solver.solve(&problem, &mut solution);
-        if solution.status == Status::OutOfTime {
+        if matches!(solution.status, Status::OutOfTime { .. }) {
             break problem;
         }
     };
@@ -106,5 +107,5 @@ fn a_solve_without_a_change_is_never_late() {
     let mut smooth = Smooth::new(&problem, Backend::ActiveSet);
     smooth.set_deadline(Some(Instant::now()));
     smooth.solve(&problem, &mut solution);
-    assert_eq!(solution.status, Status::OutOfTime);
+    assert!(matches!(solution.status, Status::OutOfTime { .. }));
 }

@@ -5,13 +5,12 @@
 //! `HIERARQ_PROBLEMS=10000000 cargo test --release -p hierarq-solver --test degenerate` draws more, `HIERARQ_SEED` others.
 
 mod common;
+#[path = "common/judged.rs"]
+mod judged;
 
 use common::{Dice, Taste, hierarchy};
-use hierarq_solver::{ActiveSet, HierarchicalSolver, Level, LevelShape, Problem, Solution, Status, certificate};
-
-/// An answer is proven up to this, and to the rounding of the largest row's value.
-const PROVEN: f64 = 1e-7;
-const ROUNDING: f64 = 1e-14;
+use hierarq_solver::{ActiveSet, HierarchicalSolver, Level, LevelShape, Problem, Solution};
+use judged::wrong;
 
 /// What is small in a problem.
 #[derive(Clone, Copy, PartialEq)]
@@ -96,35 +95,6 @@ fn degenerate(family: Family, seed: u64) -> Problem {
     problem
 }
 
-fn proven(problem: &Problem, solution: &Solution) -> f64 {
-    let norms = problem.levels.iter().flat_map(|level| {
-        (0..level.rows()).map(move |i| (level.weight[i] * level.row(i).iter().map(|a| a * a).sum::<f64>()).sqrt())
-    });
-    PROVEN + ROUNDING * common::size(&solution.x) * norms.fold(1.0, f64::max)
-}
-
-/// What is wrong with an answer, if anything is.
-fn wrong(problem: &Problem, solution: &Solution) -> Option<String> {
-    match solution.status {
-        Status::Optimal => {
-            let residual = certificate(problem, &solution.x);
-            (residual > proven(problem, solution)).then(|| format!("certificate {residual:.1e}"))
-        }
-        Status::Infeasible { level } => {
-            // The levels above it are at their optimum.
-            let mut above = problem.clone();
-            for below in &mut above.levels[level..] {
-                below.lower.fill(f64::NEG_INFINITY);
-                below.upper.fill(f64::INFINITY);
-                below.damping = 0.0;
-            }
-            let residual = certificate(&above, &solution.x);
-            (residual > proven(problem, solution)).then(|| format!("certificate {residual:.1e} above level {level}"))
-        }
-        status => Some(format!("{status:?}")),
-    }
-}
-
 /// How many problems of a family have no proven answer, and which.
 fn unproven(family: Family, first: u64, problems: u64) -> Vec<String> {
     let mut found = Vec::new();
@@ -153,6 +123,16 @@ fn no_answer_is_called_optimal_without_a_proof() {
     let (problems, first) = (number("HIERARQ_PROBLEMS", 30_000), number("HIERARQ_SEED", 0));
     let found = unproven(Family::Rounding, first, problems);
     assert!(found.is_empty(), "{} of {problems}:\n{}", found.len(), found[..found.len().min(40)].join("\n"));
+}
+
+/// What the fuzzer does, with bytes by chance.
+#[test]
+fn no_bytes_make_an_answer_without_a_proof() {
+    let mut dice = Dice(number("HIERARQ_SEED", 0));
+    for _ in 0..number("HIERARQ_PROBLEMS", 30_000) / 10 {
+        let data: Vec<u8> = (0..400).map(|_| dice.below(256) as u8).collect();
+        judged::check(&data);
+    }
 }
 
 /// Entries a million times smaller than others meet in products of 1e-12, where a rank or a sign is anybody's guess: of a

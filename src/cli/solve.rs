@@ -246,7 +246,7 @@ impl Session {
             Status::Optimal => ("optimal", Some(&solution.x[..])),
             Status::Infeasible { .. } => ("infeasible", Some(&solution.x[..])),
             Status::NotFinite { .. } => ("not_finite", None),
-            Status::OutOfTime => ("out_of_time", None),
+            Status::OutOfTime { .. } => ("out_of_time", None),
             Status::Failed { .. } => ("failed", None),
         };
         let viol = x.map(|x| violations(problem, x));

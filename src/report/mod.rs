@@ -88,7 +88,18 @@ pub fn verdict(summary: &Summary) -> String {
         n => format!("{n} faults were answered by the machine. "),
     };
     let rough = roughness::sentence(&summary.joints).map(|text| format!(" But {text}.")).unwrap_or_default();
-    answered + &limits(summary) + &rough
+    answered + &limits(summary) + &rough + &late(summary)
+}
+
+/// Ticks whose budget was spent.
+fn late(summary: &Summary) -> String {
+    let Some(late) = summary.late.filter(|late| late.ticks > 0) else { return String::new() };
+    let budget = quantity(1e-6 * late.budget_us, "s");
+    let (ticks, of) = (late.ticks, summary.ticks);
+    let row = if late.in_a_row > 1 { format!(", {} in a row at most", late.in_a_row) } else { String::new() };
+    format!(
+        " {ticks} of {of} ticks took longer than their budget of {budget}{row}: the robot made do there with hard levels and what was known of the answer."
+    )
 }
 
 /// What became of limits, or the fault that nothing answered.

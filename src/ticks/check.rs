@@ -116,8 +116,11 @@ fn fill(problem: &mut Problem, l: usize, form: &LevelKeys) -> Result<(), Refusal
             ));
         }
     }
-    if let Matrix::Identities(_) = form.a {
-        level.fix(0..level.rows());
+    // A problem stays as it is: of a row with one coefficient only the bound of its variable is looked at, as in a loop.
+    for i in 0..level.rows() {
+        if level.row(i).iter().filter(|a| **a != 0.0).count() <= 1 {
+            level.fix(i..i + 1);
+        }
     }
     if let Some(List(weight)) = &form.weight {
         length(&format!("levels[{l}].weight"), weight.len(), level.rows(), "row")?;

@@ -25,6 +25,7 @@ pub(super) struct RunSettings {
     title: Option<String>,
     simulator: Simulator,
     solver: Backend,
+    tick_budget: Option<Spanned<f64>>,
     span: Option<Span>,
 }
 
@@ -61,6 +62,14 @@ pub(super) fn run_settings(
                         Diagnostic::error("HQ0308", e.value.span, text).help("write for instance `duration 10 s`"),
                     );
                 }
+            }
+            "tick_budget" => {
+                let budget = constants.scalar(&e.value, TIME, diagnostics);
+                if budget.is_some_and(|b| b <= 0.0) {
+                    let d = Diagnostic::error("HQ0308", e.value.span, "the budget of a tick is more than nothing");
+                    diagnostics.push(d.help("write for instance `tick_budget 200 us`, or leave it out for any time"));
+                }
+                settings.tick_budget = budget.map(|b| Spanned::new(b, e.value.span));
             }
             "title" => match text_of(&e.value) {
                 Some(text) => settings.title = Some(text.to_string()),
@@ -217,11 +226,22 @@ impl Lowerer<'_> {
             let d = Diagnostic::error("HQ0308", at, "the run is shorter than one tick, so nothing would happen");
             self.push(d.label(robot.rate_span, format!("one tick is {} s", robot.period)).help("make the run longer"));
         }
+        let tick_budget = settings.tick_budget.as_ref().map(|budget| budget.value);
+        if let (Some(budget), Some(robot)) = (&settings.tick_budget, robot)
+            && budget.value > robot.period
+        {
+            let d = Diagnostic::error("HQ0605", budget.span, "the budget of a tick is longer than the tick");
+            let d = d.label(robot.rate_span, format!("one tick is {} s", robot.period));
+            self.push(d.help("write a part of it, `us` behind the number for microseconds"));
+        }
         let machine = declared.machine.filter(|_| settings.stack.is_none());
         let own = machine.map(|m| &m.name).or(stacks.get(stack).map(|s| &s.name));
         let title = settings.title.or(own.map(|n| n.value.clone())).unwrap_or_default();
         let subject = if machine.is_some() { Subject::Machine } else { Subject::Stack(stack) };
-        Some((RunProgram { subject, duration, solver: settings.solver, simulator: settings.simulator }, title))
+        Some((
+            RunProgram { subject, duration, solver: settings.solver, simulator: settings.simulator, tick_budget },
+            title,
+        ))
     }
 
     /// Whether the machine that is to run is there, and nothing else is to run too.

@@ -215,6 +215,11 @@ pub static RUN: Section = Section {
             "active_set",
             "What solves the hierarchy; `clarabel` is the slower reference.",
         ),
+        Key::optional(
+            "tick_budget",
+            Holds::Number(Quantity::above(TIME, 0.0)),
+            "How long a tick may take, up to a period, before the robot makes do with what is known of the answer; any time where left out.",
+        ),
         Key::optional("simulator", Holds::Block(&SIMULATOR), "How the simulated robot differs from a perfect one."),
     ],
 };

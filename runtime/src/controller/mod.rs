@@ -15,6 +15,8 @@ mod own;
 mod stage;
 mod tick;
 
+use std::time::{Duration, Instant};
+
 use robot::{Data, Model};
 use solver::{Problem, Solution};
 
@@ -49,6 +51,8 @@ pub struct Command<'a> {
     pub fault: Option<Fault>,
     /// Actions to begin and to call off, in order; see [`Controller::action`].
     pub requests: &'a [Request],
+    /// The tick's budget was spent before the stack's hierarchy was solved: the robot makes do with what is known of the answer, within its hard levels.
+    pub late: bool,
 }
 
 /// A program made ready to run.
@@ -75,6 +79,8 @@ pub struct Controller {
     observed: Option<Box<(Model, Data)>>,
     period: f64,
     deadline: f64,
+    /// How long a tick may take.
+    budget: Option<Duration>,
     tracking_gain: f64,
     reference: Vec<f64>,
     tracking: Vec<f64>,
@@ -164,6 +170,7 @@ impl Controller {
                 .then(|| Box::new((model.clone(), Data::new(model)))),
             period: program.robot.period,
             deadline: program.robot.deadline,
+            budget: program.run.tick_budget.map(Duration::from_secs_f64),
             tracking_gain: program.robot.tracking_gain,
             reference: vec![0.0; nq],
             tracking: vec![0.0; nv],
@@ -191,11 +198,12 @@ impl Controller {
 
     /// One tick. Never panics, never allocates.
     pub fn step(&mut self, observation: &Observation) -> Command<'_> {
+        let until = self.budget.map(|budget| Instant::now() + budget);
         let fault = if self.halted.is_some() {
             self.machine.requests.clear();
             self.halted
         } else {
-            self.tick(observation)
+            self.tick(observation, until)
         };
         self.signals.forget_events();
         if fault.is_some() {
@@ -204,7 +212,8 @@ impl Controller {
         if let Some(measured) = &mut self.measured {
             measured.tick(&mut self.signals, self.machine.entries(), observation.q, &self.velocity, self.last);
         }
-        Command { velocity: &self.command, fault, requests: &self.machine.requests }
+        let late = self.is_late();
+        Command { velocity: &self.command, fault, requests: &self.machine.requests, late }
     }
 
     /// The signals that the host sends, and its events.
@@ -275,6 +284,11 @@ impl Controller {
     /// The table of signals at the last tick.
     pub fn signal_table(&self) -> &[f64] {
         self.signals.table()
+    }
+
+    /// Whether the budget of the last tick was spent before the stack's hierarchy was solved.
+    pub fn is_late(&self) -> bool {
+        self.told && self.stages[self.active].is_late()
     }
 
     /// Whether a fault keeps the robot still for good.

@@ -19,12 +19,26 @@
 //! The damping of a level is part of v_B and of no other velocity: in the problem of the point nearest to v* it would pull
 //! v* to rest. A soft level that was damped asks there for what its rows reached.
 //!
+//! A tick whose budget is spent before the hierarchy is solved. The robot then moves with the velocity nearest to v* among
+//! those that meet every hard level. The solver follows a line from the last answer to this one, and v* is the point of it that
+//! was reached. Where there is no such line, as at a first tick, or where it does not lead to the answer itself, since a level
+//! is to be damped, v* is the velocity of the tick before; from the second such tick in a row on
+//!
+//! ```text
+//! v*  =  exp(-T / 0.1 s) v
+//! ```
+//!
+//! with `T` the period: the robot goes on as it did, and slower from tick to tick. The solver goes on at the next tick from what
+//! it reached.
+//!
 //! Joints that the stack locks, and that move when it is entered, come to rest on the way: v_B lets them stand, so v* lets
 //! them go from v to rest with 1 - s, and in the problem of the point nearest to v* their columns are those that they have,
 //! with `0 <= v_i / v_i(last tick) <= 1` above all else. That problem has an answer whenever the stack's own has: v_B is one,
 //! but for limits of acceleration, which `v_i(last tick) - a T` meets. Where these hold a joint back the way over goes on
 //! until it stands; without a blend it is as short as they allow. A limit of acceleration that is not one joint's own may
 //! have no answer at a switch, which is the fault `infeasible`.
+
+use std::time::Instant;
 
 use solver::{HierarchicalSolver, LevelShape, LevelStatus, Problem, Smooth, Solution, Status};
 
@@ -50,6 +64,8 @@ struct Blend {
     coasting: bool,
     /// It moves at this one too.
     goes_on: bool,
+    /// The offset is known: the first tick has been solved.
+    begun: bool,
 }
 
 impl Blend {
@@ -57,6 +73,12 @@ impl Blend {
     fn lasts(&self, moment: Moment) -> bool {
         // A sum of periods is a little off: half a microsecond counts as nothing.
         moment.times.t < self.duration - 5e-7
+    }
+
+    /// Which part of the offset is left at a moment.
+    fn left(&self, moment: Moment) -> f64 {
+        let x = if self.lasts(moment) { moment.times.t / self.duration } else { 1.0 };
+        1.0 - x * x * (3.0 - 2.0 * x)
     }
 
     /// Takes the bounds of accelerations out of the problem of the stack, and keeps them.
@@ -101,6 +123,10 @@ pub struct Stage {
     stack: usize,
     /// Ticks since it was entered.
     ticks: u64,
+    /// There was no time to solve the hierarchy at the last tick.
+    late: bool,
+    /// What is left of the velocity after a tick without time.
+    slowing: f64,
 }
 
 /// The parameters of a stack's tasks by their places, as `` `gain` of task `reach` ``.
@@ -136,7 +162,7 @@ fn in_common(program: &Program, a: &StackProgram, b: &StackProgram) -> usize {
     a.levels.iter().zip(&b.levels).take_while(|(a, b)| same_level(program, a, b) && lasting(a)).count()
 }
 
-/// How long the damping that rows above make of a level takes to fade, in s.
+/// How long the damping that rows above make of a level takes to fade, and the velocity where there is no time, in s.
 const FADING: f64 = 0.1;
 
 /// The solver of a stack. Safety planners reckon with the exact answer of the hierarchy, so that a stack with one has no
@@ -172,6 +198,7 @@ impl Stage {
             gentle,
             coasting: false,
             goes_on: false,
+            begun: false,
         };
         Ok(Stage {
             solution: Solution::new(&problem),
@@ -181,6 +208,8 @@ impl Stage {
             blend,
             stack,
             ticks: 0,
+            late: false,
+            slowing: (-program.robot.period / FADING).exp(),
             evaluator,
             problem,
         })
@@ -237,6 +266,11 @@ impl Stage {
         self.blend.duration > 0.0 || self.blend.goes_on
     }
 
+    /// Whether there was no time to solve the hierarchy at the last tick.
+    pub(super) fn is_late(&self) -> bool {
+        self.late
+    }
+
     /// Whether the velocity of the last tick is one between the two stacks.
     fn is_between(&self) -> bool {
         self.blend.duration > 0.0 || self.blend.coasting
@@ -254,59 +288,102 @@ impl Stage {
         if blend > 0.0 {
             self.evaluator.hand_over();
         }
-        self.ticks = 0;
-        self.blend.duration = blend;
+        (self.ticks, self.late) = (0, false);
+        (self.blend.duration, self.blend.begun) = (blend, false);
         for (i, (kept, level)) in self.blend.kept.iter_mut().zip(&self.problem.levels).enumerate() {
             *kept = level.hard || i < common;
         }
     }
 
-    /// Works out the velocity of a tick at a configuration. Never allocates.
+    /// Works out the velocity of a tick at a configuration. Never allocates. Where that takes longer than until the given instant, it is
+    /// the one nearest to the last that hard levels let through.
     ///
     /// # Errors
     /// There is none.
-    pub(super) fn solve(&mut self, q: &[f64], moment: Moment) -> Result<(), Fault> {
+    pub(super) fn solve(&mut self, q: &[f64], moment: Moment, until: Option<Instant>) -> Result<(), Fault> {
         self.blend.coasting = self.evaluator.locked().iter().any(|&dof| moment.velocity[dof].abs() > STANDS);
         self.evaluator.coast(self.blend.coasting);
         self.evaluator.update(q, moment, &mut self.problem)?;
         if self.blend.lasts(moment) {
             self.blend.leave_out_accelerations(&mut self.problem);
         }
-        self.solver.solve(&self.problem, &mut self.solution);
-        usable(&self.solution, &self.evaluator)?;
-        for k in 0..self.evaluator.safety().count() {
-            if self.evaluator.reconsider(k, q, moment, &mut self.problem, &self.solution.x)? {
-                self.solver.solve(&self.problem, &mut self.solution);
-                usable(&self.solution, &self.evaluator)?;
-            }
-        }
+        self.solver.set_deadline(until);
+        let before = self.late;
+        self.late = !self.solve_hierarchy(q, moment)?;
         self.blend.goes_on = false;
-        if self.is_between() {
+        if self.late {
+            self.make_do(moment, before)?;
+        } else if self.is_between() {
             self.go_over(moment)?;
         }
         self.ticks += 1;
         Ok(())
     }
 
+    /// Solves the hierarchy, and once more for each safety planner that decides anew. False where there was no time.
+    fn solve_hierarchy(&mut self, q: &[f64], moment: Moment) -> Result<bool, Fault> {
+        for k in 0..=self.evaluator.safety().count() {
+            if k == 0 || self.evaluator.reconsider(k - 1, q, moment, &mut self.problem, &self.solution.x)? {
+                self.solver.solve(&self.problem, &mut self.solution);
+                if matches!(self.solution.status, Status::OutOfTime { .. }) {
+                    return Ok(false);
+                }
+                usable(&self.solution, &self.evaluator)?;
+            }
+        }
+        Ok(true)
+    }
+
+    /// The velocity where there is no time for the hierarchy, for the first time or again: see the head of the file.
+    fn make_do(&mut self, moment: Moment, again: bool) -> Result<(), Fault> {
+        let left = self.blend.left(moment);
+        let b = &mut self.blend;
+        // At the first tick of a stack its solver's last answer is of another time.
+        let begun = self.ticks > 0 && (b.duration == 0.0 || b.begun);
+        if begun && self.solution.status == (Status::OutOfTime { on_the_way: true }) {
+            for ((r, v), offset) in b.problem.reference.iter_mut().zip(&self.solution.x).zip(&b.offset) {
+                *r = v + left * offset;
+            }
+        } else {
+            let keeps = if again { self.slowing } else { 1.0 };
+            b.problem.reference.iter_mut().zip(moment.velocity).for_each(|(r, v)| *r = keeps * v);
+        }
+        self.nearest(moment, self.blend.lasts(moment))?;
+        self.solution.x.copy_from_slice(&self.blend.solution.x);
+        self.solution.measure(&self.problem);
+        if begun {
+            // The offset is no motion of the stack's.
+            self.solution.x.iter_mut().zip(&self.blend.offset).for_each(|(x, offset)| *x -= left * offset);
+        }
+        Ok(())
+    }
+
     fn go_over(&mut self, moment: Moment) -> Result<(), Fault> {
         let b = &mut self.blend;
-        if self.ticks == 0 {
+        if !b.begun {
+            b.begun = true;
             for ((offset, v), x) in b.offset.iter_mut().zip(moment.velocity).zip(&self.solution.x) {
                 *offset = v - x;
             }
         }
-        let lasts = b.lasts(moment);
-        let x = if lasts { moment.times.t / b.duration } else { 1.0 };
-        if x >= 1.0 {
+        let (lasts, left) = (b.lasts(moment), b.left(moment));
+        if !lasts {
             b.duration = 0.0;
             if !b.coasting {
                 return Ok(());
             }
         }
-        let left = if x < 1.0 { 1.0 - x * x * (3.0 - 2.0 * x) } else { 0.0 };
         for ((r, v), offset) in b.problem.reference.iter_mut().zip(&self.solution.x).zip(&b.offset) {
             *r = v + left * offset;
         }
+        self.nearest(moment, lasts)
+    }
+
+    /// The velocity nearest to the reference among those that meet the levels that hold between stacks, or where there was no
+    /// time the hard ones.
+    fn nearest(&mut self, moment: Moment, lasts: bool) -> Result<(), Fault> {
+        let late = self.late;
+        let b = &mut self.blend;
         let Some((locks, levels)) = b.problem.levels.split_first_mut() else { return Ok(()) };
         for (i, &dof) in self.evaluator.locked().iter().enumerate() {
             let last = moment.velocity[dof];
@@ -323,9 +400,9 @@ impl Stage {
             }
         }
         // A level that was damped holds what its rows reached, which the velocity between need not give up.
-        let settled = self.solver.settled().unwrap_or(&self.problem);
+        let settled = self.solver.settled().filter(|_| !late).unwrap_or(&self.problem);
         for (i, ((to, from), kept)) in levels.iter_mut().zip(&settled.levels).zip(&b.kept).enumerate() {
-            if *kept {
+            if from.hard || (*kept && !late) {
                 to.copy_from(from);
                 to.damping = 0.0;
             } else {
@@ -351,7 +428,7 @@ impl Stage {
 
     /// The velocity of the last tick.
     pub(super) fn velocity(&self) -> &[f64] {
-        if self.is_between() { &self.blend.solution.x } else { &self.solution.x }
+        if self.is_between() || self.late { &self.blend.solution.x } else { &self.solution.x }
     }
 
     /// Names of the rows of a level that were not met at the last tick, as `task: row`.
@@ -374,8 +451,10 @@ fn usable_between(solution: &Solution, evaluator: &Evaluator) -> Result<(), Faul
     match solution.status {
         Status::Optimal => usable(solution, evaluator),
         Status::Infeasible { level } => Err(Fault::Infeasible { level: level.saturating_sub(1) }),
-        Status::Failed { level } => Err(Fault::Solver { level: level.saturating_sub(1) }),
-        Status::NotFinite { level, .. } => Err(Fault::Solver { level: level.saturating_sub(1) }),
+        Status::OutOfTime { .. } => Err(Fault::Solver { level: 0 }),
+        Status::Failed { level } | Status::NotFinite { level, .. } => {
+            Err(Fault::Solver { level: level.saturating_sub(1) })
+        }
     }
 }
 
@@ -385,6 +464,7 @@ fn usable(solution: &Solution, evaluator: &Evaluator) -> Result<(), Fault> {
         Status::Optimal if solution.x.iter().all(|v| v.is_finite()) => Ok(()),
         Status::Optimal => Err(Fault::Solver { level: 0 }),
         Status::Infeasible { level } => Err(Fault::Infeasible { level }),
+        Status::OutOfTime { .. } => Err(Fault::Solver { level: 0 }),
         Status::Failed { level } => Err(Fault::Solver { level }),
         Status::NotFinite { level, row } => {
             let member = evaluator.members().iter().position(|m| m.level == level && m.rows.contains(&row));

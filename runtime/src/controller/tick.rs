@@ -1,5 +1,7 @@
 //! A tick: what the robot shows, what the machine makes of it, and the stack that runs.
 
+use std::time::Instant;
+
 use super::machine::{Answer, Change, Machine};
 use super::own::Present;
 use super::{Controller, Observation, Stage, TRACKING_LIMIT};
@@ -12,9 +14,9 @@ const PASSED: f64 = 1e-6;
 
 impl Controller {
     /// What the machine and the active stack answer to an observation: the command, or what is wrong.
-    pub(super) fn tick(&mut self, o: &Observation) -> Option<Fault> {
+    pub(super) fn tick(&mut self, o: &Observation, until: Option<Instant>) -> Option<Fault> {
         self.told = false;
-        let fault = self.answer(o);
+        let fault = self.answer(o, until);
         if !self.told {
             // What was told before is of another tick: no condition goes on holding by it.
             for signal in self.stages[self.active].evaluator.telling() {
@@ -24,7 +26,7 @@ impl Controller {
         fault
     }
 
-    fn answer(&mut self, o: &Observation) -> Option<Fault> {
+    fn answer(&mut self, o: &Observation, until: Option<Instant>) -> Option<Fault> {
         // A clock that says nothing is taken to go on.
         let time = if o.time.is_finite() { o.time } else { self.last + self.period };
         self.sense(o.q, time);
@@ -74,7 +76,7 @@ impl Controller {
             self.raised = done.err();
             return seen;
         }
-        self.raised = done.and_then(|()| self.run(o.q, time)).err();
+        self.raised = done.and_then(|()| self.run(o.q, time, until)).err();
         self.raised.or(seen)
     }
 
@@ -128,7 +130,7 @@ impl Controller {
     }
 
     /// Runs the active stack for a tick.
-    fn run(&mut self, q: &[f64], time: f64) -> Result<(), Fault> {
+    fn run(&mut self, q: &[f64], time: f64, until: Option<Instant>) -> Result<(), Fault> {
         if !self.anchored {
             self.reference.copy_from_slice(q);
             self.anchored = true;
@@ -153,7 +155,7 @@ impl Controller {
             stage.enter(&self.reference, moment, blend, common);
         }
         self.moving = Some(self.active);
-        stage.solve(&self.reference, moment)?;
+        stage.solve(&self.reference, moment, until)?;
         self.velocity.copy_from_slice(stage.velocity());
         self.stack_velocity.copy_from_slice(&stage.solution.x);
         stage.evaluator.observe(&self.reference, &self.velocity);

@@ -84,6 +84,8 @@ impl Program {
         }
         ensure(run.duration.is_finite() && run.duration > 0.0, &at("duration"), "not a positive time")?;
         ensure(run.duration / self.robot.period >= 0.5, &at("duration"), "shorter than one tick")?;
+        let budget = run.tick_budget.is_none_or(|b| b > 0.0 && b <= self.robot.period);
+        ensure(budget, &at("tick_budget"), "not between nothing and a period")?;
         ensure(run.duration / self.robot.period <= 1e9, &at("duration"), "more than a thousand million ticks")?;
         let s = &run.simulator;
         ensure(

@@ -11,6 +11,7 @@
 //! | `error.TASK` | norm of a target's whole error | that of the rows; rad and m mixed for a pose |
 //! | `error.TASK.PART` | norm of a part of it, such as `left.position` | m or rad |
 //! | `signal.NAME.PART` | what the controller takes a signal or a variable for, such as `signal.stem.x` | SI |
+//! | `late` | 1 where the tick's budget was spent before its hierarchy was solved, where there is a budget | |
 //! | `fault` | what was found at this tick, or keeps the robot still | |
 //!
 //! Numbers are written so that reading them gives the same double; an undefined one is an empty cell, as are those of tasks
@@ -31,6 +32,7 @@ pub struct CsvRecorder<W: Write> {
     out: W,
     roster: Roster,
     machine: bool,
+    budget: bool,
     /// Places of the numbers of signals in their table.
     signals: Vec<usize>,
 }
@@ -44,7 +46,13 @@ impl<W: Write> CsvRecorder<W> {
         let roster = Roster::new(controller);
         writeln!(out, "{}", header(program, &roster.members).join(","))?;
         let signals = numbers(&program.interface).iter().map(|n| n.at).collect();
-        Ok(CsvRecorder { out, roster, machine: program.run.subject == Subject::Machine, signals })
+        Ok(CsvRecorder {
+            out,
+            roster,
+            machine: program.run.subject == Subject::Machine,
+            budget: program.run.tick_budget.is_some(),
+            signals,
+        })
     }
 
     /// Writes what is buffered.
@@ -80,6 +88,9 @@ pub fn header(program: &Program, members: &[Member]) -> Vec<String> {
     let signal =
         |n: super::signals::SignalNumber| format!("signal.{}{}", program.interface.signals[n.signal].name, n.part);
     names.extend(numbers(&program.interface).into_iter().map(signal));
+    if program.run.tick_budget.is_some() {
+        names.push("late".to_string());
+    }
     names.push("fault".to_string());
     names
 }
@@ -121,6 +132,9 @@ impl<W: Write> Recorder for CsvRecorder<W> {
         let table = tick.controller.signal_table();
         for &at in &self.signals {
             cell(table[at])?;
+        }
+        if self.budget {
+            write!(out, ",{}", u8::from(tick.controller.is_late()))?;
         }
         writeln!(out, ",{}", tick.fault.map_or("", |f| f.kind().word()))
     }

@@ -6,7 +6,8 @@ use solver::{Active, LevelStatus};
 use stdlib_tasks::task::Nature;
 
 use super::summary::{
-    FaultRecord, LevelSummary, MARGIN_TOLERANCE, PartError, Percentiles, StateRecord, Summary, TaskSummary, TickTimes,
+    FaultRecord, LateTicks, LevelSummary, MARGIN_TOLERANCE, PartError, Percentiles, StateRecord, Summary, TaskSummary,
+    TickTimes,
 };
 use crate::controller::{Controller, Stage};
 use crate::evaluator::Member;
@@ -105,6 +106,9 @@ pub struct SummaryRecorder {
     held_back: HeldBackRecorder,
     joints: JointMotionRecorder,
     slow: SlowTicksRecorder,
+    late: LateTicks,
+    /// Late ticks up to the last one, one after the other.
+    late_now: usize,
 }
 
 impl SummaryRecorder {
@@ -141,6 +145,8 @@ impl SummaryRecorder {
             held_back: HeldBackRecorder::new(controller),
             joints: JointMotionRecorder::new(controller),
             slow: SlowTicksRecorder::new(controller),
+            late: LateTicks::default(),
+            late_now: 0,
         }
     }
 
@@ -222,6 +228,7 @@ impl SummaryRecorder {
             held_back: self.held_back.result(),
             joints: self.joints.result(),
             verification: None,
+            late: program.run.tick_budget.map(|budget| LateTicks { budget_us: 1e6 * budget, ..self.late }),
             tick_us: TickTimes { all: Percentiles::of(&mut self.elapsed_us), slowest: self.slow.result() },
             hints,
             outputs,
@@ -240,6 +247,7 @@ impl Recorder for SummaryRecorder {
         }
         self.note_fault(tick);
         self.note_state(tick);
+        self.note_late(tick);
         let frozen = tick.fault.is_some();
         let running: Vec<(usize, &Member)> = self.roster.running(tick).collect();
         for (place, (i, m)) in running.into_iter().enumerate() {
@@ -275,6 +283,19 @@ impl SummaryRecorder {
         if let Some(last) = self.faults.last_mut().filter(|_| self.halted) {
             last.answered = false;
         }
+    }
+
+    fn note_late(&mut self, tick: &Tick) {
+        if !tick.controller.is_late() {
+            self.late_now = 0;
+            return;
+        }
+        if self.late.ticks == 0 {
+            self.late.first_s = tick.time;
+        }
+        self.late.ticks += 1;
+        self.late_now += 1;
+        self.late.in_a_row = self.late.in_a_row.max(self.late_now);
     }
 
     fn note_state(&mut self, tick: &Tick) {

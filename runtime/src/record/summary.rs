@@ -55,6 +55,9 @@ pub struct Summary {
     /// The second solver's opinion, if it was asked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<Verification>,
+    /// Ticks whose budget was spent; none where there is no budget.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub late: Option<LateTicks>,
     /// Time of the controller per tick; without the ticks after a fault, which compute nothing.
     pub tick_us: TickTimes,
     /// What to do about limits that were passed by no more than sampling in time can lose.
@@ -62,6 +65,19 @@ pub struct Summary {
     pub hints: Vec<String>,
     /// Files that were written.
     pub outputs: Vec<String>,
+}
+
+/// Ticks whose budget was spent before the hierarchy was solved: the robot made do with what was known of the answer, within its hard levels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct LateTicks {
+    /// The budget, in microseconds.
+    pub budget_us: f64,
+    /// How many.
+    pub ticks: usize,
+    /// The most one after the other.
+    pub in_a_row: usize,
+    /// When the first was, in s; 0 if none was.
+    pub first_s: f64,
 }
 
 /// A fault and when it came.

@@ -165,7 +165,11 @@ impl HierarchicalSolver for ActiveSet {
                 Ok(()) => {}
                 Err(Stopped::Late) => {
                     self.effort.late += 1;
-                    solution.status = Status::OutOfTime;
+                    let on_the_way = self.search.known > 0;
+                    if on_the_way {
+                        solution.x.copy_from_slice(&self.search.point[..problem.n]);
+                    }
+                    solution.status = Status::OutOfTime { on_the_way };
                     return;
                 }
                 Err(Stopped::Circle) => {
