@@ -20,8 +20,8 @@ use crate::problem::Problem;
 use crate::space::Kind;
 use crate::structure::Structure;
 
-/// With more signs and rows that are wrong than this, and than half the working set, the last tick is no start.
-const FAR: usize = 4;
+/// With more signs and rows that are wrong than this, and than a third of the working set, the last tick is no start.
+const FAR: usize = 3;
 
 /// After so many changes the rest of the line is judged by what they came to: one that would take more than [`WHOLE`] is given up.
 const TRIAL: f64 = 9.0;
@@ -46,7 +46,7 @@ impl Search {
     /// trial multipliers. False where it was given up on the way; the working set is then as good a start as any.
     pub(super) fn follow(&mut self, problem: &Problem) -> Result<bool, Stopped> {
         let count = self.relaxed.stages.count();
-        if self.locate(problem) + self.wrong() > FAR + count / 2 {
+        if self.locate(problem) + self.wrong() > FAR + count / 3 {
             return Ok(false);
         }
         let from = self.budget;

@@ -199,6 +199,9 @@ impl Search {
                     self.improve(problem)?;
                 }
                 return Ok(true);
+            } else {
+                self.adds.fill(0);
+                return Ok(false);
             }
             self.adds.fill(0);
         }
