@@ -7,6 +7,7 @@ use hierarq_solver::{
     ActiveSet, HierarchicalSolver, Level, LevelShape, Problem, Solution, Status, Structure, certificate,
 };
 use proptest::prelude::*;
+use proptest::test_runner::TestCaseError;
 
 const TASTE: Taste = Taste {
     variables: 8,
@@ -45,6 +46,19 @@ fn drift(problem: &mut Problem, dice: &mut Dice) {
     }
 }
 
+/// Whether two answers are the same, up to rounding.
+fn same(a: &Solution, b: &Solution) -> Result<(), TestCaseError> {
+    for (x, y) in a.x.iter().zip(&b.x) {
+        prop_assert!((x - y).abs() < 1e-9 * size(&a.x), "{} {}", x, y);
+    }
+    for (p, q) in a.levels.iter().zip(&b.levels) {
+        prop_assert!((p.violation - q.violation).abs() < 1e-9 * size(&a.x));
+        prop_assert_eq!(&p.active, &q.active);
+        prop_assert_eq!(p.freedom, q.freedom);
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
@@ -65,13 +79,7 @@ proptest! {
             solvers[1].solve(&fixed, &mut solutions[1]);
             let [a, b] = &solutions;
             prop_assert_eq!(a.status, b.status);
-            for (x, y) in a.x.iter().zip(&b.x) {
-                prop_assert!((x - y).abs() < 1e-9 * (1.0 + x.abs()), "{} {}", x, y);
-            }
-            for (p, q) in a.levels.iter().zip(&b.levels) {
-                prop_assert!((p.violation - q.violation).abs() < 1e-9 * size(&a.x));
-                prop_assert_eq!(&p.active, &q.active);
-            }
+            same(a, b)?;
             let state = dice.0;
             drift(&mut open, &mut dice);
             dice.0 = state;
@@ -110,14 +118,7 @@ proptest! {
             prop_assert_eq!(a.status, Status::Optimal);
             prop_assert_eq!(b.status, Status::Optimal);
             prop_assert!(certificate(&fixed, &b.x) < 1e-8, "{}", certificate(&fixed, &b.x));
-            for (x, y) in a.x.iter().zip(&b.x) {
-                prop_assert!((x - y).abs() < 1e-9 * size(&a.x), "{} {}", x, y);
-            }
-            for (p, q) in a.levels.iter().zip(&b.levels) {
-                prop_assert!((p.violation - q.violation).abs() < 1e-9 * size(&a.x));
-                prop_assert_eq!(&p.active, &q.active);
-                prop_assert_eq!(p.freedom, q.freedom);
-            }
+            same(a, b)?;
             let state = dice.0;
             drift(&mut open, &mut dice);
             dice.0 = state;
