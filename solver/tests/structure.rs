@@ -59,6 +59,26 @@ fn same(a: &Solution, b: &Solution) -> Result<(), TestCaseError> {
     Ok(())
 }
 
+/// Drifts two problems alike and solves them tick by tick: proven, and the same.
+fn same_ticks(mut open: Problem, mut fixed: Problem, mut dice: Dice) -> Result<(), TestCaseError> {
+    let mut solvers = [ActiveSet::new(&open), ActiveSet::new(&fixed)];
+    let mut solutions = [Solution::new(&open), Solution::new(&fixed)];
+    for _ in 0..5 {
+        solvers[0].solve(&open, &mut solutions[0]);
+        solvers[1].solve(&fixed, &mut solutions[1]);
+        let [a, b] = &solutions;
+        prop_assert_eq!(a.status, Status::Optimal);
+        prop_assert_eq!(b.status, Status::Optimal);
+        prop_assert!(certificate(&fixed, &b.x) < 1e-8, "{}", certificate(&fixed, &b.x));
+        same(a, b)?;
+        let state = dice.0;
+        drift(&mut open, &mut dice);
+        dice.0 = state;
+        drift(&mut fixed, &mut dice);
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
@@ -72,19 +92,7 @@ proptest! {
         for level in &mut fixed.levels {
             level.fix(0..level.rows());
         }
-        let mut solvers = [ActiveSet::new(&open), ActiveSet::new(&fixed)];
-        let mut solutions = [Solution::new(&open), Solution::new(&fixed)];
-        for _ in 0..5 {
-            solvers[0].solve(&open, &mut solutions[0]);
-            solvers[1].solve(&fixed, &mut solutions[1]);
-            let [a, b] = &solutions;
-            prop_assert_eq!(a.status, b.status);
-            same(a, b)?;
-            let state = dice.0;
-            drift(&mut open, &mut dice);
-            dice.0 = state;
-            drift(&mut fixed, &mut dice);
-        }
+        same_ticks(open, fixed, dice)?;
     }
 
     /// Wishes for most variables, of weights that differ by orders, with other rows above, beside and below: a level that
@@ -109,21 +117,7 @@ proptest! {
         open.levels[l] = level;
         let mut fixed = open.clone();
         fixed.levels[l].fix(0..n);
-        let mut solvers = [ActiveSet::new(&open), ActiveSet::new(&fixed)];
-        let mut solutions = [Solution::new(&open), Solution::new(&fixed)];
-        for _ in 0..5 {
-            solvers[0].solve(&open, &mut solutions[0]);
-            solvers[1].solve(&fixed, &mut solutions[1]);
-            let [a, b] = &solutions;
-            prop_assert_eq!(a.status, Status::Optimal);
-            prop_assert_eq!(b.status, Status::Optimal);
-            prop_assert!(certificate(&fixed, &b.x) < 1e-8, "{}", certificate(&fixed, &b.x));
-            same(a, b)?;
-            let state = dice.0;
-            drift(&mut open, &mut dice);
-            dice.0 = state;
-            drift(&mut fixed, &mut dice);
-        }
+        same_ticks(open, fixed, dice)?;
     }
 
     /// A row that is left out is as if it had never been there.

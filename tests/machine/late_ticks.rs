@@ -4,7 +4,7 @@
 use runtime::record::All;
 use runtime::record::csv::CsvRecorder;
 use runtime::record::summary::SummaryRecorder;
-use runtime::{Program, Recorder, Simulation, Tick};
+use runtime::{Controller, Fault, Observation, Program, Recorder, Simulation, Tick};
 use solver::Status;
 
 use super::common::{program, program_of};
@@ -123,6 +123,32 @@ run { machine m  duration 0.5 s }
         }
     }
     assert!(kept.v[last + 1..].iter().flatten().all(|v| (v - 0.5).abs() < 1e-9));
+}
+
+/// Hard levels that contradict each other are a fault at the same tick, however little time there is: a late tick does not hide it.
+#[test]
+fn no_time_hides_no_hard_level_that_cannot_be_met() {
+    const SPEC: &str = "hierarq 1
+robot arm { urdf \"robots/arm7.urdf\"  rate 100 Hz  home { all [0, 0.4, 0, 1.6, 0, 1.14, 0] rad } }
+task caps = joint_velocity_limits { max 0.5 rad/s }
+task must = joint_velocity { velocity { all if(t < 0.095 s, 0.1 rad/s, 1 rad/s) } }
+stack moves { level caps hard { caps }  level must hard { must } }
+run { duration 0.3 s }
+";
+    let calm = program_of(SPEC);
+    for program in [hurried(&calm), calm] {
+        let mut controller = Controller::new(&program).expect("it can be executed");
+        let q = program.robot.home.clone();
+        for k in 0..12 {
+            let command = controller.step(&Observation { time: 0.01 * f64::from(k), q: &q });
+            if k < 10 {
+                assert_eq!(command.fault, None, "tick {k}");
+            } else {
+                assert_eq!(command.fault, Some(Fault::Infeasible { level: 1 }), "tick {k}");
+                assert!(!command.late && command.velocity.iter().all(|v| *v == 0.0), "tick {k}");
+            }
+        }
+    }
 }
 
 #[test]

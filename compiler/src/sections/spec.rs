@@ -218,7 +218,7 @@ pub static RUN: Section = Section {
         Key::optional(
             "tick_budget",
             Holds::Number(Quantity::above(TIME, 0.0)),
-            "How long a tick may take, up to a period, before the robot makes do with what is known of the answer; any time where left out.",
+            "The time that a tick may take, up to a period, before the robot makes do with what is known of the answer; any time where left out.",
         ),
         Key::optional("simulator", Holds::Block(&SIMULATOR), "How the simulated robot differs from a perfect one."),
     ],

@@ -79,7 +79,7 @@ pub struct Controller {
     observed: Option<Box<(Model, Data)>>,
     period: f64,
     deadline: f64,
-    /// How long a tick may take.
+    /// The time that a tick may take.
     budget: Option<Duration>,
     tracking_gain: f64,
     reference: Vec<f64>,
@@ -286,7 +286,7 @@ impl Controller {
         self.signals.table()
     }
 
-    /// Whether the budget of the last tick was spent before the stack's hierarchy was solved.
+    /// True where the budget of the last tick was spent before the stack's hierarchy was solved.
     pub fn is_late(&self) -> bool {
         self.told && self.stages[self.active].is_late()
     }

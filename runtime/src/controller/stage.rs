@@ -125,7 +125,7 @@ pub struct Stage {
     ticks: u64,
     /// There was no time to solve the hierarchy at the last tick.
     late: bool,
-    /// What is left of the velocity after a tick without time.
+    /// The part of the velocity that is left after a tick without time.
     slowing: f64,
 }
 
@@ -162,7 +162,7 @@ fn in_common(program: &Program, a: &StackProgram, b: &StackProgram) -> usize {
     a.levels.iter().zip(&b.levels).take_while(|(a, b)| same_level(program, a, b) && lasting(a)).count()
 }
 
-/// How long the damping that rows above make of a level takes to fade, and the velocity where there is no time, in s.
+/// Time constant in s with which damping by rows above a level fades, and the velocity where there is no time.
 const FADING: f64 = 0.1;
 
 /// The solver of a stack. Safety planners reckon with the exact answer of the hierarchy, so that a stack with one has no
@@ -266,7 +266,7 @@ impl Stage {
         self.blend.duration > 0.0 || self.blend.goes_on
     }
 
-    /// Whether there was no time to solve the hierarchy at the last tick.
+    /// True where there was no time to solve the hierarchy at the last tick.
     pub(super) fn is_late(&self) -> bool {
         self.late
     }

@@ -282,7 +282,7 @@ pub struct RunProgram {
     pub solver: solver::Backend,
     /// The simulated robot.
     pub simulator: Simulator,
-    /// How long a tick of the controller may take, in s, before the robot makes do with what is known of the answer; none for any time.
+    /// The time in s that a tick of the controller may take before the robot makes do with what is known of the answer; none for any time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick_budget: Option<f64>,
 }

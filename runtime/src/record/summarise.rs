@@ -228,7 +228,10 @@ impl SummaryRecorder {
             held_back: self.held_back.result(),
             joints: self.joints.result(),
             verification: None,
-            late: program.run.tick_budget.map(|budget| LateTicks { budget_us: 1e6 * budget, ..self.late }),
+            late: program
+                .run
+                .tick_budget
+                .map(|budget| LateTicks { budget_us: (1e9 * budget).round() * 1e-3, ..self.late }),
             tick_us: TickTimes { all: Percentiles::of(&mut self.elapsed_us), slowest: self.slow.result() },
             hints,
             outputs,

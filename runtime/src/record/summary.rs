@@ -72,7 +72,7 @@ pub struct Summary {
 pub struct LateTicks {
     /// The budget, in microseconds.
     pub budget_us: f64,
-    /// How many.
+    /// Number of late ticks.
     pub ticks: usize,
     /// The most one after the other.
     pub in_a_row: usize,

@@ -100,7 +100,7 @@ impl Search {
         }
     }
 
-    /// How many multipliers have the wrong sign at the frame's point.
+    /// Number of multipliers of the wrong sign at the frame's point.
     fn wrong(&self) -> usize {
         let stages = &self.relaxed.stages;
         stages.own.iter().chain(&stages.held).flatten().filter(|e| e.trial < -e.noise).count()
