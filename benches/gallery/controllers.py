@@ -14,7 +14,7 @@ from pink.limits import AccelerationLimit, ConfigurationLimit, VelocityLimit
 import tsid
 from tsid import tsid_pywrap
 
-from motions import DATA, DURATION, GAIN
+from motions import DATA, GAIN
 
 
 class Trace:
@@ -58,8 +58,8 @@ stack reach {{
   {second}
   level posture {damping} {{ joint_position {{ target {{ {joints(robot, motion.home)} }} }} }}
 }}
-run {{ duration {DURATION} s }}
-scenario "it" {{ duration {DURATION} s  seed 1 {"simulator { lag 5 ms  noise 0.1 mrad }" if disturbed else ""}  expect never fault }}
+run {{ duration {motion.duration} s }}
+scenario "it" {{ duration {motion.duration} s  seed 1 {"simulator { lag 5 ms  noise 0.1 mrad }" if disturbed else ""}  expect never fault }}
 """
 
 
@@ -103,7 +103,7 @@ def pink_(motion, _folder):
     accelerations = AccelerationLimit(model, robot.acceleration)
     limits = [ConfigurationLimit(model), VelocityLimit(model), accelerations]
     t, q, v = [], [], []
-    for k in range(int(round(DURATION * motion.rate))):
+    for k in range(int(round(motion.duration * motion.rate))):
         tip.set_target(pin.SE3(motion.start.rotation, motion.target(k * period)[0]))
         velocity = pink.solve_ik(here, tasks, period, solver="daqp", limits=limits, safety_break=False)
         accelerations.set_last_integration(velocity, period)
@@ -150,7 +150,7 @@ def tsid_(motion, _folder):
     solver = tsid_pywrap.SolverHQuadProgFast("solver")
     solver.resize(form.nVar, form.nEq, form.nIn)
     ts, qs, vs = [], [], []
-    for k in range(int(round(DURATION * motion.rate))):
+    for k in range(int(round(motion.duration * motion.rate))):
         tip.setReference(sample(motion.start.rotation, *motion.target(k * period)))
         solution = solver.solve(form.computeProblemData(k * period, q, v))
         if solution.status != 0:

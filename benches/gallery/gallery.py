@@ -20,8 +20,8 @@ BEGIN, END = "<!-- table: begin -->\n", "<!-- table: end -->\n"
 
 
 def run(job):
-    robot, kind, seed, controller, folder = job
-    motion = Motion(run.robots[robot], kind, seed)
+    robot, kind, seed, duration, controller, folder = job
+    motion = Motion(run.robots[robot], kind, seed, duration)
     place = Path(folder) / f"{robot}-{kind}-{seed}-{len(controller)}".replace(" ", "_")
     result = {"robot": robot, "kind": kind, "seed": seed, "rate": motion.rate, "controller": controller}
     try:
@@ -72,6 +72,7 @@ def main():
     args.add_argument("--robots", nargs="+", default=list(known), choices=list(known))
     args.add_argument("--kinds", nargs="+", default=list(KINDS), choices=list(KINDS))
     args.add_argument("--controllers", nargs="+", default=list(CONTROLLERS), choices=list(CONTROLLERS))
+    args.add_argument("--duration", type=float, default=Motion.duration, help="of each motion, in s")
     args.add_argument("--list", action="store_true", help="print the motions of Hierarq that are not smooth")
     args.add_argument("--json", type=Path, help="write every result there")
     args.add_argument("--keep", type=Path, help="folder for specs and logs; a temporary one otherwise")
@@ -79,7 +80,7 @@ def main():
     args = args.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = str(args.keep or temporary)
-        jobs = [(r, k, s, c, folder) for c in args.controllers for r in args.robots for k in args.kinds for s in range(args.seeds)]
+        jobs = [(r, k, s, args.duration, c, folder) for c in args.controllers for r in args.robots for k in args.kinds for s in range(args.seeds)]
         with ProcessPoolExecutor(os.cpu_count(), initializer=prepare) as pool:
             results = []
             for result in pool.map(run, jobs, chunksize=4):

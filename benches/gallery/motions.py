@@ -13,7 +13,6 @@ import pinocchio as pin
 
 HERE = Path(__file__).resolve().parent
 DATA = Path(pin.__file__).parents[4] / "share/example-robot-data/robots"
-DURATION = 8.0
 RATES = [50, 100, 500, 1000]  # Hz
 GAIN = 2.0  # 1/s, of every task; the default of Hierarq
 BRAKING = 10.0  # 1/s, times the speed limit: the acceleration limit of a joint; the default of Hierarq
@@ -79,6 +78,7 @@ class Motion:
     robot: Robot
     kind: str
     seed: int
+    duration: float = 8.0
 
     def __post_init__(self):
         dice = random.Random(f"{self.robot.name} {self.kind} {self.seed}")

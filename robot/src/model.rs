@@ -72,6 +72,9 @@ pub struct Joint {
     /// Greatest effort \[N m or N\]; inf when there is none.
     #[serde(with = "crate::unlimited")]
     pub effort: f64,
+    /// Greatest acceleration and deceleration \[rad/s² or m/s²\]; inf when there is none.
+    #[serde(with = "crate::unlimited", default = "crate::unlimited::none")]
+    pub acceleration: f64,
 }
 
 /// A rigid body and its frame.
@@ -122,6 +125,9 @@ pub struct Dof {
     /// Greatest speed; inf when there is none.
     #[serde(with = "crate::unlimited")]
     pub velocity: f64,
+    /// Greatest acceleration; inf when there is none.
+    #[serde(with = "crate::unlimited", default = "crate::unlimited::none")]
+    pub acceleration: f64,
 }
 
 /// A motion column that moves a link, and the degree of freedom that drives it.

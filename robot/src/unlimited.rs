@@ -25,6 +25,11 @@ pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Err
     if x.is_nan() { Err(Error::custom("not a number")) } else { Ok(x) }
 }
 
+/// No limit, for what older files do not have.
+pub(crate) fn none() -> f64 {
+    f64::INFINITY
+}
+
 struct Limit;
 
 impl Visitor<'_> for Limit {

@@ -24,6 +24,7 @@ pub(super) struct Driven {
     pub upper: f64,
     pub velocity: f64,
     pub effort: f64,
+    pub acceleration: f64,
 }
 
 /// What limits of position say.
@@ -165,7 +166,8 @@ fn limits(cx: &mut Cx, joint: &RawJoint) -> Driven {
     let believed = |v: &f64| *v > 0.0 && *v <= FASTEST;
     let velocity = limit.and_then(|l| l.velocity).filter(believed).unwrap_or(f64::INFINITY);
     let effort = limit.map_or(f64::INFINITY, |l| l.effort);
-    Driven { drive: Drive::Fixed, lower, upper, velocity, effort }
+    let acceleration = limit.map_or(f64::INFINITY, |l| l.acceleration);
+    Driven { drive: Drive::Fixed, lower, upper, velocity, effort, acceleration }
 }
 
 /// Warns about limits that a degree of freedom lacks.

@@ -133,6 +133,7 @@ fn parts(robot: RawRobot, tree: &Tree, driven: &[Driven], base: Base) -> Parts {
             upper: d.upper,
             velocity: d.velocity,
             effort: d.effort,
+            acceleration: d.acceleration,
         });
     }
     let dofs = dofs(base, &joints);
@@ -153,6 +154,7 @@ fn dofs(base: Base, joints: &[Joint]) -> Vec<Dof> {
             lower: f64::NEG_INFINITY,
             upper: f64::INFINITY,
             velocity: f64::INFINITY,
+            acceleration: f64::INFINITY,
         })
         .collect();
     for (k, joint) in joints.iter().enumerate() {
@@ -168,6 +170,7 @@ fn dofs(base: Base, joints: &[Joint]) -> Vec<Dof> {
                 lower: joint.lower,
                 upper: joint.upper,
                 velocity: joint.velocity,
+                acceleration: joint.acceleration,
             });
         }
     }

@@ -30,6 +30,7 @@ pub(super) struct RawLimit {
     pub upper: Option<f64>,
     pub velocity: Option<f64>,
     pub effort: f64,
+    pub acceleration: f64,
 }
 
 /// The `<mimic>` of a joint as written.
@@ -217,7 +218,15 @@ fn limit(cx: &mut Cx, element: Node) -> RawLimit {
         upper: cx.number(element, "upper"),
         velocity,
         effort,
+        acceleration: acceleration(cx, element),
     }
+}
+
+/// The lower one of `acceleration` and `deceleration`, which URDF 1.2 has; of a jerk nothing is read.
+fn acceleration(cx: &mut Cx, element: Node) -> f64 {
+    let [up, down] = ["acceleration", "deceleration"]
+        .map(|name| speed(cx, element, name).filter(|x| *x > 0.0).unwrap_or(f64::INFINITY));
+    up.min(down)
 }
 
 /// A number for which "infinite" and "NaN" mean that there is no limit.

@@ -260,3 +260,21 @@ fn damaged_json_is_refused() {
         assert!(serde_json::from_value::<Model>(broken).is_err(), "{at}");
     }
 }
+
+#[test]
+fn limits_of_accelerations_are_those_of_urdf_1_2() {
+    for (body, acceleration) in [
+        ("<limit velocity='2' effort='1'/>", f64::INFINITY),
+        ("<limit velocity='2' acceleration='7'/>", 7.0),
+        ("<limit velocity='2' deceleration='5'/>", 5.0),
+        ("<limit velocity='2' acceleration='7' deceleration='5' jerk='100'/>", 5.0),
+        ("<limit velocity='2' acceleration='0' deceleration='inf'/>", f64::INFINITY),
+        ("<limit velocity='2' acceleration='-3'/>", f64::INFINITY),
+    ] {
+        let (model, _) = joint("continuous", body);
+        assert_eq!((model.joints[0].acceleration, model.dofs[0].acceleration), (acceleration, acceleration), "{body}");
+        // Without a limit the number is infinite, and JSON has no word for that.
+        let again: Model = serde_json::from_str(&serde_json::to_string(&model).unwrap()).unwrap();
+        assert_eq!(again.dofs[0].acceleration, acceleration);
+    }
+}

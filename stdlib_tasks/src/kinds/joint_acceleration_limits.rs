@@ -9,10 +9,11 @@ use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Ta
 crate::params! {
     /// Parameters of `joint_acceleration_limits`.
     pub struct Params {
-        /// The joints; where left out all that `max` gives a limit to, the base included, or all that have a speed limit.
+        /// The joints; where left out all that `max` gives a limit to, the base included, or all for which the URDF has a limit
+        /// of acceleration or speed.
         joints: Option<Vec<usize>> = ParamType::Joints, Presence::Optional;
         /// Largest accelerations: one value for all of these joints that have its unit, or one for each joint or group:
-        /// constants. Where left out, ten times its speed limit a second for each joint: from rest to its speed limit in 0.1 s.
+        /// constants. Where left out, that of the URDF for each joint; for one without, ten times its speed limit a second.
         max: Option<Vec<(usize, Slot)>> = ParamType::JointAccelerations, Presence::Optional;
     }
 }
@@ -28,8 +29,9 @@ pub static KIND: TaskKind = TaskKind {
     docs: "One two-sided row a joint, with the control period T:\n\n\
 ```text\nv_last - a_max T  <=  v  <=  v_last + a_max T\n```\n\n\
 `v_last` is the velocity that the reference moved with since the last tick, whatever level or stack chose it; it is \
-zero at the beginning. The margin is `a_max - |v - v_last| / T` of the velocity that was chosen. A URDF has no \
-limits of accelerations. Without `max` a joint gets `10 /s` times its speed limit in the URDF: it may go from rest to its \
+zero at the beginning. The margin is `a_max - |v - v_last| / T` of the velocity that was chosen. Without `max` \
+a joint gets the limit of its URDF: the lower one of `acceleration` and `deceleration` of `<limit>`, which URDF 1.2 has. Most \
+files have none; a joint then gets `10 /s` times its speed limit: it may go from rest to its \
 speed limit in 0.1 s, and can brake before its position limit with the gain that `joint_position_limits` has by \
 default.\n\n\
 **Together with `joint_position_limits`.** Along its rows `v <= φ h` with the distance `h` to a limit, a joint that was \
@@ -70,8 +72,9 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     let (mut rows, mut info) = (Vec::new(), Vec::new());
     for &dof in params.joints.as_ref().unwrap_or(&all) {
         let Some(d) = ctx.model.dofs.get(dof) else { continue };
-        let of_speed = || (d.velocity.is_finite() && d.velocity > 0.0).then_some(OF_SPEED * d.velocity);
-        let found = if given.is_some() { replaced(&given, dof, ctx.values) } else { of_speed() };
+        let known = |limit: f64| (limit.is_finite() && limit > 0.0).then_some(limit);
+        let own = || known(d.acceleration).or(known(d.velocity).map(|v| OF_SPEED * v));
+        let found = if given.is_some() { replaced(&given, dof, ctx.values) } else { own() };
         let Some(max) = found else {
             // Without `joints`, those that are meant are those that `max` names, or that have a speed limit.
             if params.joints.is_none() {

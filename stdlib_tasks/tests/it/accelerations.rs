@@ -46,6 +46,22 @@ fn the_velocity_changes_by_so_much_at_most() {
     }
 }
 
+/// The limits of the joints of a robot, without `max`.
+fn of_urdf(limit: &str) -> Vec<(usize, f64)> {
+    let joint = format!(
+        r#"<robot name="slide"><link name="a"/><link name="b"/><joint name="j" type="continuous"><parent link="a"/>
+        <child link="b"/><axis xyz="1 0 0"/>{limit}</joint></robot>"#
+    );
+    Case::new("joint_acceleration_limits").build(&read(&joint, Base::Fixed)).acceleration_limits()
+}
+
+#[test]
+fn without_max_the_urdf_decides() {
+    assert_eq!(of_urdf(r#"<limit velocity="2" effort="1"/>"#), [(0, 20.0)]);
+    assert_eq!(of_urdf(r#"<limit velocity="2" effort="1" acceleration="9" deceleration="8"/>"#), [(0, 8.0)]);
+    assert_eq!(of_urdf(r#"<limit effort="1" acceleration="9"/>"#), [(0, 9.0)]);
+}
+
 /// The velocities that limits of position (between -1 and 1), velocity and acceleration leave to a joint at `q` that moved
 /// at `last`, from the rows that the three tasks write.
 struct Joint {
