@@ -5,7 +5,6 @@
 mod common;
 
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
 
 use nalgebra::{UnitVector3, Vector3};
 use proptest::prelude::*;
@@ -110,15 +109,6 @@ fn chain(dice: &mut Dice, sliding: f64) -> String {
     text + "</robot>"
 }
 
-/// A URDF as a file of its own.
-fn file(urdf: &str, name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("hard_limits");
-    std::fs::create_dir_all(&folder).expect("writable");
-    let path = folder.join(format!("{name}.urdf"));
-    std::fs::write(&path, urdf).expect("writable");
-    path
-}
-
 fn unit(d: &Dof) -> &'static str {
     if d.unit == DofUnit::Radian { "rad" } else { "m" }
 }
@@ -212,7 +202,7 @@ fn case(seed: u64, walls: Walls, brakes: Brakes) -> Case {
     let p = *data.position(model.link("tool").expect("a link"));
     let target: Vec<String> = p.iter().map(|x| dice.jumping(x - 1.5, x + 1.5)).collect();
     let velocity = each(&mut |_, d| format!("({})*1 {}/s", dice.jumping(-d.velocity, d.velocity), unit(d)));
-    let path = file(&urdf, &format!("{seed:x}_{walls:?}"));
+    let path = common::urdf_file(&urdf, &format!("{seed:x}_{walls:?}"));
     let program = common::program_of(&format!(
         "hierarq 1
 robot r {{ urdf \"{}\"  rate {rate} Hz  home {{ {at} }} }}
@@ -341,7 +331,7 @@ fn no_brake_is_sure_where_a_wall_bends() {
         <limit lower="-3" upper="3" velocity="2" effort="1"/></joint>
         <joint name="f" type="fixed"><parent link="l1"/><child link="tip"/><origin xyz="1 0 0"/></joint></robot>"#;
     let run = |name: &str, brakes: &str| {
-        let path = file(urdf, name);
+        let path = common::urdf_file(urdf, name);
         let program = common::program_of(&format!(
             "hierarq 1
 robot bar {{ urdf \"{}\"  rate 200 Hz  home {{ j -0.04 rad }} }}

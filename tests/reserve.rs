@@ -131,3 +131,68 @@ fn after_a_fault_speeds_are_those_of_a_robot_that_stands_and_ticks_that_compute_
     assert_eq!(summary.tasks["speeds"].final_margin, Some(0.1));
     assert_eq!((summary.tick_us.all.median, summary.tick_us.all.max), (1e6, 1e6));
 }
+
+const TWO_LINKS: &str = r#"<robot name="two"><link name="base"/><link name="upper"/><link name="fore"/><link name="tip"/>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/>
+    <limit lower="-3" upper="3" velocity="2" effort="1"/></joint>
+  <joint name="elbow" type="revolute"><parent link="upper"/><child link="fore"/><origin xyz="0.5 0 0"/><axis xyz="0 0 1"/>
+    <limit lower="-3" upper="3" velocity="2" effort="1"/></joint>
+  <joint name="end" type="fixed"><parent link="fore"/><child link="tip"/><origin xyz="0.5 0 0"/></joint></robot>"#;
+
+/// Two links in a plane that move, then are locked and come to rest over a blend, behind a wall that they may not come closer to than
+/// `wall`; none where the start leaves no room.
+fn coming_to_rest(dice: &mut impl FnMut(f64, f64) -> f64) -> Option<Program> {
+    let (shoulder, elbow, wall) = (dice(-1.4, 1.4), dice(0.3, 2.2), dice(0.1, 0.6));
+    let rate = [20.0, 50.0, 100.0, 250.0][dice(0.0, 3.999) as usize];
+    let gain = [2.0, 5.0, 10.0, 20.0][dice(0.0, 3.999) as usize];
+    let (v_shoulder, v_elbow, after, blend) = (dice(-2.0, 2.0), dice(-2.0, 2.0), dice(0.1, 1.2), dice(0.3, 4.0));
+    // The bound of the acceleration for 2 rad/s is 2² 0.5 + 4² 0.5 m/s².
+    let reserve = 10.0 / rate / (2.0 * gain);
+    let x = 0.5 * shoulder.cos() + 0.5 * (shoulder + elbow).cos();
+    if x < wall + 1.01 * reserve {
+        return None;
+    }
+    let urdf = common::urdf_file(TWO_LINKS, "two_links");
+    Some(common::program_of(&format!(
+        "hierarq 1
+robot arm {{ urdf \"{}\"  rate {rate} Hz  home {{ shoulder {shoulder} rad  elbow {elbow} rad }}  points {{ end tip }} }}
+task wall = virtual_wall(end) {{ through [[{wall}, 0, 0], [{wall}, 1, 0], [{wall}, 0, 1]] m  sampled_margin auto  gain {gain} /s }}
+task turn = joint_velocity {{ velocity {{ shoulder {v_shoulder} rad/s  elbow {v_elbow} rad/s }} }}
+stack moving {{ level limits hard {{ joint_position_limits  joint_velocity_limits  wall }}  level motion {{ turn }} }}
+stack standing {{ lock [shoulder, elbow]  level limits hard {{ joint_position_limits  joint_velocity_limits  wall }} }}
+machine m {{
+  initial go
+  state go {{ stack moving  after {after} s -> rest blend {blend} s }}
+  state rest {{ stack standing }}
+}}
+run {{ machine m  duration 6 s }}\n",
+        urdf.display()
+    )))
+}
+
+/// Joints that a stack locks still move when it is entered: its reserve counts on the speed with which they may be left to it.
+#[test]
+fn a_wall_holds_while_locked_joints_come_to_rest() {
+    let mut state = 1_u64;
+    let mut dice = |low: f64, high: f64| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (state >> 11) as f64 / (1_u64 << 53) as f64 * (high - low)
+    };
+    let (mut ran, mut near) = (0, 0);
+    while ran < 60 {
+        let Some(program) = coming_to_rest(&mut dice) else { continue };
+        let mut simulation = Simulation::new(&program).expect("it can be executed");
+        let mut recorder = SummaryRecorder::new(simulation.controller(), simulation.ticks());
+        simulation.run(&mut recorder, &mut || 0.0, &mut |_| true).expect("memory does not fail");
+        let summary = recorder.summary(&program, simulation.controller(), Vec::new());
+        let margin = summary.tasks["wall"].min_margin.expect("it is in both stacks");
+        assert!(
+            margin >= -MARGIN_TOLERANCE && summary.faults.is_empty(),
+            "run {ran}: {margin} m, {:?}",
+            summary.faults
+        );
+        ran += 1;
+        near += usize::from(margin < 2e-3);
+    }
+    assert!(near > 5, "the motion is too gentle to show anything: {near} runs come near the wall");
+}

@@ -44,7 +44,7 @@ impl AccelerationBounds {
             members().map(|(_, _, m)| m.task).filter(|&task| moves(program, &origins, task)).collect();
         let target = |m: &MemberProgram| nature(program, m.task) == Some(Nature::Target);
         let first = members().find(|(_, _, m)| target(m)).map_or(usize::MAX, |m| m.0);
-        let all = build_tasks(model, program.robot.period, &program.values.initial, &program.tasks, stack);
+        let all = build_tasks(program, stack);
         let (mut bounded, mut ineffective) = (BTreeSet::new(), None);
         for ((level, hard, m), built) in members().zip(&all) {
             let limits = built.task.as_ref().map(|t| t.acceleration_limits()).unwrap_or_default();

@@ -24,7 +24,7 @@ const SAMPLES: usize = 100;
 pub fn leave_out(program: &mut Program) {
     for s in 0..program.stacks.len() {
         let p = &*program;
-        let built = build_tasks(&p.robot.model, p.robot.period, &p.values.initial, &p.tasks, &p.stacks[s]);
+        let built = build_tasks(p, &p.stacks[s]);
         let tasks: Vec<usize> = p.stacks[s].levels.iter().flat_map(|l| &l.members).map(|m| m.task).collect();
         let found: Vec<Vec<IdleRow>> =
             built.into_iter().zip(tasks).map(|(b, t)| rows(p, &p.tasks[t], b).unwrap_or_default()).collect();

@@ -137,7 +137,7 @@ fn target(
     let mut all = Vec::new();
     deviating(&t.params, deviate, "", &mut all);
     let model = &program.robot.model;
-    let built = build_tasks(model, program.robot.period, &program.values.initial, &program.tasks, stack);
+    let built = build_tasks(program, stack);
     let members = stack.levels.iter().flat_map(|l| &l.members);
     let Some(Ok(mut own)) = members.zip(built).find(|(m, _)| m.task == task).map(|(_, b)| b.task) else { return };
     for (path, slot) in all {

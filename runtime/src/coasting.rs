@@ -93,8 +93,8 @@ impl Coasting {
         }
     }
 
-    /// Gives the rows of a level back what was kept.
-    pub fn give_back(&self, index: usize, level: &mut Level) {
+    /// Gives the rows of a level back what was kept; rows that speak of locked joints alone only if `alone`.
+    pub fn give_back(&self, index: usize, alone: bool, level: &mut Level) {
         let n = self.locked.len();
         if !self.on || n == 0 {
             return;
@@ -103,6 +103,9 @@ impl Coasting {
             let at = self.first[index] + row;
             let kept = &self.columns[at * n..(at + 1) * n];
             if kept.iter().all(|c| *c == 0.0) {
+                continue;
+            }
+            if self.bounds[at].is_some() && !alone {
                 continue;
             }
             let coefficients = level.row_mut(row);

@@ -131,7 +131,7 @@ fn allowed(program: &Program) -> Vec<f64> {
     for &stack in &stacks {
         let mut own = speed.clone();
         let stack = &program.stacks[stack];
-        let built = runtime::build_tasks(&program.robot.model, program.robot.period, values, &program.tasks, stack);
+        let built = runtime::build_tasks(program, stack);
         for task in built.iter().flat_map(|b| &b.task) {
             for (dof, limit) in task.speed_limits(values) {
                 own[dof] = own[dof].min(limit);
@@ -176,8 +176,7 @@ fn allowed_acceleration(program: &Program) -> Vec<f64> {
     let mut allowed = vec![0.0_f64; program.robot.model.nv()];
     for stack in program.run_stacks() {
         let mut own = vec![f64::INFINITY; allowed.len()];
-        let (model, values) = (&program.robot.model, &program.values.initial);
-        let built = runtime::build_tasks(model, program.robot.period, values, &program.tasks, &program.stacks[stack]);
+        let built = runtime::build_tasks(program, &program.stacks[stack]);
         for (dof, limit) in built.iter().flat_map(|b| &b.task).flat_map(|task| task.acceleration_limits()) {
             own[dof] = own[dof].min(limit);
         }

@@ -25,8 +25,11 @@ pub fn is_ball(shape: &Shape) -> bool {
 /// What curved rows can lose to sampling in time, and what they hold in reserve against it.
 pub struct Reserve {
     auto: bool,
-    /// A T / 2 of each row, in m/s.
+    /// A T / 2 of each row, in m/s; and while locked joints come to rest.
     bend: Vec<f64>,
+    coasting: Vec<f64>,
+    /// Whether they do.
+    coasts: bool,
     /// A T / (2 φ) of each row at the gain that a stack starts with, in m.
     pub loss: Vec<f64>,
     /// δ of each row at that gain, in m.
@@ -47,31 +50,43 @@ impl Reserve {
     ) -> Result<Self, BuildError> {
         let [gain] = gain.of(ctx.values);
         let bounds: Vec<f64> = (0..names.len()).map(|i| bend_of(i, ctx.speed)).collect();
+        let coasting: Vec<f64> = (0..names.len()).map(|i| bend_of(i, ctx.coasting)).collect();
         let loss: Vec<f64> = bounds.iter().map(|&a| clearance::loss(a, ctx.period, gain)).collect();
-        let bend = bounds.iter().map(|&a| 0.5 * a * ctx.period).collect();
+        let half = |bounds: &[f64]| bounds.iter().map(|&a| 0.5 * a * ctx.period).collect();
         let kept = match auto {
             Auto::Given(x) => vec![x.of(ctx.values)[0]; loss.len()],
-            Auto::Auto => match bounds.iter().position(|a| !a.is_finite()) {
+            // Coasting joints only add to what bends.
+            Auto::Auto => match coasting.iter().position(|a| !a.is_finite()) {
                 None => loss.clone(),
                 Some(i) => return Err(unbounded(names[i], &|speed| bend_of(i, speed), ctx)),
             },
         };
-        Ok(Reserve { auto: auto == Auto::Auto, bend, loss, kept })
+        let (bend, coasting) = (half(&bounds), half(&coasting));
+        Ok(Reserve { auto: auto == Auto::Auto, bend, coasting, coasts: false, loss, kept })
     }
 
     /// `φ δ` of a row, in m/s: `auto` follows a gain that moves.
     pub fn rate(&self, row: usize, gain: f64) -> f64 {
-        if self.auto { self.bend[row] } else { gain * self.kept[row] }
+        match self.auto {
+            true if self.coasts => self.coasting[row],
+            true => self.bend[row],
+            false => gain * self.kept[row],
+        }
+    }
+
+    /// Tells whether locked joints come to rest.
+    pub fn coast(&mut self, coasts: bool) {
+        self.coasts = coasts;
     }
 }
 
 /// Says which joints make a row bend without bound.
 fn unbounded(name: &str, bend: &dyn Fn(&[f64]) -> f64, ctx: &Context) -> BuildError {
     // A joint is at fault where the bound stays infinite although every other open speed is known.
-    let known: Vec<f64> = ctx.speed.iter().map(|s| if s.is_finite() { *s } else { 1.0 }).collect();
+    let known: Vec<f64> = ctx.coasting.iter().map(|s| if s.is_finite() { *s } else { 1.0 }).collect();
     let at_fault = |dof: &usize| {
         let mut speed = known.clone();
-        speed[*dof] = ctx.speed[*dof];
+        speed[*dof] = ctx.coasting[*dof];
         !speed[*dof].is_finite() && !bend(&speed).is_finite()
     };
     if !bend(&known).is_finite() {
@@ -80,9 +95,18 @@ fn unbounded(name: &str, bend: &dyn Fn(&[f64]) -> f64, ctx: &Context) -> BuildEr
             "give that joint `lower` and `upper` under `limits` of the robot, or write a length instead of `auto`",
         );
     }
-    let open: Vec<usize> = (0..ctx.speed.len()).filter(at_fault).collect();
+    let open: Vec<usize> = (0..ctx.coasting.len()).filter(at_fault).collect();
     let shown: Vec<String> =
         open.iter().take(4).filter_map(|&d| Some(format!("`{}`", ctx.model.dofs.get(d)?.name))).collect();
+    if open.iter().all(|&d| ctx.speed[d].is_finite()) {
+        let text = format!(
+            "`auto` has no bound for `{name}`: {} may still move when this stack, which locks them, is entered, and another stack \
+             limits their speed on no hard level",
+            shown.join(", ")
+        );
+        return BuildError::new("sampled_margin", text)
+            .help("put `joint_velocity_limits` on a hard level of every stack that moves it, or write a length instead of `auto`");
+    }
     let more = open.len().saturating_sub(shown.len());
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
     let text = format!(

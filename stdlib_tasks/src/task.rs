@@ -164,6 +164,9 @@ pub struct Context<'a> {
     /// m/s; infinite where none bounds it. What the robot itself can do does not count: the reference, which the
     /// limits are kept for, moves as the levels say.
     pub speed: &'a [f64],
+    /// The same while joints that the stack locks still come to rest: `speed` has zero for them, this has the speed that they may be
+    /// entered with.
+    pub coasting: &'a [f64],
 }
 
 impl Context<'_> {
@@ -324,6 +327,9 @@ pub trait Task: Send {
     /// accelerations asks at its next update for the velocity that it takes over: the offset of the blend is measured at
     /// that tick, and must not contain the acceleration of a period.
     fn hand_over(&mut self) {}
+
+    /// Tells before [`Task::update`] whether joints that the stack locks still come to rest, see [`Context::coasting`].
+    fn coast(&mut self, _coasts: bool) {}
 
     /// Whether the task asks for something that it took from the robot when its stack was entered, beside its parameters.
     fn remembers_entry(&self) -> bool {

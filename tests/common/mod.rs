@@ -53,6 +53,15 @@ pub fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name)
 }
 
+/// A URDF as a file of its own.
+pub fn urdf_file(urdf: &str, name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("urdf");
+    std::fs::create_dir_all(&folder).expect("writable");
+    let path = folder.join(format!("{name}.urdf"));
+    std::fs::write(&path, urdf).expect("writable");
+    path
+}
+
 /// The program of an example; panics with the diagnostics where it does not compile.
 pub fn program(name: &str) -> Program {
     let compiled = compile(&example(name), &Settings::default());

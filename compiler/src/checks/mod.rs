@@ -43,8 +43,7 @@ pub(crate) fn program(
             diagnostics.push(refusal);
             continue;
         }
-        let model = &program.robot.model;
-        let built = build_tasks(model, program.robot.period, &program.values.initial, &program.tasks, stack);
+        let built = build_tasks(program, stack);
         let members = stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, m)));
         let rows = built.iter().flat_map(|b| &b.task).map(|t| t.rows().len()).sum();
         if let Some(refusal) = bounds::rows(rows, i, places) {

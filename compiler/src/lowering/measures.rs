@@ -12,7 +12,7 @@ impl Lowerer<'_> {
         let values = self.values_so_far();
         let model = &around.robot.model;
         let speed = vec![f64::INFINITY; model.nv()];
-        let context = Context { model, values: &values, period: around.robot.period, speed: &speed };
+        let context = Context { model, values: &values, period: around.robot.period, speed: &speed, coasting: &speed };
         (bound.kind.build)(&bound.params, &context).ok().map(|task| task.measures())
     }
 

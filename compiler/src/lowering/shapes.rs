@@ -33,7 +33,7 @@ pub(super) fn shapes(program: &Program) -> Vec<Option<Shape>> {
     // A task is built for the stack that it stands in.
     let mut stands = vec![false; all.len()];
     for stack in &program.stacks {
-        let built = runtime::build_tasks(model, period, values, &program.tasks, stack);
+        let built = runtime::build_tasks(program, stack);
         for (m, built) in stack.levels.iter().flat_map(|l| &l.members).zip(built) {
             if let (Ok(task), false) = (built.task, std::mem::replace(&mut stands[m.task], true)) {
                 all[m.task] = shape(&program.tasks[m.task].kind, task.as_ref());
@@ -41,7 +41,7 @@ pub(super) fn shapes(program: &Program) -> Vec<Option<Shape>> {
         }
     }
     let speed = vec![f64::INFINITY; model.nv()];
-    let context = Context { model, values, period, speed: &speed };
+    let context = Context { model, values, period, speed: &speed, coasting: &speed };
     for ((shape_of, t), _) in all.iter_mut().zip(&program.tasks).zip(&stands).filter(|(_, stands)| !**stands) {
         let built = stdlib_tasks::find(&t.kind).and_then(|kind| (kind.build)(&t.params, &context).ok());
         *shape_of = built.and_then(|task| shape(&t.kind, task.as_ref()));

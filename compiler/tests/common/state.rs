@@ -90,7 +90,13 @@ impl Bench<'_> {
     pub fn task(&self, index: usize) -> Box<dyn Task> {
         let p = self.program;
         let speed: Vec<f64> = p.robot.model.dofs.iter().map(|d| d.velocity).collect();
-        let ctx = Context { model: &p.robot.model, values: &p.values.initial, period: p.robot.period, speed: &speed };
+        let ctx = Context {
+            model: &p.robot.model,
+            values: &p.values.initial,
+            period: p.robot.period,
+            speed: &speed,
+            coasting: &speed,
+        };
         let kind = stdlib_tasks::find(&p.tasks[index].kind).expect("a task type");
         (kind.build)(&p.tasks[index].params, &ctx).expect("good parameters")
     }

@@ -380,15 +380,32 @@ impl Stage {
     }
 
     /// The velocity nearest to the reference among those that meet the levels that hold between stacks, or where there was no
-    /// time the hard ones.
+    /// time the hard ones. Locked joints come to rest, at once where these levels let them do nothing else.
     fn nearest(&mut self, moment: Moment, lasts: bool) -> Result<(), Fault> {
+        self.between(moment, lasts, false);
+        if self.blend.coasting && matches!(self.blend.solution.status, Status::Infeasible { .. }) {
+            self.between(moment, lasts, true);
+        }
+        for &dof in self.evaluator.locked() {
+            if self.blend.solution.x[dof].abs() <= STANDS {
+                self.blend.solution.x[dof] = 0.0;
+            } else {
+                self.blend.goes_on = true;
+            }
+        }
+        usable_between(&self.blend.solution, &self.evaluator)
+    }
+
+    /// Solves for that velocity; `stop` brings locked joints to rest at once. A row that speaks of these alone is then met: its
+    /// distance stays what it is.
+    fn between(&mut self, moment: Moment, lasts: bool, stop: bool) {
         let late = self.late;
         let b = &mut self.blend;
-        let Some((locks, levels)) = b.problem.levels.split_first_mut() else { return Ok(()) };
+        let Some((locks, levels)) = b.problem.levels.split_first_mut() else { return };
         for (i, &dof) in self.evaluator.locked().iter().enumerate() {
             let last = moment.velocity[dof];
             locks.leave_out(i);
-            if last.abs() > STANDS {
+            if last.abs() > STANDS && !stop {
                 locks.row_mut(i)[dof] = 1.0;
                 (locks.lower[i], locks.upper[i]) = (last.min(0.0), last.max(0.0));
             } else {
@@ -409,21 +426,13 @@ impl Stage {
                 (0..to.rows()).for_each(|i| to.leave_out(i));
             }
             if from.hard {
-                self.evaluator.coasting().give_back(i, to);
+                self.evaluator.coasting().give_back(i, !stop, to);
             }
         }
         if lasts {
             b.give_back_accelerations();
         }
         b.solver.solve(&b.problem, &mut b.solution);
-        for &dof in self.evaluator.locked() {
-            if b.solution.x[dof].abs() <= STANDS {
-                b.solution.x[dof] = 0.0;
-            } else {
-                b.goes_on = true;
-            }
-        }
-        usable_between(&b.solution, &self.evaluator)
     }
 
     /// The velocity of the last tick.

@@ -1,9 +1,10 @@
 //! The tasks of a stack, built: each is told how fast those before it let the robot move.
 
-use robot::Model;
+use std::collections::BTreeMap;
+
 use stdlib_tasks::task::{BuildError, Context, Task};
 
-use crate::program::{StackProgram, TaskProgram};
+use crate::program::{Program, StackProgram, TaskProgram};
 
 /// A task of a stack, built.
 pub struct Built {
@@ -15,36 +16,69 @@ pub struct Built {
 
 /// Builds the tasks of a stack, one for each member in the order of levels. A task is told the speed limits that hold
 /// whatever it does: those of tasks on hard levels down to its own. A soft level gives way, a lower one comes after, and
-/// the robot's own limits bound the command but not the reference that the levels move.
-pub fn build_tasks(
-    model: &Model,
-    period: f64,
-    values: &[f64],
-    tasks: &[TaskProgram],
-    stack: &StackProgram,
-) -> Vec<Built> {
-    let one = |task: &TaskProgram, speed: &[f64]| match stdlib_tasks::find(&task.kind) {
-        Some(kind) => (kind.build)(&task.params, &Context { model, values, period, speed }),
-        None => Err(BuildError::new("", format!("there is no task type `{}`", task.kind))),
-    };
-    let mut speed = vec![f64::INFINITY; model.nv()];
-    for &dof in &stack.locked {
+/// the robot's own limits bound the command but not the reference that the levels move. Joints that the stack locks stand, and come
+/// to rest before with the speed that other stacks may leave them at.
+pub fn build_tasks(program: &Program, stack: &StackProgram) -> Vec<Built> {
+    let values = &program.values.initial;
+    let mut speed = vec![f64::INFINITY; program.robot.model.nv()];
+    let entered = speeds_at_entry(program, stack);
+    for &(dof, _) in &entered {
         speed[dof] = 0.0;
     }
+    let coasting = |speed: &[f64]| {
+        let mut coasting = speed.to_vec();
+        entered.iter().for_each(|&(dof, at_entry)| coasting[dof] = at_entry);
+        coasting
+    };
     let mut built = Vec::new();
     for level in &stack.levels {
-        let members = level.members.iter().map(|m| &tasks[m.task]);
+        let members = level.members.iter().map(|m| &program.tasks[m.task]);
         if level.hard {
             let limits: Vec<(usize, f64)> = members
                 .clone()
-                .filter_map(|t| one(t, &speed).ok())
+                .filter_map(|t| one(program, t, &speed, &coasting(&speed)).ok())
                 .flat_map(|task| task.speed_limits(values))
                 .collect();
             for (dof, limit) in limits {
                 speed[dof] = speed[dof].min(limit);
             }
         }
-        built.extend(members.map(|t| Built { task: one(t, &speed), speed: speed.clone() }));
+        let coasting = coasting(&speed);
+        built.extend(members.map(|t| Built { task: one(program, t, &speed, &coasting), speed: speed.clone() }));
     }
     built
+}
+
+fn one(program: &Program, task: &TaskProgram, speed: &[f64], coasting: &[f64]) -> Result<Box<dyn Task>, BuildError> {
+    let Some(kind) = stdlib_tasks::find(&task.kind) else {
+        return Err(BuildError::new("", format!("there is no task type `{}`", task.kind)));
+    };
+    let (model, values, period) = (&program.robot.model, &program.values.initial, program.robot.period);
+    (kind.build)(&task.params, &Context { model, values, period, speed, coasting })
+}
+
+/// The speed that each joint that a stack locks may have when it is entered: the largest that hard levels of a stack that moves
+/// it allow; infinite where one of them has no limit. Zero where no stack of the run moves it.
+fn speeds_at_entry(program: &Program, stack: &StackProgram) -> Vec<(usize, f64)> {
+    let mut entered: Vec<(usize, f64)> = stack.locked.iter().map(|dof| (*dof, 0.0)).collect();
+    let open = vec![f64::INFINITY; program.robot.model.nv()];
+    // Stacks share most of their limits.
+    let mut limits: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
+    let run = program.run_stacks().into_iter().filter_map(|s| program.stacks.get(s));
+    for other in run.filter(|s| stack.locked.iter().any(|dof| !s.locked.contains(dof))) {
+        let mut own: BTreeMap<usize, f64> = BTreeMap::new();
+        for member in other.levels.iter().filter(|l| l.hard).flat_map(|l| &l.members) {
+            let known = limits.entry(member.task).or_insert_with(|| {
+                let task = one(program, &program.tasks[member.task], &open, &open);
+                task.map(|t| t.speed_limits(&program.values.initial)).unwrap_or_default()
+            });
+            for &(dof, limit) in known.iter() {
+                own.entry(dof).and_modify(|least| *least = least.min(limit)).or_insert(limit);
+            }
+        }
+        for (dof, speed) in entered.iter_mut().filter(|(dof, _)| !other.locked.contains(dof)) {
+            *speed = speed.max(own.get(dof).copied().unwrap_or(f64::INFINITY));
+        }
+    }
+    entered
 }

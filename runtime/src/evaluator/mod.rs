@@ -200,7 +200,9 @@ impl Evaluator {
 
     /// Locked joints come to rest at the next update, or stand.
     pub(crate) fn coast(&mut self, coasts: bool) {
-        self.coasting.on = coasts;
+        if std::mem::replace(&mut self.coasting.on, coasts) != coasts {
+            self.tasks.iter_mut().for_each(|task| task.coast(coasts));
+        }
     }
 
     /// What was kept back from the rows of locked joints at the last update.

@@ -49,8 +49,7 @@ struct Layout {
 impl Layout {
     /// Of a stack, or of one of its tasks only.
     fn new(program: &Program, stack: &StackProgram, only: Option<usize>) -> Result<Layout, ProgramError> {
-        let model = &program.robot.model;
-        let built = build_tasks(model, program.robot.period, &program.values.initial, &program.tasks, stack);
+        let built = build_tasks(program, stack);
         let speeds: Vec<Vec<f64>> = built.iter().map(|b| b.speed.clone()).collect();
         let (mut tasks, mut members, mut shapes) = (Vec::new(), Vec::new(), Vec::new());
         let (mut margins, mut measures) = (0, 0);

@@ -114,7 +114,7 @@ impl Program {
             tracking.then_some(HighGain { task: None, gain: robot.tracking_gain }).into_iter().collect();
         let mut highest = vec![0.0_f64; self.tasks.len()];
         for stack in &self.stacks {
-            let built = build_tasks(&robot.model, robot.period, values, &self.tasks, stack);
+            let built = build_tasks(self, stack);
             for (member, built) in stack.levels.iter().flat_map(|l| &l.members).zip(built) {
                 let gains = built.task.map(|task| task.gains(values)).unwrap_or_default();
                 highest[member.task] = gains.into_iter().fold(highest[member.task], f64::max);

@@ -20,7 +20,7 @@ pub(super) fn stack(p: &Program, index: usize, stack: &StackProgram, out: &mut S
     let Ok((evaluator, problem)) = Evaluator::new(p, index) else {
         return writeln!(out, "  cannot be built");
     };
-    let built = build_tasks(&p.robot.model, p.robot.period, &p.values.initial, &p.tasks, stack);
+    let built = build_tasks(p, stack);
     let freedom = freedom(p, index);
     let mut members = evaluator.members().iter().zip(built);
     for (i, level) in stack.levels.iter().enumerate() {

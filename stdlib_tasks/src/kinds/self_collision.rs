@@ -145,6 +145,10 @@ impl Task for SelfCollision {
         Ok(())
     }
 
+    fn coast(&mut self, coasts: bool) {
+        self.reserve.coast(coasts);
+    }
+
     fn slopes(&self, model: &Model) -> Vec<Vec<f64>> {
         self.pairs.iter().map(|p| slope::between(model, &p.a, &p.b)).collect()
     }

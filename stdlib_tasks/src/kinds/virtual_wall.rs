@@ -153,6 +153,10 @@ impl Task for VirtualWall {
         Ok(())
     }
 
+    fn coast(&mut self, coasts: bool) {
+        self.reserve.coast(coasts);
+    }
+
     fn slopes(&self, model: &Model) -> Vec<Vec<f64>> {
         self.points.iter().map(|g| slope::over_plane(model, self.on, &self.n, g)).collect()
     }

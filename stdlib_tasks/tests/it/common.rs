@@ -172,7 +172,7 @@ impl Case {
 
     pub fn build_for(&self, model: &Model, period: f64, speed: &[f64]) -> Result<Box<dyn Task>, BuildError> {
         let kind = hierarq_stdlib_tasks::find(self.name).unwrap();
-        (kind.build)(&self.params, &Context { model, values: &self.values, period, speed })
+        (kind.build)(&self.params, &Context { model, values: &self.values, period, speed, coasting: speed })
     }
 
     pub fn build(&self, model: &Model) -> Box<dyn Task> {
