@@ -1,6 +1,6 @@
 //! Checks that look at the finished program: gains against the period, the start against the limits, freedom left.
 
-mod start;
+pub(crate) mod start;
 
 use std::collections::BTreeSet;
 

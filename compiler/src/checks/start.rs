@@ -264,7 +264,7 @@ fn smaller_reserve(margin: f64, reserve: f64, period: f64) -> String {
 }
 
 /// A length in mm, to a thousandth.
-fn millimetres(x: f64) -> String {
+pub(crate) fn millimetres(x: f64) -> String {
     format!("{} mm", runtime::text::number((x * 1e3 * 1e3).round() / 1e3))
 }
 

@@ -1,19 +1,32 @@
-//! What changes between the stacks of a machine: limits that are dropped, and velocities that jump.
+//! What changes between the stacks of a machine: limits that are dropped, velocities that jump, reserves that grow.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use dsl::Diagnostic;
+use dsl::{Diagnostic, Span};
+use runtime::build_tasks;
 use runtime::program::Program;
-use stdlib_tasks::task::Nature;
+use stdlib_tasks::bound::Bound;
+use stdlib_tasks::task::{Nature, Task};
 
 use super::{Checked, is_dead, is_fault};
 use crate::accelerations::AccelerationBounds;
+use crate::checks::start::millimetres;
 use crate::names::list;
+
+/// A reserve that is larger by less counts as no larger, in m.
+const SLIGHT: f64 = 1e-5;
 
 impl Checked<'_> {
     pub(super) fn stacks(&self, diagnostics: &mut Vec<Diagnostic>) {
         self.dropped(diagnostics);
         self.jumps(diagnostics);
+        self.reserves(diagnostics);
+    }
+
+    /// The stacks that may have run before a transition of a state is taken.
+    fn before(&self, state: usize) -> BTreeSet<Option<usize>> {
+        let inside = self.reached.iter().copied().filter(|&l| self.machine.path(l).any(|p| p == state));
+        inside.map(|l| self.machine.stack(l)).collect()
     }
 
     /// Limits of hard levels that some states keep and others do not.
@@ -57,6 +70,44 @@ impl Checked<'_> {
         stdlib_tasks::find(&self.program.tasks[task].kind).map(|k| k.nature)
     }
 
+    /// Limits that hold more in reserve in a stack than in one before it: the margin at hand need not be as large.
+    fn reserves(&self, diagnostics: &mut Vec<Diagnostic>) {
+        let mut kept: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
+        let mut told = BTreeSet::new();
+        for &s in &self.reached {
+            for (i, t) in self.machine.states[s].transitions.iter().enumerate() {
+                let Some(to) = self.machine.stack(self.machine.leaf(t.target)) else { continue };
+                for from in self.before(s).into_iter().flatten().filter(|from| *from != to) {
+                    for stack in [from, to] {
+                        kept.entry(stack).or_insert_with(|| reserves_of(self.program, stack));
+                    }
+                    for (&task, &more) in &kept[&to] {
+                        let Some(&less) = kept[&from].get(&task).filter(|less| more > **less + SLIGHT) else {
+                            continue;
+                        };
+                        if told.insert(task) {
+                            let at = self.places.transitions[s][i].target;
+                            diagnostics.push(self.larger_reserve(at, task, [from, to], [less, more]));
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn larger_reserve(&self, at: Span, task: usize, stacks: [usize; 2], kept: [f64; 2]) -> Diagnostic {
+        let [from, to] = stacks.map(|stack| &self.program.stacks[stack].name);
+        let [less, more] = kept.map(millimetres);
+        let name = &self.program.tasks[task].name;
+        Diagnostic::warning("HQ0505", at, format!("`{name}` needs a larger reserve in stack `{to}` than in `{from}`"))
+            .here(format!("{more} here, {less} before"))
+            .note(
+                "a robot that comes with less than the reserve is pushed away at once; where limits push against each other, a \
+                 hard level ends in a fault",
+            )
+            .help("let both stacks have the same speed limits, or write a length instead of `auto`")
+    }
+
     /// Transitions to another stack that takes over at once.
     fn jumps(&self, diagnostics: &mut Vec<Diagnostic>) {
         let (mut found, mut entered) = (Vec::new(), BTreeMap::new());
@@ -66,8 +117,7 @@ impl Checked<'_> {
                     continue;
                 }
                 let to = self.machine.leaf(t.target);
-                let inside = self.reached.iter().copied().filter(|&l| self.machine.path(l).any(|p| p == s));
-                let from: BTreeSet<Option<usize>> = inside.map(|l| self.machine.stack(l)).collect();
+                let from = self.before(s);
                 let other = from.iter().any(|f| f.is_some() && *f != self.machine.stack(to));
                 let Some(stack) = self.machine.stack(to).filter(|_| other) else { continue };
                 let entered = entered.entry(stack).or_insert_with(|| AccelerationBounds::of(self.program, stack));
@@ -88,6 +138,17 @@ impl Checked<'_> {
                 .help("write `blend 0.3 s` in the machine, in a state or behind a transition; `blend 0 s` where it is meant"),
         );
     }
+}
+
+/// The largest reserve of each limit on a hard level of a stack that works it out by itself, in m.
+fn reserves_of(program: &Program, stack: usize) -> BTreeMap<usize, f64> {
+    let stack = &program.stacks[stack];
+    let hard = stack.levels.iter().flat_map(|l| l.members.iter().map(move |m| (l.hard, m.task)));
+    let built = hard.zip(build_tasks(program, stack)).filter(|((hard, task), _)| {
+        *hard && matches!(program.tasks[*task].params.get("sampled_margin"), Some(Bound::Choice(_)))
+    });
+    let largest = |task: &dyn Task| task.reserve().into_iter().fold(0.0, f64::max);
+    built.filter_map(|((_, task), built)| Some((task, largest(built.task.ok()?.as_ref())))).collect()
 }
 
 /// Returns true if the stack `to` bounds the accelerations of all joints that are free in it or in one of the stacks before it,
