@@ -170,6 +170,31 @@ fn what_cannot_happen_fails_the_scenario() {
     assert_eq!(early.untaken.len(), 2);
     assert!(early.untaken[0].why.contains("has not been served"), "{:?}", early.untaken);
     assert_eq!(early.untaken[1].why, "m1 serves nobody");
+    let early = summary("happens [{ at 6 s  late m1  by 9 s }]  expect eventually done");
+    assert!(!early.ok);
+    assert_eq!(
+        (early.untaken[0].event.as_str(), early.untaken[0].why.as_str()),
+        ("the service that m1 gives takes longer", "m1 serves nobody")
+    );
+}
+
+/// A service that takes longer is told of the robot or of whom it serves, and comes to the same.
+#[test]
+fn a_service_takes_longer() {
+    let first = |body: &str| {
+        let summary = summary(&format!("operations planned  {body}"));
+        assert!(summary.untaken.is_empty(), "{:?}", summary.untaken);
+        let at = |text: &str| summary.happened.iter().find(|h| h.what.contains(text)).expect("it happens").clone();
+        (at(" serves "), at(" has served operation 1 of "))
+    };
+    let (begins, ends) = first("expect eventually done");
+    let (robot, agent) = begins.what.split_once(" serves ").expect("a robot and an agent");
+    let at = (begins.at_s + 5.0).floor();
+    for who in [robot, agent] {
+        let (_, late) = first(&format!("happens [{{ at {at} s  late {who}  by 30 s }}]  expect eventually done"));
+        assert_eq!(late.what, ends.what);
+        assert!((late.at_s - ends.at_s - 30.0).abs() < 1e-9, "{who}: {} after {}", late.at_s, ends.at_s);
+    }
 }
 
 #[test]

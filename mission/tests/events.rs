@@ -168,6 +168,36 @@ fn services_fail_end_early_and_move() {
     assert!(matches!(execution.tell(said(3)), Err(EventError::Step { step: 3 })));
 }
 
+/// A service that takes longer keeps its robot and its person so much longer, and what follows for both moves; one that
+/// takes shorter ends earlier, and never in the past.
+#[test]
+fn services_take_longer_or_shorter() {
+    for by in [25.0, 3.0, -2.0, -500.0] {
+        let mut execution = Execution::new(common::vineyard(2), settings()).unwrap();
+        let serving = |execution: &Execution| (0..4).find(|a| execution.agent(*a).unwrap().doing == Doing::Served);
+        while serving(&execution).is_none() {
+            let next = execution.next().unwrap();
+            execution.advance(next);
+        }
+        let agent = serving(&execution).unwrap();
+        let robot = (0..2).find(|m| execution.robot(*m).unwrap().stage == Stage::Serving).unwrap();
+        let expected = execution.agent(agent).unwrap().until.unwrap();
+        execution.advance(execution.time() + 4.0);
+        let until = (expected + by).max(execution.time());
+        execution.tell(Event::Late { agent, by }).unwrap();
+        near(execution.agent(agent).unwrap().until.unwrap(), until, 1e-9);
+        near(execution.robot(robot).unwrap().until.unwrap(), until, 1e-9);
+        assert!(part(execution.plan(), (agent, 1), Phase::Operation).unwrap().start >= until - 1e-9, "{by}");
+        execution.advance(until);
+        assert_eq!(execution.robot(robot).unwrap().stage, Stage::Returning);
+        assert!(matches!(execution.tell(Event::Late { agent: 9, by }), Err(EventError::NoAgent { agent: 9 })));
+        run(&mut execution);
+        assert!(execution.done());
+        near(happened(execution.records())[&(agent, 0)]["depositing"], until, 1e-9);
+        assert!(matches!(execution.tell(Event::Late { agent, by }), Err(EventError::NotBusy { .. })));
+    }
+}
+
 /// What makes no sense is refused before it begins.
 #[test]
 fn wrong_settings_are_refused() {

@@ -31,7 +31,8 @@ pub static HAPPENING: Section = Section {
         Key::optional(
             "late",
             SOMEBODY,
-            "The operation or task under way of this agent takes longer than it would have, `by` a time.",
+            "The operation, service or task under way of this agent, or the service that this robot gives, takes longer than it \
+             would have, `by` a time.",
         ),
         Key::optional("by", Holds::Number(Quantity::any(TIME)), "Of `late`: how much longer; below 0 shorter."),
         Key::optional(

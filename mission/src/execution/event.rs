@@ -19,9 +19,9 @@ pub enum Event {
         /// The agent, which is at work.
         agent: usize,
     },
-    /// The operation under way takes longer than was expected.
+    /// The operation under way, or the service, takes longer than was expected.
     Late {
-        /// The agent, which is at work.
+        /// The agent, which is at work or being served.
         agent: usize,
         /// By how much (s); less than 0: it takes shorter.
         by: f64,
@@ -87,6 +87,8 @@ pub enum EventError {
     NotLost { name: String },
     #[error("{name} is not at work")]
     NotWorking { name: String },
+    #[error("{name} is neither at work nor being served")]
+    NotBusy { name: String },
     #[error("{name} is not between two operations")]
     NotReady { name: String },
     #[error("{name} is not being served")]

@@ -38,16 +38,20 @@ impl Execution {
                 self.ends(agent);
             }
             Event::Late { agent, by } => {
-                self.require(agent, &[Doing::Working], |name| EventError::NotWorking { name })?;
+                self.require(agent, &[Doing::Working, Doing::Served], |name| EventError::NotBusy { name })?;
                 if !by.is_finite() || by.abs() > MAX_NUMBER {
                     return Err(EventError::Time { value: by });
                 }
                 recorded(self);
-                let time = self.time;
-                let state = &mut self.agents[agent];
-                state.ends = (state.ends + by).max(time);
-                state.expected = (state.expected + by).max(time);
-                self.update(self.problem.clone());
+                if self.agents[agent].doing == Doing::Served {
+                    self.service_late(agent, by);
+                } else {
+                    let time = self.time;
+                    let state = &mut self.agents[agent];
+                    state.ends = (state.ends + by).max(time);
+                    state.expected = (state.expected + by).max(time);
+                    self.update(self.problem.clone());
+                }
             }
             Event::Served { agent } => {
                 let robot = self.serving(agent)?;
@@ -130,6 +134,18 @@ impl Execution {
             robot.target == Some((agent, operation)) && robot.stage == Stage::Serving
         };
         self.robots.iter().position(serves).ok_or_else(|| or(self.name(agent)))
+    }
+
+    /// The service of an agent takes so much longer (s), and ends now at the earliest.
+    fn service_late(&mut self, agent: usize, by: f64) {
+        let operation = self.agents[agent].operation;
+        let left = self.service(agent, operation).map_or(0.0, |at| at.times.depositing - self.time);
+        let before = self.schedule.clone();
+        self.shift(agent, operation, |times| times, by.max(-left));
+        if by < 0.0 {
+            self.bring_forward(&before);
+        }
+        self.update(self.problem.clone());
     }
 
     fn begin_now(&mut self, agent: usize) {

@@ -238,24 +238,21 @@ impl<'s> World<'s> {
     }
 
     fn occurs(&mut self, what: Occurrence) {
-        let event = match what {
-            Occurrence::Event(event) => Ok(event),
-            Occurrence::FailedBy { robot } => {
-                let view = self.execution.robot(robot).filter(|view| view.stage == Stage::Serving);
-                match view.and_then(|view| view.target) {
-                    Some(Target { agent, .. }) => Ok(Event::Failed { agent }),
-                    None => Err(robot),
-                }
-            }
+        let (robot, becomes) = match what {
+            Occurrence::Event(event) => return self.tell(event),
+            Occurrence::FailedBy { robot } => (robot, "fails"),
+            Occurrence::LateBy { robot, .. } => (robot, "takes longer"),
             // Of a mission of layers, which a checked program does not have here.
             Occurrence::Layered(_) => return,
         };
-        match event {
-            Ok(event) => self.tell(event),
-            Err(robot) => {
+        let view = self.execution.robot(robot).filter(|view| view.stage == Stage::Serving);
+        match (view.and_then(|view| view.target), what) {
+            (Some(Target { agent, .. }), Occurrence::LateBy { by, .. }) => self.tell(Event::Late { agent, by }),
+            (Some(Target { agent, .. }), _) => self.tell(Event::Failed { agent }),
+            (None, _) => {
                 let name = self.execution.problem().robots.get(robot).map_or("", |m| &m.name);
-                let (event, why) = (format!("the service that {name} gives fails"), format!("{name} serves nobody"));
-                self.untaken.push(Untaken { at_s: self.execution.time(), event, why });
+                let event = format!("the service that {name} gives {becomes}");
+                self.untaken.push(Untaken { at_s: self.execution.time(), event, why: format!("{name} serves nobody") });
             }
         }
     }

@@ -101,7 +101,7 @@ impl MissionScenarioProgram {
                     let usual = !matches!(event, Event::Late { by, .. } if by.is_nan() || by.abs() > MAX_NUMBER);
                     usual && event.agent().is_none_or(|agent| agent < problem.agents.len())
                 }
-                Occurrence::Event(_) | Occurrence::FailedBy { .. } => false,
+                Occurrence::Event(_) | Occurrence::FailedBy { .. } | Occurrence::LateBy { .. } => false,
             };
             ensure(
                 good,

@@ -81,6 +81,13 @@ pub enum Occurrence {
         /// Index of the robot.
         robot: usize,
     },
+    /// The service that this robot gives takes longer, whomever it serves then.
+    LateBy {
+        /// Index of the robot.
+        robot: usize,
+        /// By how much (s); less than 0: it takes shorter.
+        by: f64,
+    },
     /// The execution of layers is told this.
     Layered(layers::execution::Event),
 }
@@ -295,6 +302,7 @@ impl MissionScenarioProgram {
         for happens in &self.happens {
             let known = match happens.what {
                 Occurrence::FailedBy { robot } => robot < problem.robots.len(),
+                Occurrence::LateBy { robot, by } => robot < problem.robots.len() && by.abs() <= MAX_NUMBER,
                 Occurrence::Event(Event::Moved { place, .. }) => place.iter().all(|x| x.abs() <= MAX_NUMBER),
                 Occurrence::Event(_) => true,
                 Occurrence::Layered(_) => false,

@@ -110,6 +110,10 @@ fn scenario(s: &MissionScenarioProgram, p: &Problem, out: &mut String) -> std::f
             Occurrence::FailedBy { robot } => {
                 format!("the service that {} gives fails", p.robots.get(robot).map_or("?", |m| &m.name))
             }
+            Occurrence::LateBy { robot, by } => {
+                let who = p.robots.get(robot).map_or("?", |m| &m.name);
+                format!("the service that {who} gives takes {} s longer", number(by))
+            }
             Occurrence::Layered(_) => continue,
         };
         writeln!(out, "  at {} s: {what}", number(happens.at))?;

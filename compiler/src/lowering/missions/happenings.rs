@@ -129,6 +129,13 @@ impl Lowerer<'_> {
             ("lost", who) => return Some(Occurrence::Event(Event::Lost { who })),
             ("back", who) => return Some(Occurrence::Event(Event::Back { who })),
             ("failed", Actor::Robot(robot)) => return Some(Occurrence::FailedBy { robot }),
+            ("late", Actor::Robot(robot)) => {
+                let Some(by) = keys.entry("by") else {
+                    self.needs(e, keys, "by", "by 10 s");
+                    return None;
+                };
+                return Some(Occurrence::LateBy { robot, by: self.delay(by)? });
+            }
             (_, Actor::Agent(agent)) => agent,
             (name, Actor::Robot(_)) => {
                 let why = match name {
