@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use hierarq::serve::{LayersMission, Mission, Options, Resuming, Served, Server};
+use hierarq::serve::{LayersMission, Mission, Options, Resuming, Served, Server, Trouble};
 use hierarq::{planned, project};
 use mission::engine::Budget;
 use mission::execution::{Durations, Settings};
@@ -102,18 +102,22 @@ pub fn run(a: &Arguments) -> Outcome {
         return Outcome::Trouble(format!("cannot wait for an interruption: {e}"));
     }
     output::print(&greeting(a, &mission.name, &server));
-    let mut told: Option<Instant> = None;
-    let mut lags = |behind: Duration| {
-        if told.is_none_or(|told| told.elapsed() >= 5 * PATIENCE) {
-            told = Some(Instant::now());
-            let seconds = behind.as_secs_f64();
-            output::eprint(&format!(
-                "the mission is {seconds:.0} s behind its clock: planning takes longer than `--speed {}` allows\n",
-                a.speed
-            ));
+    let mut told: [Option<Instant>; 2] = [None, None];
+    let mut trouble = |trouble: Trouble| {
+        let (last, text) = match trouble {
+            Trouble::Behind(behind) => {
+                let (seconds, speed) = (behind.as_secs_f64(), a.speed);
+                let why = format!("planning takes longer than `--speed {speed}` allows");
+                (&mut told[0], format!("the mission is {seconds:.0} s behind its clock: {why}\n"))
+            }
+            Trouble::Unwritten(why) => (&mut told[1], format!("what is told is refused: {why}\n")),
+        };
+        if last.is_none_or(|last| last.elapsed() >= 5 * PATIENCE) {
+            *last = Some(Instant::now());
+            output::eprint(&text);
         }
     };
-    match server.wait_and_tell(&mut lags) {
+    match server.wait_and_tell(&mut trouble) {
         Ok(()) => Outcome::Good,
         Err(e) => Outcome::Trouble(e.to_string()),
     }

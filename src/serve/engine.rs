@@ -73,14 +73,36 @@ pub struct Engine {
     mission: Arc<str>,
     world: Box<dyn World>,
     clock: Clock,
+    notes: Notes,
+    /// How often the journal notes that all is well.
+    beat: Duration,
+}
+
+/// What is told, written down where there is a journal.
+#[derive(Default)]
+struct Notes {
     journal: Option<Journal>,
+    /// Why the last entry could not be written, if it could not.
+    trouble: Option<String>,
+}
+
+impl Notes {
+    /// Writes an entry down, if there is a journal. What cannot be written must have no effect.
+    fn write(&mut self, time: f64, entry: Entry) -> Result<(), String> {
+        let Some(journal) = &mut self.journal else { return Ok(()) };
+        self.trouble = journal.add(&Line { time, entry }).err().map(|e| e.to_string());
+        match &self.trouble {
+            Some(why) => Err(format!("Nothing was changed, because it could not be written down: {why}.")),
+            None => Ok(()),
+        }
+    }
 }
 
 impl Engine {
     /// Stands at the start of a mission.
     pub fn new(mission: &str, world: Box<dyn World>, speed: f64) -> Engine {
         let clock = Clock::standing(world.time(), speed);
-        Engine { mission: mission.into(), world, clock, journal: None }
+        Engine { mission: mission.into(), world, clock, notes: Notes::default(), beat: BEAT }
     }
 
     /// Goes through what a journal says, and goes on writing it. Gives the time that was reached (s), and false if the
@@ -108,7 +130,7 @@ impl Engine {
                 entry => self.world.replay(entry).map_err(|why| journal.broken(index, why))?,
             }
         }
-        self.journal = Some(journal);
+        self.notes.journal = Some(journal);
         self.clock = Clock::standing(self.world.time(), self.clock.speed());
         Ok((self.world.time(), same))
     }
@@ -126,7 +148,7 @@ impl Engine {
         let (mut shown, mut beat) = (Instant::now(), Instant::now());
         loop {
             let received = asked.recv_timeout(if self.behind() > PATIENCE { Duration::ZERO } else { TICK });
-            let before = (self.world.records(), self.clock.runs());
+            let before = self.stands();
             let now = Instant::now();
             self.advance(self.clock.at(now));
             let mut answered = None;
@@ -137,7 +159,12 @@ impl Engine {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
-            let changed = answered.is_some() || before != (self.world.records(), self.clock.runs());
+            // What cannot be written is tried again while the clock stands too: there may be room by then.
+            if (self.clock.runs() || self.notes.trouble.is_some()) && now.duration_since(beat) >= self.beat {
+                beat = now;
+                self.beat();
+            }
+            let changed = answered.is_some() || before != self.stands();
             if changed || (self.clock.runs() && now.duration_since(shown) >= FRAME) {
                 shown = now;
                 publish.send_replace(Arc::new(self.view()));
@@ -146,18 +173,20 @@ impl Engine {
             if let Some((answer, taken)) = answered {
                 let _ = answer.send(taken);
             }
-            if self.clock.runs() && now.duration_since(beat) >= BEAT {
-                beat = now;
-                self.beat();
-            }
         }
         self.beat();
+        publish.send_replace(Arc::new(self.view()));
+    }
+
+    /// What pages are told of as soon as it changes.
+    fn stands(&self) -> (usize, bool, bool) {
+        (self.world.records(), self.clock.runs(), self.notes.trouble.is_some())
     }
 
     fn beat(&mut self) {
-        // A journal that cannot be written is said where something is told, which is refused then.
         let (time, count) = (self.world.time(), self.world.records());
-        let _ = write(&mut self.journal, time, Entry::Records(count));
+        // The notes keep why it cannot be written, and pages say it.
+        let _ = self.notes.write(time, Entry::Records(count));
     }
 
     /// Lets time pass in short stretches, and what is left of it later where that takes long: somebody may wait.
@@ -185,12 +214,23 @@ impl Engine {
                 behind.as_secs_f64(),
                 self.clock.speed()
             );
-            shown.supervisor.note = Some(shown.supervisor.note.map_or(lags.clone(), |note| format!("{note} {lags}")));
+            shown.supervisor.note = joined(shown.supervisor.note, &lags);
+        }
+        if let Some(why) = &self.notes.trouble {
+            let refused = format!("What is told cannot be written down, and is refused: {why}.");
+            shown.supervisor.note = joined(shown.supervisor.note, &refused);
+            for person in &mut shown.people {
+                person.note = joined(
+                    person.note.take(),
+                    "What you press cannot be noted now and has no effect. Tell the supervisor, whose page says why.",
+                );
+            }
         }
         Published {
             mission: self.mission.clone(),
             clock,
             behind,
+            unwritten: self.notes.trouble.clone(),
             people: shown.people,
             supervisor: shown.supervisor,
             plan: shown.plan,
@@ -199,9 +239,9 @@ impl Engine {
     }
 
     fn take(&mut self, tells: Tells) -> Answer {
-        let Engine { world, journal, .. } = self;
+        let Engine { world, notes, .. } = self;
         let time = world.time();
-        let mut note = |entry: Entry| write(journal, time, entry);
+        let mut note = |entry: Entry| notes.write(time, entry);
         match tells {
             Tells::Person(agent, tells) => {
                 if !self.clock.runs() && !matches!(tells, PersonTells::Feedback { .. }) {
@@ -226,16 +266,15 @@ impl Engine {
     }
 }
 
-/// Writes an entry down, if there is a journal.
-fn write(journal: &mut Option<Journal>, time: f64, entry: Entry) -> Result<(), String> {
-    let Some(journal) = journal else { return Ok(()) };
-    let line = Line { time, entry };
-    journal.add(&line).map_err(|e| format!("Nothing was changed, because it could not be written down: {e}."))
+/// One note behind the other.
+fn joined(note: Option<String>, more: &str) -> Option<String> {
+    Some(note.map_or(more.to_string(), |note| format!("{note} {more}")))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::serve::lines::tests::{Faults, Faulty};
     use crate::serve::view::SupervisorView;
     use crate::serve::world::{Note, Shown};
     use mission::plan::{Plan, Statistics, Status};
@@ -284,9 +323,49 @@ mod tests {
         fn person(&mut self, _: usize, _: PersonTells, _: &mut Note<'_>) -> Answer {
             Ok("Noted.".into())
         }
-        fn supervisor(&mut self, _: SupervisorTells, _: &mut Note<'_>) -> Answer {
+        fn supervisor(&mut self, _: SupervisorTells, note: &mut Note<'_>) -> Answer {
+            note(Entry::Records(7))?;
             Ok("Noted.".into())
         }
+    }
+
+    /// On a disk that is full nothing is noted, and pages say so, whether somebody presses or nobody does; once there is
+    /// room they stop saying it, and what was noted is there.
+    #[test]
+    fn a_journal_that_cannot_be_written_is_said_and_tried_again() {
+        let disk = Faulty::default();
+        let mut engine = Engine::new("slow", Box::new(Slow(0.0)), 1.0);
+        (engine.notes.journal, engine.beat) = (Some(Journal::on(disk.clone())), 2 * TICK);
+        let (handle, thread) = engine.start(false);
+        let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
+        let press = || runtime.block_on(handle.tell(Tells::Supervisor(SupervisorTells::Replan {}))).expect("an answer");
+        let until = |refused: bool| {
+            let begun = Instant::now();
+            while handle.published.borrow().unwritten.is_some() != refused {
+                assert!(begun.elapsed() < Duration::from_secs(20), "pages do not say {refused}");
+                std::thread::sleep(TICK);
+            }
+        };
+        let full = Faults { room: Some(9), ..Faults::default() };
+        disk.set(full);
+        assert!(press().expect_err("full").starts_with("Nothing was changed, because it could not be written down"));
+        let note = handle.published.borrow().supervisor.note.clone();
+        assert!(note.is_some_and(|note| note.contains("cannot be written down, and is refused")));
+        assert_eq!(disk.holds(), "");
+        // Nobody presses, and the clock stands.
+        disk.set(Faults::default());
+        until(false);
+        assert_eq!(press(), Ok("Noted.".into()));
+        // Nobody presses, and the clock runs.
+        disk.set(full);
+        runtime.block_on(handle.tell(Tells::Supervisor(SupervisorTells::Run {}))).expect("an answer").expect("runs");
+        until(true);
+        disk.set(Faults::default());
+        until(false);
+        drop(handle);
+        thread.join().expect("ended");
+        let lines: Vec<Line> = disk.holds().lines().map(|line| serde_json::from_str(line).expect("whole")).collect();
+        assert!(lines.iter().any(|line| line.entry == Entry::Records(7)), "{lines:?}");
     }
 
     #[test]

@@ -1,18 +1,20 @@
 //! The journal: a file with everything that people told, so that a mission goes on where it was after a crash.
 //!
 //! One JSON object a line. The first names the mission and a digest of it; each further one has a time of the mission and an
-//! entry. What is told is written, and brought to the disk, before it has any effect. Because an execution is a function
-//! of its problem and of what is told when, reading the lines again leads to the same state.
+//! entry. What is told is written, and brought to the disk, before it has any effect; what cannot be written has none. Because
+//! an execution is a function of its problem and of what is told when, reading the lines again leads to the same state.
 
-use std::fs::{File, OpenOptions};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::fs::OpenOptions;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use mission::execution::Event;
 use runtime::program::MAX_MISSION;
 use serde::{Deserialize, Serialize};
 
-/// Largest journal that is read (bytes).
+use super::lines::Lines;
+
+/// Largest journal that is read, and so the largest that is written (bytes).
 const LARGEST: u64 = 256 << 20;
 
 /// What a line says beside its time.
@@ -58,8 +60,10 @@ struct Head {
 /// A journal that is open for writing.
 #[derive(Debug)]
 pub struct Journal {
-    file: File,
+    lines: Lines,
     path: PathBuf,
+    /// Time of the last line (s).
+    time: f64,
 }
 
 /// Why a journal cannot be used.
@@ -70,6 +74,15 @@ pub enum NoJournal {
     File { path: PathBuf, why: std::io::Error },
     #[error("another server writes the journal `{}`", .path.display())]
     Locked { path: PathBuf },
+    #[error("cannot use the journal `{}`: it is no regular file; name one, or a file that does not exist yet", .path.display())]
+    Irregular { path: PathBuf },
+    #[error("the journal `{}` has no room for more: one of more than 256 MiB could not be read again", .path.display())]
+    Full { path: PathBuf },
+    #[error(
+        "the journal `{}` takes no line of {time} s: one before {since} s, or after {MAX_MISSION} s, could not be read again",
+        .path.display()
+    )]
+    Time { path: PathBuf, time: f64, since: f64 },
     #[error("the journal `{}` has more than 256 MiB; name a file that does not exist yet", .path.display())]
     Large { path: PathBuf },
     #[error("`{}` is no journal of a mission; name a file that does not exist yet", .path.display())]
@@ -96,7 +109,12 @@ impl Journal {
     /// The file cannot be used, or is of something else.
     pub fn open(path: &Path, mission: &str, digest: &str) -> Result<(Journal, Vec<Line>), NoJournal> {
         let no = |why| NoJournal::File { path: path.into(), why };
-        let mut file = OpenOptions::new().read(true).append(true).create(true).open(path).map_err(no)?;
+        // A pipe would let us wait for ever, and a device has no end.
+        if std::fs::metadata(path).is_ok_and(|is| !is.is_file()) {
+            return Err(NoJournal::Irregular { path: path.into() });
+        }
+        let existed = path.exists();
+        let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(no)?;
         if file.try_lock().is_err() {
             return Err(NoJournal::Locked { path: path.into() });
         }
@@ -143,13 +161,14 @@ impl Journal {
             }
             time = line.time;
         }
-        if whole < bytes.len() {
-            file.set_len(whole as u64).map_err(no)?;
-        }
-        file.seek(SeekFrom::End(0)).map_err(no)?;
-        let mut journal = Journal { file, path: path.into() };
+        // What stands behind the whole lines is removed before the next is added.
+        let lines = Lines::new(Box::new(file), whole as u64);
+        let mut journal = Journal { lines, path: path.into(), time };
         if !begun {
             journal.write(&head)?;
+        }
+        if !existed {
+            keep_name(path).map_err(no)?;
         }
         Ok((journal, said))
     }
@@ -158,9 +177,22 @@ impl Journal {
     ///
     /// # Errors
     ///
-    /// The file cannot be written.
+    /// The line is not taken: the file cannot be written, or the line could not be read again. What was taken before stays
+    /// as it is, and further lines may be tried.
     pub fn add(&mut self, line: &Line) -> Result<(), NoJournal> {
-        self.write(line)
+        let Line { time, .. } = *line;
+        if !(self.time..=MAX_MISSION).contains(&time) {
+            return Err(NoJournal::Time { path: self.path.clone(), time, since: self.time });
+        }
+        self.write(line)?;
+        self.time = time;
+        Ok(())
+    }
+
+    /// One on a disk of a test, without a first line.
+    #[cfg(test)]
+    pub fn on(disk: impl super::lines::Disk + 'static) -> Journal {
+        Journal { lines: Lines::new(Box::new(disk), 0), path: "test".into(), time: 0.0 }
     }
 
     /// An entry of it, by its index, cannot be.
@@ -172,8 +204,21 @@ impl Journal {
         let no = |why| NoJournal::File { path: self.path.clone(), why };
         let mut text = serde_json::to_string(line).map_err(|e| no(e.into()))?;
         text.push('\n');
-        self.file.write_all(text.as_bytes()).and_then(|()| self.file.sync_data()).map_err(no)
+        if self.lines.length() + text.len() as u64 > LARGEST {
+            return Err(NoJournal::Full { path: self.path.clone() });
+        }
+        self.lines.add(&text).map_err(no)
     }
+}
+
+/// Brings the name of a new file to the disk, beside what it holds.
+pub(super) fn keep_name(path: &Path) -> std::io::Result<()> {
+    // A folder cannot be opened on every system; where it can, its names are brought to the disk like what files hold.
+    if cfg!(unix) {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        std::fs::File::open(folder)?.sync_all()?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -242,6 +287,35 @@ mod tests {
         let text = std::fs::read_to_string(&path).expect("readable");
         std::fs::write(&path, text + "{\"time\":1}\n{\"time\":2,\"entry\":{\"records\":1}}\n").expect("writable");
         assert!(matches!(Journal::open(&path, "v", "d"), Err(NoJournal::Broken { line: 2, .. })));
+    }
+
+    #[test]
+    fn a_line_that_could_not_be_read_again_is_not_written() {
+        let path = path("bounds");
+        let (mut journal, _) = Journal::open(&path, "v", "d").expect("new");
+        journal.add(&line(7.0)).expect("writable");
+        for time in [6.9, 1e6 + 1.0, f64::NAN, f64::INFINITY] {
+            assert!(matches!(journal.add(&line(time)), Err(NoJournal::Time { .. })), "{time}");
+        }
+        journal.add(&line(7.0)).expect("writable");
+        drop(journal);
+        assert_eq!(Journal::open(&path, "v", "d").expect("mine").1, [line(7.0), line(7.0)]);
+        let lines = Lines::new(Box::new(crate::serve::lines::tests::Faulty::default()), LARGEST - 9);
+        let mut journal = Journal { lines, path, time: 0.0 };
+        assert!(matches!(journal.add(&line(1.0)), Err(NoJournal::Full { .. })));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_file_is_neither_read_nor_written() {
+        for device in ["/dev/full", "/dev/zero", "/"] {
+            assert!(matches!(Journal::open(Path::new(device), "v", "d"), Err(NoJournal::Irregular { .. })), "{device}");
+        }
+        let pipe = path("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status().expect("mkfifo runs");
+        assert!(made.success());
+        assert!(matches!(Journal::open(&pipe, "v", "d"), Err(NoJournal::Irregular { .. })), "and nobody waits");
+        std::fs::remove_file(pipe).expect("removed");
     }
 
     #[test]

@@ -20,6 +20,7 @@ mod guard;
 mod journal;
 mod layered;
 mod layered_view;
+mod lines;
 mod listen;
 mod messages;
 mod overview;
@@ -170,6 +171,15 @@ pub struct LinkOf {
     pub url: String,
 }
 
+/// What whoever runs a server should know while it does.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Trouble {
+    /// The mission is behind its clock by so much.
+    Behind(Duration),
+    /// What is told cannot be written into the journal, and is refused; why.
+    Unwritten(String),
+}
+
 /// A server that runs.
 pub struct Server {
     address: SocketAddr,
@@ -271,20 +281,20 @@ impl Server {
         self.wait_and_tell(&mut |_| {})
     }
 
-    /// The same; `tell` hears, again and again, by how much the mission is behind its clock while it lags.
+    /// The same; `tell` hears of trouble again and again while it lasts.
     ///
     /// # Errors
     ///
     /// As [`Server::wait`].
-    pub fn wait_and_tell(self, tell: &mut dyn FnMut(Duration)) -> Result<(), NoServer> {
+    pub fn wait_and_tell(self, tell: &mut dyn FnMut(Trouble)) -> Result<(), NoServer> {
         let pause = Duration::from_millis(50);
+        let unwritten = || self.published.borrow().unwritten.clone().map(Trouble::Unwritten);
         while !*self.end.borrow() {
             if self.threads.iter().any(JoinHandle::is_finished) {
                 return Err(NoServer::Ended);
             }
-            if let Some(behind) = self.published.borrow().behind {
-                tell(behind);
-            }
+            let behind = self.published.borrow().behind.map(Trouble::Behind);
+            behind.into_iter().chain(unwritten()).for_each(&mut *tell);
             std::thread::sleep(pause);
         }
         // Somebody may plan just now; what was told is on the disk already.
@@ -292,6 +302,7 @@ impl Server {
         while Instant::now() < patience && !self.threads.iter().all(JoinHandle::is_finished) {
             std::thread::sleep(pause);
         }
+        unwritten().into_iter().for_each(tell);
         Ok(())
     }
 }

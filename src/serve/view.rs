@@ -21,6 +21,8 @@ pub struct Published {
     pub clock: ClockView,
     /// How long the mission is behind its clock, where it lags.
     pub behind: Option<Duration>,
+    /// Why what is told cannot be written down, where that is so.
+    pub unwritten: Option<String>,
     /// For each agent the page of it.
     pub people: Vec<PersonView>,
     /// The page of the supervisor.

@@ -14,8 +14,9 @@ function show(next) {
   byId('name').textContent = state.mission;
   byId('status').textContent = state.status;
   byId('numbers').textContent = state.numbers;
-  byId('over').hidden = !(state.over ?? state.note);
-  byId('over').textContent = state.over ?? state.note ?? '';
+  const notes = [state.over, state.note].filter(Boolean).join(' ');
+  byId('over').hidden = !notes;
+  byId('over').textContent = notes;
   byId('run').textContent = state.running ? 'Stop the clock' : 'Let the clock run';
   may(byId('run'), !state.over);
   may(byId('replan'), !state.over);
