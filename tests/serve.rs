@@ -8,6 +8,8 @@ mod access;
 mod client;
 #[path = "serve/command.rs"]
 mod command;
+#[path = "serve/crash.rs"]
+mod crash;
 #[path = "serve/hostile.rs"]
 mod hostile;
 #[path = "serve/journal.rs"]

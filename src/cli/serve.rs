@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 use std::net::IpAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use hierarq::serve::{LayersMission, Mission, Options, Resuming, Served, Server, Trouble};
+use hierarq::serve::{LayersMission, LinkOf, Mission, Options, Resuming, Served, Server, Trouble};
 use hierarq::{planned, project};
 use mission::engine::Budget;
 use mission::execution::{Durations, Settings};
@@ -25,7 +25,8 @@ const PATIENCE: Duration = Duration::from_secs(2);
 #[derive(Args)]
 pub struct Arguments {
     /// A spec (`*.hq`, `*.yaml`), or a compiled program (`*.json`).
-    spec: PathBuf,
+    #[arg(required_unless_present = "link")]
+    spec: Option<PathBuf>,
     /// The mission; may be left out where the spec declares one alone.
     mission: Option<String>,
     #[command(flatten)]
@@ -33,7 +34,7 @@ pub struct Arguments {
     /// The address to listen at: this machine alone unless another is given.
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
     bind: IpAddr,
-    /// The port; 0 takes a free one.
+    /// The port; 0 takes that of the server before where a journal is gone on with, or a free one.
     #[arg(long, value_name = "PORT", default_value_t = 0)]
     port: u16,
     /// A further host name under which people reach the server, such as `field.example`. May be repeated; the first
@@ -49,9 +50,14 @@ pub struct Arguments {
     /// Seed of what is simulated.
     #[arg(long, value_name = "SEED", default_value_t = 0)]
     seed: u64,
-    /// Write what is told into this file, and go on from what it says already.
+    /// Write what is told into this file, and go on from what it says already. Links and sessions are kept beside it, in
+    /// `FILE.key`.
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
+    /// Print a new link to a person's page, or without a name to the supervisor's, and end. The server that runs with the
+    /// same journal goes on, and whoever opens the link takes the page over.
+    #[arg(long, value_name = "PERSON", num_args = 0..=1, requires = "journal", conflicts_with = "spec")]
+    link: Option<Option<String>>,
     /// Nodes of a search that improves on a plan that was constructed: more make better plans, and people wait longer for
     /// them. It is ended by nodes and not by time, so that a journal leads to the same plans. Where left out 0, and of
     /// layers as many as take about a second.
@@ -63,14 +69,32 @@ pub struct Arguments {
 }
 
 pub fn run(a: &Arguments) -> Outcome {
-    let compiled = project::load(&a.spec, &a.options.settings());
+    match (&a.link, &a.journal, &a.spec) {
+        (Some(person), Some(journal), _) => link(journal, person.as_deref()),
+        (_, _, Some(spec)) => serve(a, spec),
+        _ => Outcome::Trouble("name a spec".into()),
+    }
+}
+
+fn link(journal: &Path, person: Option<&str>) -> Outcome {
+    match hierarq::serve::new_link(journal, person) {
+        Ok(link) => {
+            output::print(&format!("{}\n", link.url));
+            Outcome::Good
+        }
+        Err(e) => Outcome::Trouble(e.to_string()),
+    }
+}
+
+fn serve(a: &Arguments, spec: &Path) -> Outcome {
+    let compiled = project::load(spec, &a.options.settings());
     if !compiled.is_good() {
-        return output::refuse(&compiled.report, &a.spec, false);
+        return output::refuse(&compiled.report, spec, false);
     }
     output::show(&compiled.report);
     let mission = match planned::find(&compiled.missions, a.mission.as_deref()) {
         Ok(mission) => mission,
-        Err(message) => return Outcome::Trouble(format!("{}: {message}", a.spec.display())),
+        Err(message) => return Outcome::Trouble(format!("{}: {message}", spec.display())),
     };
     let served = served(a, mission);
     let options = Options {
@@ -166,8 +190,13 @@ fn greeting(a: &Arguments, mission: &str, server: &Server) -> String {
     let longest = server.links().iter().filter_map(|link| link.person.as_ref()).map(|name| name.chars().count()).max();
     let width = longest.unwrap_or(0).max("supervisor".len());
     out.push_str("each link opens once:\n");
+    let name = |link: &LinkOf| link.person.clone().unwrap_or_else(|| "supervisor".into());
     for link in server.links() {
-        let _ = writeln!(out, "  {:width$}  {}", link.person.as_deref().unwrap_or("supervisor"), link.url);
+        let _ = writeln!(out, "  {:width$}  {}", name(link), link.url);
+    }
+    let signed_in: Vec<String> = server.links().iter().filter(|link| link.signed_in).map(name).collect();
+    if !signed_in.is_empty() {
+        let _ = writeln!(out, "still signed in, until their new link is opened: {}", signed_in.join(", "));
     }
     if !a.bind.is_loopback() {
         out.push_str("pages and links are sent unencrypted: use a network that you trust, or a proxy with HTTPS\n");

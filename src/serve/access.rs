@@ -1,15 +1,19 @@
 //! Who may see which page: links that open once, and the sessions that they become.
 //!
-//! A link holds 128 random bits. The first use turns it into a session, whose own 128 bits a cookie holds; a second use is
-//! refused. Nothing of it is written to a disk.
+//! A link and the cookie of a session are numbers with a signature ([`keys`](super::keys)). The first use of a link turns it
+//! into a session; a second is refused. Which link of a page was opened, and so which session is good, is kept with the key.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use serde::{Deserialize, Serialize};
+
+use super::keys::{Keys, Kind, NoKeys};
 use super::rate::Bucket;
 
 /// Whose page it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Role {
     /// Who watches over the mission.
     Supervisor,
@@ -26,11 +30,11 @@ impl Role {
         }
     }
 
-    /// The path of a link with this token.
-    pub fn link(self, token: &str) -> String {
+    /// The path of a link with this signed number.
+    pub fn link(self, signed: &str) -> String {
         match self {
-            Role::Supervisor => format!("/s/{token}"),
-            Role::Person(_) => format!("/p/{token}"),
+            Role::Supervisor => format!("/s/{signed}"),
+            Role::Person(agent) => format!("/p/{agent}-{signed}"),
         }
     }
 
@@ -61,9 +65,10 @@ const STREAMS: u64 = 3;
 /// What the requests of one session share.
 #[derive(Debug)]
 pub struct Session {
-    id: String,
     /// Whose page it opens.
     pub role: Role,
+    /// The link that became it.
+    number: u64,
     /// What it may still ask for.
     pub bucket: Bucket,
     begun: AtomicU64,
@@ -72,6 +77,11 @@ pub struct Session {
 }
 
 impl Session {
+    fn new(role: Role, number: u64) -> Session {
+        let counts = || AtomicU64::new(0);
+        Session { role, number, bucket: Bucket::of_a_session(), begun: counts(), open: counts(), ended: counts() }
+    }
+
     /// Notes that a stream begins; its number.
     pub fn begin_stream(&self) -> u64 {
         self.open.fetch_add(1, Ordering::Relaxed);
@@ -94,134 +104,164 @@ impl Session {
     }
 }
 
-struct Invitation {
-    token: String,
-    role: Role,
-    used: bool,
-}
-
 /// All links and sessions of a server.
 pub struct Access {
-    invitations: Vec<Invitation>,
+    keys: Keys,
+    /// Of each page whose session has been shown to this server: the session.
     sessions: Vec<Arc<Session>>,
 }
 
 impl Access {
-    /// No link and no session.
-    pub fn new() -> Access {
-        Access { invitations: Vec::new(), sessions: Vec::new() }
+    /// What the keys let in.
+    pub fn new(keys: Keys) -> Access {
+        Access { keys, sessions: Vec::new() }
     }
 
-    /// A new link for this role; its token. Older links and sessions of the role end.
+    /// A new link for this role; its path. Older links and sessions of the role end.
     ///
     /// # Errors
     ///
-    /// The system gives no random numbers.
-    pub fn invite(&mut self, role: Role) -> Result<String, getrandom::Error> {
-        let token = secret()?;
-        self.invitations.retain(|invitation| invitation.role != role);
-        self.sessions.iter().filter(|session| session.role == role).for_each(|session| {
-            session.ended.store(1, Ordering::Relaxed);
-        });
-        self.sessions.retain(|session| session.role != role);
-        self.invitations.push(Invitation { token: token.clone(), role, used: false });
-        Ok(token)
+    /// It cannot be kept. Nothing has changed then.
+    pub fn invite(&mut self, role: Role) -> Result<String, NoKeys> {
+        self.keys.renew(role)?;
+        self.end(role);
+        Ok(self.keys.path(role).unwrap_or_default())
     }
 
-    /// What this token is worth.
+    fn end(&mut self, role: Role) {
+        for session in self.sessions.iter().filter(|session| session.role == role) {
+            session.ended.store(1, Ordering::Relaxed);
+        }
+        self.sessions.retain(|session| session.role != role);
+    }
+
+    /// What the last part of a link's path is worth.
     pub fn link(&self, token: &str) -> Link {
-        match self.invitations.iter().find(|invitation| same(&invitation.token, token)) {
-            Some(Invitation { role, used: false, .. }) => Link::Fresh(*role),
-            Some(Invitation { role, .. }) => Link::Used(*role),
-            None => Link::Unknown,
+        self.read(token).map_or(Link::Unknown, |(link, _)| link)
+    }
+
+    fn read(&self, token: &str) -> Option<(Link, u64)> {
+        let (role, signed) = match token.split_once('-')? {
+            (agent, signed) if signed.contains('-') => (Role::Person(agent.parse().ok()?), signed),
+            _ => (Role::Supervisor, token),
+        };
+        let page = self.keys.page(role)?;
+        let number = self.keys.number(Kind::Link, role, signed)?;
+        match page.opened {
+            Some(opened) if opened == number => Some((Link::Used(role), number)),
+            _ => page.opens(number).then_some((Link::Fresh(role), number)),
         }
     }
 
-    /// Uses a link: its role and the secret of the session that it becomes; none unless it is fresh.
+    /// Uses a link: its role and the secret of the session that it becomes; none unless it is fresh. The session that
+    /// another link of the role became ends.
     ///
     /// # Errors
     ///
-    /// The system gives no random numbers.
-    pub fn exchange(&mut self, token: &str) -> Result<Option<(Role, String)>, getrandom::Error> {
-        let fresh = |invitation: &&mut Invitation| !invitation.used && same(&invitation.token, token);
-        let Some(invitation) = self.invitations.iter_mut().find(fresh) else { return Ok(None) };
-        let id = secret()?;
-        invitation.used = true;
-        let role = invitation.role;
-        let counts = || AtomicU64::new(0);
-        let bucket = Bucket::of_a_session();
-        let session = Session { id: id.clone(), role, bucket, begun: counts(), open: counts(), ended: counts() };
-        self.sessions.push(Arc::new(session));
-        Ok(Some((role, id)))
+    /// It cannot be kept. Nothing has changed then.
+    pub fn exchange(&mut self, token: &str) -> Result<Option<(Role, String)>, NoKeys> {
+        let Some((Link::Fresh(role), number)) = self.read(token) else { return Ok(None) };
+        self.keys.open(role, number)?;
+        self.end(role);
+        Ok(Some((role, self.keys.signed(Kind::Session, role, number))))
     }
 
     /// The session of this role whose secret is among these.
-    pub fn session<'a>(&self, role: Role, secrets: impl Iterator<Item = &'a str>) -> Option<Arc<Session>> {
-        let session = self.sessions.iter().find(|session| session.role == role)?;
-        let mut secrets = secrets;
-        secrets.any(|secret| same(&session.id, secret)).then(|| session.clone())
+    pub fn session<'a>(&mut self, role: Role, mut secrets: impl Iterator<Item = &'a str>) -> Option<Arc<Session>> {
+        let opened = self.keys.page(role)?.opened?;
+        if !secrets.any(|secret| self.keys.number(Kind::Session, role, secret) == Some(opened)) {
+            return None;
+        }
+        let known = self.sessions.iter().find(|session| (session.role, session.number) == (role, opened));
+        if let Some(known) = known {
+            return Some(known.clone());
+        }
+        let session = Arc::new(Session::new(role, opened));
+        self.sessions.push(session.clone());
+        Some(session)
     }
 
     /// Whether this role has opened its link, and whether a page of it listens now.
     pub fn presence(&self, role: Role) -> (bool, bool) {
-        let session = self.sessions.iter().find(|session| session.role == role);
-        (session.is_some(), session.is_some_and(|session| session.listens()))
+        let opened = self.keys.page(role).is_some_and(|page| page.opened.is_some());
+        (opened, self.sessions.iter().any(|session| session.role == role && session.listens()))
     }
-}
-
-/// 128 random bits as 32 digits.
-fn secret() -> Result<String, getrandom::Error> {
-    let mut bytes = [0u8; 16];
-    getrandom::fill(&mut bytes)?;
-    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
-}
-
-/// Equality that takes as long for a first wrong digit as for a last.
-fn same(known: &str, told: &str) -> bool {
-    known.len() == told.len() && known.bytes().zip(told.bytes()).fold(0, |all, (a, b)| all | (a ^ b)) == 0
 }
 
 #[cfg(test)]
 mod tests {
+    use crate::serve::keys::Page;
+
     use super::*;
+
+    fn access() -> Access {
+        let pages = [Role::Supervisor, Role::Person(0), Role::Person(1)].map(|role| Page::new(role, None));
+        Access::new(Keys::passing("field", pages.to_vec()).expect("random"))
+    }
+
+    /// A new link, its last part alone.
+    fn invite(access: &mut Access, role: Role) -> String {
+        let path = access.invite(role).expect("random");
+        path.rsplit('/').next().expect("a part").to_string()
+    }
 
     #[test]
     fn a_link_opens_once() {
-        let mut access = Access::new();
-        let token = access.invite(Role::Person(1)).expect("random");
-        let other = access.invite(Role::Supervisor).expect("random");
+        let mut access = access();
+        let token = invite(&mut access, Role::Person(1));
+        let other = invite(&mut access, Role::Supervisor);
         assert_ne!(token, other);
         assert_eq!(access.link(&token), Link::Fresh(Role::Person(1)));
-        let (role, id) = access.exchange(&token).expect("random").expect("fresh");
+        assert_eq!(access.link(&other), Link::Fresh(Role::Supervisor));
+        let (role, id) = access.exchange(&token).expect("kept").expect("fresh");
         assert_eq!(role, Role::Person(1));
         assert_eq!(access.link(&token), Link::Used(Role::Person(1)));
-        assert!(access.exchange(&token).expect("random").is_none());
+        assert!(access.exchange(&token).expect("kept").is_none());
         assert!(access.session(Role::Person(1), [id.as_str()].into_iter()).is_some());
         assert!(access.session(Role::Supervisor, [id.as_str()].into_iter()).is_none(), "of another role");
         assert!(access.session(Role::Person(1), [token.as_str(), ""].into_iter()).is_none(), "the link is no session");
+        assert_eq!(access.link(&token.replacen("1-", "0-", 1)), Link::Unknown, "of another person");
         assert_eq!(access.link(""), Link::Unknown);
         assert_eq!(access.link(&token[1..]), Link::Unknown);
     }
 
     #[test]
     fn a_newer_link_ends_what_the_older_opened() {
-        let mut access = Access::new();
-        let token = access.invite(Role::Person(0)).expect("random");
-        let (role, id) = access.exchange(&token).expect("random").expect("fresh");
+        let mut access = access();
+        let token = invite(&mut access, Role::Person(0));
+        let (role, id) = access.exchange(&token).expect("kept").expect("fresh");
         let session = access.session(role, [id.as_str()].into_iter()).expect("open");
         let stream = session.begin_stream();
         assert!(session.goes_on(stream) && session.listens());
-        let newer = access.invite(Role::Person(0)).expect("random");
+        let newer = invite(&mut access, Role::Person(0));
         assert_eq!((access.link(&token), access.link(&newer)), (Link::Unknown, Link::Fresh(role)));
         assert!(access.session(role, [id.as_str()].into_iter()).is_none());
         assert!(!session.goes_on(stream));
     }
 
     #[test]
+    fn of_several_links_the_newest_that_is_opened_counts() {
+        let mut access = access();
+        let (role, first) = (Role::Person(0), invite(&mut access, Role::Person(0)));
+        // Links that were made elsewhere with the same key.
+        let made = |access: &Access, more: u64| {
+            let number = access.keys.page(role).expect("a page").link + more;
+            format!("0-{}", access.keys.signed(Kind::Link, role, number))
+        };
+        let (second, third) = (made(&access, 1), made(&access, 2));
+        let (_, of_second) = access.exchange(&second).expect("kept").expect("fresh");
+        assert_eq!(access.link(&first), Link::Unknown);
+        let (_, of_third) = access.exchange(&third).expect("kept").expect("fresh");
+        assert!(access.session(role, [of_second.as_str()].into_iter()).is_none());
+        assert!(access.session(role, [of_third.as_str()].into_iter()).is_some());
+        assert_eq!((access.link(&second), access.link(&third)), (Link::Unknown, Link::Used(role)));
+    }
+
+    #[test]
     fn a_further_stream_ends_the_oldest() {
-        let mut access = Access::new();
-        let token = access.invite(Role::Supervisor).expect("random");
-        let (role, id) = access.exchange(&token).expect("random").expect("fresh");
+        let mut access = access();
+        let token = invite(&mut access, Role::Supervisor);
+        let (role, id) = access.exchange(&token).expect("kept").expect("fresh");
         let session = access.session(role, [id.as_str()].into_iter()).expect("open");
         let streams: Vec<u64> = (0..STREAMS).map(|_| session.begin_stream()).collect();
         assert!(streams.iter().all(|stream| session.goes_on(*stream)));

@@ -7,7 +7,7 @@
 //!
 //! | keeps out | where |
 //! |---|---|
-//! | whoever has no link | [`access`]: links open once and become sessions |
+//! | whoever has no link | [`access`]: links open once and become sessions; [`keys`]: both are signed |
 //! | pages of other sites, foreign host names | [`guard`] |
 //! | too much: connections, headers, bodies, requests, patience | [`listen`], [`routes`], [`rate`] |
 //! | text that is read as markup | pages are constant; names are text nodes, or escaped |
@@ -18,6 +18,7 @@ mod diary;
 mod engine;
 mod guard;
 mod journal;
+mod keys;
 mod layered;
 mod layered_view;
 mod lines;
@@ -51,6 +52,7 @@ use self::access::{Access, Role};
 use self::engine::Engine;
 use self::guard::Hosts;
 use self::journal::Journal;
+use self::keys::{Keys, Page};
 use self::layered::Layered;
 use self::rate::Bucket;
 use self::routes::App;
@@ -60,6 +62,7 @@ use self::world::World;
 
 pub use self::engine::Resuming;
 pub use self::journal::NoJournal;
+pub use self::keys::{NoKeys, new_link};
 pub use self::listen::CONNECTIONS;
 
 /// A schedule to be served.
@@ -110,7 +113,7 @@ impl From<LayersMission> for Served {
 pub struct Options {
     /// The address to listen at.
     pub bind: IpAddr,
-    /// The port; 0: a free one.
+    /// The port; 0: that of the server before where a journal is gone on with, or a free one.
     pub port: u16,
     /// Further host names under which people reach the server, with their port where it is another one.
     pub hosts: Vec<String>,
@@ -118,7 +121,8 @@ pub struct Options {
     pub speed: f64,
     /// People without a page, by name: how long they work is drawn at random.
     pub simulate: Vec<String>,
-    /// Where to write what is told; an existing file is gone on with.
+    /// Where to write what is told; an existing file is gone on with. Beside it, with `.key` behind its name, is the file of
+    /// links and sessions.
     pub journal: Option<PathBuf>,
     /// The clock runs from the start; otherwise from when the supervisor lets it.
     pub begin: bool,
@@ -154,10 +158,10 @@ pub enum NoServer {
     Host(String),
     #[error(transparent)]
     Journal(#[from] NoJournal),
+    #[error(transparent)]
+    Keys(#[from] NoKeys),
     #[error("cannot listen at {address}: {why}")]
     Bind { address: SocketAddr, why: std::io::Error },
-    #[error("the system gives no random numbers: {0}")]
-    Random(#[from] getrandom::Error),
     #[error("the mission ended unexpectedly; what was told is in the journal if there is one")]
     Ended,
 }
@@ -169,6 +173,8 @@ pub struct LinkOf {
     pub person: Option<String>,
     /// The link, as a whole address.
     pub url: String,
+    /// Somebody has opened an earlier one, whose page this link takes over.
+    pub signed_in: bool,
 }
 
 /// What whoever runs a server should know while it does.
@@ -217,12 +223,20 @@ impl Server {
             Some(path) => Some(Journal::open(path, &ready.name, &ready.digest)?),
             None => None,
         };
+        let pages = ready.pages();
+        let mut keys = match &options.journal {
+            Some(path) => Keys::beside(path, &ready.name, &ready.digest, pages)?,
+            None => Keys::passing(&ready.name, pages)?,
+        };
         let wanted = SocketAddr::new(options.bind, options.port);
         let bound = |why| NoServer::Bind { address: wanted, why };
-        let listener = std::net::TcpListener::bind(wanted).map_err(bound)?;
+        // Pages that are open look for the server where it was.
+        let before = keys.address().filter(|before| options.port == 0 && before.ip() == options.bind);
+        let again = before.and_then(|before| std::net::TcpListener::bind(before).ok());
+        let listener = again.map_or_else(|| std::net::TcpListener::bind(wanted).map_err(bound), Ok)?;
         listener.set_nonblocking(true).map_err(bound)?;
         let address = listener.local_addr().map_err(bound)?;
-        let Ready { name, names, paged, plans, .. } = ready;
+        let Ready { name, paged, plans, .. } = ready;
         if let Some(last) = journal.as_ref().and_then(|(_, said)| said.last()) {
             tell(Resuming { time: 0.0, until: last.time });
         }
@@ -231,7 +245,10 @@ impl Server {
             Some((journal, said)) => Some(engine.resume(journal, &said, tell)?).filter(|_| !said.is_empty()),
             None => None,
         };
-        let (access, links) = invite(address, options, &paged, &names)?;
+        let site = site(address, options);
+        keys.begin(&site, address)?;
+        let links = links(&keys, &site);
+        let access = Access::new(keys);
         let (handle, carries) = engine.start(options.begin);
         let published = handle.published.clone();
         let (end, ended) = watch::channel(false);
@@ -366,6 +383,15 @@ fn ready(mission: Served, simulate: &[String]) -> Result<Ready, NoServer> {
     }
 }
 
+impl Ready {
+    /// The pages, that of the supervisor first.
+    fn pages(&self) -> Vec<Page> {
+        let people = self.names.iter().enumerate().filter(|(agent, _)| self.paged.get(*agent) == Some(&true));
+        let pages = people.map(|(agent, name)| Page::new(Role::Person(agent), Some(name.clone())));
+        std::iter::once(Page::new(Role::Supervisor, None)).chain(pages).collect()
+    }
+}
+
 /// For each agent, of which is known whether it is a person, whether it has a page: people that are not simulated.
 fn paged(agents: &[(&str, bool)], simulate: &[String]) -> Result<Vec<bool>, NoServer> {
     let people: Vec<&str> = agents.iter().filter(|agent| agent.1).map(|agent| agent.0).collect();
@@ -384,26 +410,21 @@ fn digest(mission: &impl serde::Serialize) -> String {
     format!("{:032x}", XxHash3_128::oneshot(text.as_bytes()))
 }
 
-fn invite(
-    address: SocketAddr,
-    options: &Options,
-    paged: &[bool],
-    names: &[String],
-) -> Result<(Access, Vec<LinkOf>), NoServer> {
+/// Where pages are, as links name it.
+fn site(address: SocketAddr, options: &Options) -> String {
     let host = match options.hosts.first() {
         Some(named) if named.contains(':') => named.clone(),
         Some(named) => format!("{named}:{}", address.port()),
         None if address.ip().is_unspecified() => format!("localhost:{}", address.port()),
         None => address.to_string(),
     };
-    let mut access = Access::new();
-    let mut link = |role: Role, person: Option<String>| -> Result<LinkOf, NoServer> {
-        let token = access.invite(role)?;
-        Ok(LinkOf { person, url: format!("http://{host}{}", role.link(&token)) })
+    format!("http://{host}")
+}
+
+fn links(keys: &Keys, site: &str) -> Vec<LinkOf> {
+    let link = |page: &Page| {
+        let url = format!("{site}{}", keys.path(page.role).unwrap_or_default());
+        LinkOf { person: page.person.clone(), url, signed_in: page.opened.is_some() }
     };
-    let mut links = vec![link(Role::Supervisor, None)?];
-    for (agent, name) in names.iter().enumerate().filter(|(agent, _)| paged.get(*agent) == Some(&true)) {
-        links.push(link(Role::Person(agent), Some(name.clone()))?);
-    }
-    Ok((access, links))
+    keys.pages().iter().map(link).collect()
 }

@@ -21,6 +21,7 @@ use crate::gantt;
 use super::access::{Access, Link, Role, Session};
 use super::engine::Handle;
 use super::guard::{Hosts, guard};
+use super::keys::NoKeys;
 use super::pages;
 use super::rate::Bucket;
 use super::stream::stream;
@@ -30,6 +31,8 @@ use super::world::Ground;
 
 /// Bytes of what is told.
 const BODY: usize = 4096;
+/// A browser keeps a session so long (s), also where a phone ends it meanwhile: longer than any mission.
+const LASTS: u32 = 1_000_000;
 /// What is told must be there within this time.
 const BODY_TIME: Duration = Duration::from_secs(5);
 
@@ -102,16 +105,14 @@ impl App {
     /// The session of this role that the request's cookies show, as long as it does not ask too often.
     fn session(&self, role: Role, headers: &HeaderMap) -> Result<Arc<Session>, Box<Response>> {
         let name = role.cookie(self.port);
-        let cookies = headers.get_all(header::COOKIE).into_iter().filter_map(|value| value.to_str().ok());
-        let pairs = cookies.flat_map(|all| all.split(';')).filter_map(|pair| pair.trim().split_once('='));
-        let secrets = pairs.filter(|pair| pair.0 == name).map(|pair| pair.1);
+        let secrets = cookies(headers).filter(|pair| pair.0 == name).map(|pair| pair.1);
         let session = self.access().session(role, secrets);
         match session {
             None => Err(Box::new(pages::refusal(
                 StatusCode::UNAUTHORIZED,
                 "Not signed in",
-                "This page belongs to somebody. Open the link that was given to you; if it has been used, or the server was \
-                 started again, ask the supervisor for a new one.",
+                "This page belongs to somebody. Open the link that was given to you; if it has been used, ask the supervisor for \
+                 a new one.",
             ))),
             Some(session) if session.bucket.take() => Ok(session),
             Some(_) => Err(Box::new(too_often())),
@@ -153,6 +154,12 @@ impl App {
             _ => "simulated",
         }
     }
+}
+
+/// The cookies of a request, each with its name.
+fn cookies(headers: &HeaderMap) -> impl Iterator<Item = (&str, &str)> {
+    let cookies = headers.get_all(header::COOKIE).into_iter().filter_map(|value| value.to_str().ok());
+    cookies.flat_map(|all| all.split(';')).filter_map(|pair| pair.trim().split_once('='))
 }
 
 /// What a stream sends.
@@ -201,16 +208,23 @@ async fn open(State(app): Shared, Path(token): Path<String>, headers: HeaderMap)
             let origin = headers.get(header::ORIGIN).and_then(|origin| origin.to_str().ok());
             let secure = if origin.is_some_and(|origin| origin.starts_with("https://")) { "; Secure" } else { "" };
             let name = role.cookie(app.port);
-            see(&role.path(), Some(format!("{name}={secret}; Path=/; HttpOnly; SameSite=Strict{secure}")))
+            let kept = format!("Path=/; Max-Age={LASTS}; HttpOnly; SameSite=Strict{secure}");
+            see(&role.path(), Some(format!("{name}={secret}; {kept}")))
         }
-        (_, Err(e)) => {
-            let why = format!("The system gives no random numbers, without which no page can be protected: {e}.");
-            pages::refusal(StatusCode::SERVICE_UNAVAILABLE, "Not now", &why)
-        }
+        (_, Err(e)) => pages::refusal(StatusCode::SERVICE_UNAVAILABLE, "Not now", &unkept(&e)),
         (Link::Used(role), _) if app.session(role, &headers).is_ok() => see(&role.path(), None),
         (Link::Used(role), _) => pages::used(&role.path()),
         _ => unknown(&app),
     }
+}
+
+/// A link cannot be made or opened. The file's name is for who runs the server, whose page and terminal say more.
+fn unkept(why: &NoKeys) -> String {
+    let why = match why {
+        NoKeys::File { why, .. } => why.to_string(),
+        other => other.to_string(),
+    };
+    format!("It could not be written down who has which page, so nothing was changed: {why}. Try again later.")
 }
 
 fn unknown(app: &App) -> Response {
@@ -360,11 +374,11 @@ fn invite(app: &App, agent: usize) -> Response {
     }
     let role = Role::Person(agent);
     match app.access().invite(role) {
-        Ok(token) => {
+        Ok(link) => {
             let said = format!("A new link for {}; the old one, and what it opened, has ended.", app.name(role));
-            as_json(&json!({ "said": said, "link": role.link(&token) })).into_response()
+            as_json(&json!({ "said": said, "link": link })).into_response()
         }
-        Err(e) => refused(StatusCode::SERVICE_UNAVAILABLE, &format!("The system gives no random numbers: {e}.")),
+        Err(e) => refused(StatusCode::SERVICE_UNAVAILABLE, &unkept(&e)),
     }
 }
 

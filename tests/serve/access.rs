@@ -1,5 +1,8 @@
 //! Links that open once, sessions that open one page.
 
+use std::path::PathBuf;
+
+use hierarq::serve::{Options, new_link};
 use serde_json::json;
 
 use crate::Running;
@@ -80,7 +83,7 @@ fn each_page_opens_to_its_own_session_alone() {
 fn guessing_links_is_slow() {
     let on = Running::standing();
     let stranger = on.stranger();
-    let answers: Vec<u16> = (0..40).map(|n| stranger.get(&format!("/p/{n:032x}")).status).collect();
+    let answers: Vec<u16> = (0..40).map(|n| stranger.get(&format!("/p/0-{n:x}-{n:032x}")).status).collect();
     assert_eq!(answers[0], 404);
     assert!(answers.iter().filter(|status| **status == 429).count() >= 10, "{answers:?}");
     assert_eq!(stranger.get(&on.link(Some("anna"))).status, 200, "who has a link is not kept waiting by others");
@@ -102,6 +105,74 @@ fn a_new_link_ends_what_the_old_one_opened() {
     other.open(&link);
     assert_eq!(other.state()["person"]["name"], "anna");
     assert_eq!(supervisor.tell(json!({ "what": "invite", "agent": 2 })).status, 409, "a worker has no page");
+}
+
+fn kept(name: &str) -> Options {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("serve_access");
+    std::fs::create_dir_all(&folder).expect("writable");
+    let journal = folder.join(name);
+    for old in [journal.clone(), folder.join(format!("{name}.key"))] {
+        let _ = std::fs::remove_file(old);
+    }
+    Options { journal: Some(journal), ..Options::default() }
+}
+
+/// A server that is started again finds every page where it was, at the same address; what has ended stays ended, and a
+/// link that nobody had opened still opens.
+#[test]
+fn sessions_and_links_outlast_a_server() {
+    let options = kept("outlast.journal");
+    let on = Running::with(&options);
+    let (address, of_ben) = (on.server().address(), on.link(Some("<b>ben</b>")));
+    let (stolen, supervisor) = (on.anna(), on.supervisor());
+    let answer = supervisor.tell(json!({ "what": "invite", "agent": 0 }));
+    let mut anna = on.stranger();
+    anna.open(answer.json()["link"].as_str().expect("a link"));
+    assert!(on.server().links().iter().all(|link| !link.signed_in));
+    on.end();
+    let again = Running::with(&options);
+    assert_eq!(again.server().address(), address);
+    assert_eq!(again.server().links().iter().map(|link| link.signed_in).collect::<Vec<_>>(), [true, true, false]);
+    assert_eq!(anna.state()["person"]["name"], "anna");
+    assert_eq!(supervisor.tell(json!({ "what": "run" })).status, 200);
+    assert_eq!(stolen.get("/person/0/state").status, 401);
+    assert_eq!(again.link(Some("<b>ben</b>")), of_ben);
+    again.ben();
+    again.end();
+    // Somebody who begins anew lets nobody in whom the key before let in.
+    let key = options.journal.as_ref().expect("a journal").with_extension("journal.key");
+    std::fs::remove_file(key).expect("there");
+    let other = Running::with(&Options { port: address.port(), ..options });
+    assert_eq!(anna.get("/person/0/state").status, 401);
+    other.end();
+}
+
+/// A supervisor who has lost everything gets in again while the server runs, and whoever has the old page does not.
+#[test]
+fn links_are_made_beside_a_server_that_runs() {
+    let options = kept("beside.journal");
+    let on = Running::with(&options);
+    let journal = options.journal.as_ref().expect("a journal");
+    let (lost, address) = (on.supervisor(), format!("http://{}", on.server().address()));
+    let made =
+        |person| new_link(journal, person).expect("a link").url.strip_prefix(&address).expect("there").to_string();
+    let (link, of_anna, unused) = (made(None), made(Some("anna")), on.link(Some("anna")));
+    assert_eq!(lost.get("/supervisor/state").status, 200, "until it is opened nothing has ended");
+    let (mut supervisor, mut anna) = (on.stranger(), on.stranger());
+    supervisor.open(&link);
+    anna.open(&of_anna);
+    assert_eq!((supervisor.home.as_str(), anna.home.as_str()), ("/supervisor/", "/person/0/"));
+    assert_eq!(lost.get("/supervisor/state").status, 401);
+    assert_eq!(on.stranger().get(&link).status, 410, "it opens once");
+    assert_eq!(on.stranger().get(&unused).status, 404, "a newer one has taken its place");
+    on.end();
+    // And again while there is no server.
+    let link = made(None);
+    let again = Running::with(&options);
+    assert_eq!(supervisor.state()["running"], false);
+    let mut other = again.stranger();
+    other.open(&link);
+    assert_eq!(supervisor.get("/supervisor/state").status, 401);
 }
 
 #[test]

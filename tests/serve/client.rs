@@ -112,6 +112,17 @@ impl Client {
         self.post(&format!("{}tell", self.home), &what.to_string())
     }
 
+    /// Tells something, to a server that may die meanwhile; 0 where no answer came.
+    pub fn attempt(&self, what: Json) -> u16 {
+        let headers = [("Origin", self.origin()), ("Content-Type", "application/json".into())];
+        let headers: Vec<(&str, &str)> = headers.iter().map(|(name, value)| (*name, value.as_str())).collect();
+        let request = self.request("POST", &format!("{}tell", self.home), &headers, &what.to_string());
+        let Ok(mut stream) = TcpStream::connect(self.address) else { return 0 };
+        let _ = stream.set_read_timeout(Some(Duration::from_secs(30)));
+        let _ = stream.write_all(request.as_bytes());
+        read(&mut stream).status
+    }
+
     /// Tells that something about this operation happened.
     pub fn press(&self, what: &str, operation: u64) -> Answer {
         self.tell(json!({ "what": what, "operation": operation }))

@@ -6,7 +6,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 
 use crate::client::Client;
 
-const SPEC: &str = "hierarq 1
+pub const SPEC: &str = "hierarq 1
 mission field : schedule {
   robot m1 { depot [0, 0] m  speed 0.5 m/s  proximity_speed 0.5 m/s  serve 5 s  deposit 1 s }
   human anna { place [0, 5] m  operations 2  duration 60 s  wait_distance 1 m }
@@ -47,7 +47,9 @@ fn links(greeting: &str) -> Vec<(String, String)> {
 #[test]
 fn it_prints_links_that_open_and_a_journal_survives_its_death() {
     let journal = spec().with_extension("journal");
-    let _ = std::fs::remove_file(&journal);
+    for old in [&journal, &spec().with_extension("journal.key")] {
+        let _ = std::fs::remove_file(old);
+    }
     let more = ["--journal", journal.to_str().expect("UTF-8"), "--begin", "--speed", "20", "--simulate", "ben"];
     let (mut child, mut out) = start(&more);
     let said = greeting(&mut out);
@@ -63,13 +65,28 @@ fn it_prints_links_that_open_and_a_journal_survives_its_death() {
     let (mut child, mut out) = start(&more);
     let said = greeting(&mut out);
     assert!(said.contains("goes on at"), "{said}");
-    let again = links(&said);
-    assert_ne!(again[1].1, links_[1].1, "links are new");
-    let (host, path) = again[1].1.strip_prefix("http://").and_then(|url| url.split_once('/')).expect("a link");
-    let mut anna = Client::new(host.parse().expect("an address"));
-    anna.open(&format!("/{path}"));
+    assert!(said.contains("still signed in, until their new link is opened: anna\n"), "{said}");
+    assert_ne!(links(&said)[1].1, links_[1].1, "what was opened opens no more");
+    assert_eq!(links(&said)[0].1, links_[0].1, "what nobody opened still opens");
     let state = anna.state();
     assert!(state["person"]["messages"].to_string().contains("Your operation 1 is finished."), "{state:#}");
+    // The phone is lost.
+    let made = |more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hierarq"));
+        command.args(["serve", "--journal"]).arg(&journal).args(more).output().expect("runs")
+    };
+    let link = String::from_utf8(made(&["--link", "anna"]).stdout).expect("text");
+    let (_, path) = link.trim().strip_prefix("http://").and_then(|url| url.split_once('/')).expect("a link");
+    let mut other = Client::new(anna.address);
+    other.open(&format!("/{path}"));
+    assert_eq!(other.state()["person"]["name"], "anna");
+    assert_eq!(anna.get("/person/0/state").status, 401);
+    assert!(String::from_utf8_lossy(&made(&["--link"]).stdout).contains("/s/"));
+    let nobody = made(&["--link", "ben"]);
+    assert_eq!(nobody.status.code(), Some(2));
+    assert!(
+        String::from_utf8_lossy(&nobody.stderr).contains("`ben` has no page in the mission `field`; anna have one")
+    );
     child.kill().expect("killed");
     child.wait().expect("dead");
 }
@@ -93,6 +110,7 @@ fn a_wrong_mission_or_option_is_said() {
         assert_eq!(output.status.code(), Some(2), "{more:?}");
         String::from_utf8_lossy(&output.stderr).into_owned()
     };
+    assert!(refused(&["--link"]).contains("cannot be used with"));
     assert!(refused(&["feild"]).contains("feild"));
     assert!(refused(&["--simulate", "bert"]).contains("it has anna, ben"));
     assert!(refused(&["--speed", "-1"]).contains("speed") || refused(&["--speed=-1"]).contains("speed"));

@@ -166,7 +166,9 @@ fn path(name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("serve_layers");
     std::fs::create_dir_all(&folder).expect("writable");
     let path = folder.join(name);
-    let _ = std::fs::remove_file(&path);
+    for old in [path.clone(), folder.join(format!("{name}.key"))] {
+        let _ = std::fs::remove_file(old);
+    }
     path
 }
 
