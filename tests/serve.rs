@@ -10,6 +10,8 @@ mod client;
 mod command;
 #[path = "serve/crash.rs"]
 mod crash;
+#[path = "serve/crowd.rs"]
+mod crowd;
 #[path = "serve/hostile.rs"]
 mod hostile;
 #[path = "serve/journal.rs"]

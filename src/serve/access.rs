@@ -46,6 +46,14 @@ impl Role {
             Role::Person(agent) => format!("hierarq_{port}_person_{agent}"),
         }
     }
+
+    /// The role whose cookie has this name.
+    pub fn of_cookie(name: &str, port: u16) -> Option<Role> {
+        let rest = name.strip_prefix("hierarq_")?.strip_prefix(&port.to_string())?.strip_prefix('_')?;
+        let person = || Some(Role::Person(rest.strip_prefix("person_")?.parse().ok()?));
+        let role = if rest == "supervisor" { Role::Supervisor } else { person()? };
+        (role.cookie(port) == name).then_some(role)
+    }
 }
 
 /// What a link is worth.
@@ -267,5 +275,15 @@ mod tests {
         assert!(streams.iter().all(|stream| session.goes_on(*stream)));
         session.begin_stream();
         assert!(!session.goes_on(streams[0]) && session.goes_on(streams[1]));
+    }
+
+    #[test]
+    fn a_cookie_says_whose_it_is() {
+        for role in [Role::Supervisor, Role::Person(0), Role::Person(17)] {
+            assert_eq!(Role::of_cookie(&role.cookie(8080), 8080), Some(role));
+        }
+        for name in ["hierarq_80_supervisor", "hierarq_8080_person_01", "hierarq_8080_person_", "supervisor", ""] {
+            assert_eq!(Role::of_cookie(name, 8080), None, "{name}");
+        }
     }
 }

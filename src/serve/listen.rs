@@ -1,4 +1,5 @@
-//! Connections: how many, how long a header may take, how long an answer may be refused.
+//! Connections: how long a header may take, how long an answer may be refused. [`places`](super::places) bounds their
+//! number.
 
 use std::io;
 use std::net::SocketAddr;
@@ -15,14 +16,16 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::GracefulShutdown;
 use hyper_util::service::TowerToHyperService;
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::watch;
+use tokio::task::yield_now;
 use tokio::time::{Instant, Sleep, sleep, timeout};
 
 use super::guard::Local;
+use super::places::{Held, Places};
 
-/// Connections at once, of all people together.
-pub const CONNECTIONS: usize = 256;
-/// A request's header must be there within this time, also the next one of a connection that stays open.
+/// The header of the first request must be there within this time.
+const FIRST: Duration = Duration::from_secs(4);
+/// That of each further request of a connection that stays open within this.
 const HEADER: Duration = Duration::from_secs(10);
 /// A client must take something of an answer within this time.
 const TAKEN: Duration = Duration::from_secs(20);
@@ -31,27 +34,41 @@ const FAREWELL: Duration = Duration::from_secs(3);
 /// Bytes of a header.
 const HEADER_BYTES: usize = 16 * 1024;
 
-/// Answers connections until `end` becomes true. Connections above [`CONNECTIONS`] are closed at once.
+/// Answers connections until `end` becomes true.
 pub async fn serve(listener: TcpListener, router: Router, mut end: watch::Receiver<bool>) {
-    let places = Arc::new(Semaphore::new(CONNECTIONS));
+    let places = Arc::new(Places::default());
     let graceful = GracefulShutdown::new();
     loop {
         let accepted = tokio::select! {
             accepted = listener.accept() => accepted,
             _ = end.wait_for(|end| *end) => break,
         };
-        let Ok((stream, _)) = accepted else {
-            // Out of descriptors, most likely: others must end first.
+        let Ok((stream, from)) = accepted else {
+            // Out of descriptors, most likely: somebody must end first.
+            places.make_room();
             sleep(Duration::from_millis(50)).await;
             continue;
         };
-        let (Ok(place), Ok(local)) = (places.clone().try_acquire_owned(), stream.local_addr()) else { continue };
-        let connection = graceful.watch(connection(stream, router.clone(), local));
+        let Ok(local) = stream.local_addr() else { continue };
+        let held = places.take(from.ip());
+        let connection = graceful.watch(connection(stream, router.clone(), local, held.clone()));
         tokio::spawn(async move {
-            // What goes wrong on a connection is the affair of its client.
-            let _ = connection.await;
-            drop(place);
+            let place = held.place();
+            let dawdles = async {
+                sleep(FIRST).await;
+                if place.asked() {
+                    std::future::pending::<()>().await;
+                }
+            };
+            tokio::select! {
+                // What goes wrong on a connection is the affair of its client.
+                _ = connection => {}
+                () = place.ended() => {}
+                () = dawdles => {}
+            }
         });
+        // Whoever comes shows who it is before the next one may take its place.
+        yield_now().await;
     }
     let _ = timeout(FAREWELL, graceful.shutdown()).await;
 }
@@ -60,11 +77,14 @@ fn connection(
     stream: TcpStream,
     router: Router,
     local: SocketAddr,
+    held: Held,
 ) -> impl hyper_util::server::graceful::GracefulConnection<Error = hyper::Error> {
     let _ = stream.set_nodelay(true);
     let router = TowerToHyperService::new(router);
     let service = service_fn(move |mut request: hyper::Request<hyper::body::Incoming>| {
+        held.place().asks();
         request.extensions_mut().insert(Local(local));
+        request.extensions_mut().insert(held.clone());
         router.call(request)
     });
     http1::Builder::new()

@@ -9,7 +9,7 @@
 //! |---|---|
 //! | whoever has no link | [`access`]: links open once and become sessions; [`keys`]: both are signed |
 //! | pages of other sites, foreign host names | [`guard`] |
-//! | too much: connections, headers, bodies, requests, patience | [`listen`], [`routes`], [`rate`] |
+//! | too much: connections, headers, bodies, requests, patience | [`places`], [`listen`], [`routes`], [`rate`] |
 //! | text that is read as markup | pages are constant; names are text nodes, or escaped |
 
 mod access;
@@ -26,6 +26,7 @@ mod listen;
 mod messages;
 mod overview;
 mod pages;
+mod places;
 mod rate;
 mod routes;
 mod schedule;
@@ -63,7 +64,7 @@ use self::world::World;
 pub use self::engine::Resuming;
 pub use self::journal::NoJournal;
 pub use self::keys::{NoKeys, new_link};
-pub use self::listen::CONNECTIONS;
+pub use self::places::{OF_AN_ADDRESS, STRANGERS};
 
 /// A schedule to be served.
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@ use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
-use axum::middleware::from_fn;
+use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::sse::Sse;
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
@@ -23,6 +23,7 @@ use super::engine::Handle;
 use super::guard::{Hosts, guard};
 use super::keys::NoKeys;
 use super::pages;
+use super::places::Held;
 use super::rate::Bucket;
 use super::stream::stream;
 use super::told::{PersonTells, SupervisorTells, Tells};
@@ -70,8 +71,19 @@ pub fn router(app: Arc<App>, hosts: Hosts) -> Router {
         .route("/supervisor/map.svg", get(map_svg))
         .route("/supervisor/tell", get(wrong_method).post(supervisor_tell))
         .fallback(nothing)
+        .layer(from_fn_with_state(app.clone(), recognise))
         .with_state(app)
         .layer(from_fn(move |request, next| guard(hosts.clone(), request, next)))
+}
+
+/// Gives the connection of who shows a session a place among those of the session.
+async fn recognise(State(app): Shared, request: Request, next: Next) -> Response {
+    if let Some(held) = request.extensions().get::<Held>()
+        && let Some(role) = app.shown(request.headers())
+    {
+        held.shows(role);
+    }
+    next.run(request).await
 }
 
 async fn root() -> Response {
@@ -100,6 +112,13 @@ async fn file(Path(name): Path<String>) -> Response {
 impl App {
     fn access(&self) -> MutexGuard<'_, Access> {
         self.access.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A role whose session the request's cookies show.
+    fn shown(&self, headers: &HeaderMap) -> Option<Role> {
+        let mut roles = cookies(headers).filter_map(|(name, secret)| Some((Role::of_cookie(name, self.port)?, secret)));
+        let mut access = self.access();
+        roles.find(|(role, secret)| access.session(*role, std::iter::once(*secret)).is_some()).map(|(role, _)| role)
     }
 
     /// The session of this role that the request's cookies show, as long as it does not ask too often.

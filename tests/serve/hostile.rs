@@ -1,9 +1,9 @@
 //! Clients that mean no good, or know no better.
 
-use std::io::{Read, Write};
+use std::io::Write;
 use std::time::{Duration, Instant};
 
-use hierarq::serve::{CONNECTIONS, Options};
+use hierarq::serve::Options;
 use proptest::prelude::*;
 use serde_json::json;
 
@@ -215,23 +215,7 @@ fn a_client_that_dawdles_is_left() {
     assert!(begun.elapsed() < Duration::from_secs(9));
     assert!(matches!(read(&mut header).status, 0 | 408));
     assert!(matches!(read(&mut idle).status, 0 | 408));
-    assert!(begun.elapsed() < Duration::from_secs(20), "both were left after ten seconds");
-}
-
-#[test]
-fn connections_have_a_bound_and_are_given_back() {
-    let on = Running::standing();
-    let stranger = on.stranger();
-    let held: Vec<_> = (0..CONNECTIONS + 20).map(|_| stranger.connect()).collect();
-    // The last of them find no place and are closed.
-    let mut last = held.last().expect("some").try_clone().expect("a handle");
-    assert_eq!(last.read(&mut [0; 1]).unwrap_or(0), 0);
-    drop(held);
-    let end = Instant::now() + Duration::from_secs(10);
-    while stranger.get("/").status != 200 {
-        assert!(Instant::now() < end, "places are free again");
-        std::thread::sleep(Duration::from_millis(100));
-    }
+    assert!(begun.elapsed() < Duration::from_secs(20), "both were left long before");
 }
 
 #[test]
