@@ -14,8 +14,8 @@ use super::engine::Answer;
 use super::journal::Entry;
 use super::layered_view::{for_one, person, supervisor};
 use super::messages::Messages;
-use super::schedule::{Followed, said};
-use super::told::{PersonTells, SupervisorTells};
+use super::schedule::{Followed, TOLD_BEFORE, said};
+use super::told::{PersonTells, SupervisorTells, longer, still};
 use super::view::Message;
 use super::words::written;
 use super::world::{Ground, Note, Shown, World};
@@ -85,6 +85,11 @@ impl Layered {
         self.execution.problem().tasks.get(task).map_or_else(String::new, |what| what.name.clone())
     }
 
+    /// When the task of an agent is expected to be done (s).
+    fn expected(&self, agent: usize) -> Option<f64> {
+        self.execution.agent(agent)?.work.map(|work| work.expected)
+    }
+
     /// Who has done a task.
     fn did(&self, agent: usize, task: usize) -> bool {
         let done = Happening::Ended { agent, task };
@@ -148,7 +153,17 @@ impl World for Layered {
                 self.happen(Event::Done { agent }, note)?;
                 Ok(format!("Noted: {} was done at {now}.", self.task(task)))
             }
-            PersonTells::Failed { operation: task } if at(task) => {
+            PersonTells::Longer { operation: task, until } if at(task) => {
+                let Some(by) = longer(view.work.map(|work| work.expected), until) else {
+                    return Ok(TOLD_BEFORE.into());
+                };
+                self.happen(Event::Late { agent, by }, note)?;
+                Ok(format!("Noted: {} takes {by:.0} s longer, until {}.", self.task(task), written(until)))
+            }
+            PersonTells::Failed { operation: task, until } if at(task) => {
+                if !still(view.work.map(|work| work.expected), until) {
+                    return Ok(TOLD_BEFORE.into());
+                }
                 let followed = self.happen(Event::Failed { agent }, note)?;
                 let then = if followed.anew { "The plan was made anew." } else { "It is to be done again." };
                 Ok(format!("Noted: {} failed. {then}", self.task(task)))
@@ -156,9 +171,10 @@ impl World for Layered {
             PersonTells::Begin { operation: task } | PersonTells::Done { operation: task } if self.did(agent, task) => {
                 Ok(format!("{} is done already.", self.task(task)))
             }
-            PersonTells::Begin { .. } | PersonTells::Done { .. } | PersonTells::Failed { .. } => {
-                Err("That task is not yours now: look at the page.".into())
-            }
+            PersonTells::Begin { .. }
+            | PersonTells::Done { .. }
+            | PersonTells::Failed { .. }
+            | PersonTells::Longer { .. } => Err("That task is not yours now: look at the page.".into()),
             PersonTells::Serve { .. } | PersonTells::Served { .. } | PersonTells::Feedback { .. } => {
                 Err("In this mission nobody is served.".into())
             }
@@ -179,6 +195,20 @@ impl World for Layered {
             SupervisorTells::Replan {} => Event::Replan,
             SupervisorTells::Lost { robot, agent } => Event::Lost { agent: who(robot, agent)? },
             SupervisorTells::Back { robot, agent } => Event::Back { agent: who(robot, agent)? },
+            SupervisorTells::Failed { robot, agent, until } => {
+                let agent = who(robot, agent)?;
+                if !still(self.expected(agent), until) {
+                    return Ok(TOLD_BEFORE.into());
+                }
+                Event::Failed { agent }
+            }
+            SupervisorTells::Longer { robot, agent, until } => {
+                let agent = who(robot, agent)?;
+                match longer(self.expected(agent), until) {
+                    Some(by) => Event::Late { agent, by },
+                    None => return Ok(TOLD_BEFORE.into()),
+                }
+            }
             SupervisorTells::Moved { .. } => {
                 return Err("Tasks begin and end at the bases of their agents, which stay where they are.".into());
             }

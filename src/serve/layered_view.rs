@@ -7,7 +7,7 @@ use mission::layers::steps::{Step as Planned, from_plan};
 
 use super::layered::{people, robots};
 use super::overview::{NO_PLAN, status, times};
-use super::view::{AgentRow, May, Message, PersonView, RobotRow, Step, SupervisorView};
+use super::view::{AgentRow, May, Message, PersonView, RobotRow, Step, SupervisorView, Trouble};
 use super::words::written;
 
 fn name(problem: &Problem, agent: usize) -> &str {
@@ -38,6 +38,8 @@ pub fn for_one(problem: &Problem, who: usize, record: &Record) -> Option<String>
         Happening::TaskLate { agent, task, expected } if *agent == who => {
             format!("{} is now expected to be done at {}.", of(task), written(*expected))
         }
+        Happening::Told { event: Event::Late { agent, by } } if *agent == who => format!("It takes {by:.0} s longer."),
+        Happening::Told { event: Event::Failed { agent } } if *agent == who => "It failed.".into(),
         Happening::LayerDone { layer } => {
             format!("Layer {} is done.", problem.layers.get(*layer).map_or("", String::as_str))
         }
@@ -66,6 +68,7 @@ pub fn person(on: &LayeredExecution, agent: usize, messages: Vec<Message>, runni
         begin: running && open.is_some(),
         done: running && work.is_some(),
         failed: running && work.is_some(),
+        longer: running && work.is_some(),
         ..May::default()
     };
     let doing = match (work, view.map(|view| view.doing)) {
@@ -152,6 +155,12 @@ fn steps(on: &LayeredExecution, agent: usize) -> Vec<Step> {
     own(on, agent).into_iter().map(step).filter(planned).collect()
 }
 
+/// What may be told of an agent's task.
+fn trouble(on: &LayeredExecution, agent: usize) -> Trouble {
+    let work = on.agent(agent).and_then(|view| view.work);
+    Trouble { until: work.map(|work| work.expected), fails: work.is_some() }
+}
+
 /// The page of the supervisor; what it says of pages is added where they are served.
 pub fn supervisor(on: &LayeredExecution, events: Vec<Message>) -> SupervisorView {
     let (plan, problem) = (on.plan(), on.problem());
@@ -173,12 +182,13 @@ pub fn supervisor(on: &LayeredExecution, events: Vec<Message>) -> SupervisorView
     };
     let agents = people(problem).into_iter().map(|agent| {
         let (doing, lost) = doing(agent);
-        AgentRow { name: name(problem, agent).into(), doing, page: String::new(), paged: false, lost }
+        let (page, trouble) = (String::new(), trouble(on, agent));
+        AgentRow { name: name(problem, agent).into(), doing, page, paged: false, lost, trouble }
     });
     let robots = robots(problem).into_iter().map(|agent| {
         let (doing, lost) = doing(agent);
         let at = on.agent(agent).map(|view| [view.position[0], view.position[1]]);
-        RobotRow { name: name(problem, agent).into(), doing, at, lost }
+        RobotRow { name: name(problem, agent).into(), doing, at, lost, trouble: trouble(on, agent) }
     });
     let stands = on.stranded().is_none();
     let ends = plan.end().filter(|_| stands).map(|end| format!("ends at {}, ", written(end))).unwrap_or_default();

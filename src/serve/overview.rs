@@ -5,7 +5,7 @@ use mission::plan::{Plan, Status};
 use mission::schedule::problem::{Distances, Problem};
 
 use super::diary::Diary;
-use super::view::{AgentRow, RobotRow, SupervisorView};
+use super::view::{AgentRow, RobotRow, SupervisorView, Trouble};
 use super::words::{self, written};
 
 /// How good the plan is where there is none any more.
@@ -21,6 +21,10 @@ pub fn supervisor(execution: &Execution, diary: &Diary) -> SupervisorView {
         doing: stage(problem, &robot),
         at: straight.then_some(robot.position),
         lost: robot.stage == Stage::Lost,
+        trouble: match robot.stage {
+            Stage::Serving => Trouble { until: robot.until, fails: true },
+            _ => Trouble::default(),
+        },
     });
     let agents = (0..problem.agents.len()).filter_map(|a| execution.agent(a)).enumerate().map(|(a, agent)| AgentRow {
         name: words::agent(problem, a).into(),
@@ -28,6 +32,11 @@ pub fn supervisor(execution: &Execution, diary: &Diary) -> SupervisorView {
         page: String::new(),
         paged: false,
         lost: agent.doing == Doing::Lost,
+        // Its service is told of the robot.
+        trouble: match agent.doing {
+            Doing::Working => Trouble { until: agent.until, fails: false },
+            _ => Trouble::default(),
+        },
     });
     let stands = execution.stranded().is_none();
     let ends = plan.end().filter(|_| stands).map(|end| format!("ends at {}, ", written(end))).unwrap_or_default();

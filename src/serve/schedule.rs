@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use mission::execution::{Doing, Event, EventError, Execution, Happening};
+use mission::execution::{Doing, Event, EventError, Execution, Happening, Stage};
 use mission::plan::Actor;
 
 use super::diary::Diary;
 use super::engine::Answer;
 use super::journal::Entry;
 use super::overview::supervisor;
-use super::told::{PersonTells, SupervisorTells};
+use super::told::{PersonTells, SupervisorTells, longer, still};
 use super::view::person;
 use super::words::written;
 use super::world::{Ground, Note, Shown, World};
@@ -94,6 +94,20 @@ impl World for Schedule {
             SupervisorTells::Lost { robot, agent } => Event::Lost { who: who(robot, agent)? },
             SupervisorTells::Back { robot, agent } => Event::Back { who: who(robot, agent)? },
             SupervisorTells::Moved { agent, place } => Event::Moved { agent, place },
+            SupervisorTells::Failed { robot, agent, until } => {
+                let (agent, expected) = self.under_way(who(robot, agent)?)?;
+                if !still(expected, until) {
+                    return Ok(TOLD_BEFORE.into());
+                }
+                Event::Failed { agent }
+            }
+            SupervisorTells::Longer { robot, agent, until } => {
+                let (agent, expected) = self.under_way(who(robot, agent)?)?;
+                match longer(expected, until) {
+                    Some(by) => Event::Late { agent, by },
+                    None => return Ok(TOLD_BEFORE.into()),
+                }
+            }
             SupervisorTells::Run {} | SupervisorTells::Stop {} | SupervisorTells::Invite { .. } => {
                 return Err("That is not told to a mission.".into());
             }
@@ -102,7 +116,25 @@ impl World for Schedule {
     }
 }
 
+/// What is read of a press that came twice, or late.
+pub(super) const TOLD_BEFORE: &str = "That was noted before: look at when it is expected to end.";
+
 impl Schedule {
+    /// The agent that an actor serves, or is, and when what goes on there is expected to end (s).
+    fn under_way(&self, actor: Actor) -> Result<(usize, Option<f64>), String> {
+        let agent = match actor {
+            Actor::Agent(agent) => agent,
+            Actor::Robot(robot) => {
+                let view = self.execution.robot(robot).ok_or_else(|| EventError::NoRobot { robot }.to_string())?;
+                let target = view.target.filter(|_| view.stage == Stage::Serving);
+                target.ok_or("That robot serves nobody now.")?.agent
+            }
+        };
+        let view = self.execution.agent(agent).ok_or_else(|| nobody(agent))?;
+        let busy = matches!(view.doing, Doing::Working | Doing::Served);
+        Ok((agent, view.until.filter(|_| busy)))
+    }
+
     fn remember(&mut self) {
         for record in self.execution.records().iter().skip(self.noted) {
             self.diary.note(self.execution.problem(), record);
@@ -183,11 +215,33 @@ impl Schedule {
                 self.served(agent, operation, (is(operation) && doing == Doing::Served, past(operation)), note)
             }
             PersonTells::Serve { .. } => Err("No robot serves you now.".into()),
-            PersonTells::Failed { .. } => Err("Here nobody tells that: the supervisor sees to it.".into()),
+            PersonTells::Failed { operation, until } if is(operation) && doing == Doing::Served => {
+                if !still(view.until, until) {
+                    return Ok(TOLD_BEFORE.into());
+                }
+                self.happen(Event::Failed { agent }, note)?;
+                Ok(format!("Noted: the service failed, and is done again{}.", self.until(agent)))
+            }
+            PersonTells::Longer { operation, until }
+                if is(operation) && matches!(doing, Doing::Working | Doing::Served) =>
+            {
+                let Some(by) = longer(view.until, until) else { return Ok(TOLD_BEFORE.into()) };
+                self.happen(Event::Late { agent, by }, note)?;
+                let what = if doing == Doing::Served { "the service" } else { "the operation" };
+                Ok(format!("Noted: {what} takes {by:.0} s longer{}.", self.until(agent)))
+            }
+            PersonTells::Failed { .. } => Err("No robot serves you now.".into()),
+            PersonTells::Longer { .. } => Err("Nothing goes on that could take longer.".into()),
             PersonTells::Begin { operation }
             | PersonTells::Done { operation }
             | PersonTells::Feedback { operation, .. } => Err(format!("Operation {} is not under way.", operation + 1)),
         }
+    }
+
+    /// `, until 3:07`, as an agent's present doing is expected to end.
+    fn until(&self, agent: usize) -> String {
+        let until = self.execution.agent(agent).and_then(|view| view.until);
+        until.map_or_else(String::new, |until| format!(", until {}", written(until)))
     }
 
     /// A service is finished, or its measurement, or both.

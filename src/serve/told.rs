@@ -2,9 +2,12 @@
 
 use serde::Deserialize;
 
+/// Times that differ by less are the same (s).
+const SAME: f64 = 1e-6;
+
 /// What a person tells. Operations count from 0, and of layers are indices of tasks; each press names its own, so that one that comes twice or late is
 /// recognised.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(tag = "what", rename_all = "snake_case", deny_unknown_fields)]
 pub enum PersonTells {
     /// The operation begins.
@@ -27,10 +30,19 @@ pub enum PersonTells {
         /// Of which operation; of an earlier one where the measurement still ran.
         operation: usize,
     },
-    /// The task failed, and is to be done again.
+    /// The service or the task failed, and is to be done again.
     Failed {
+        /// Of which operation, or which task.
+        operation: usize,
+        /// When it was expected to end (s), as the page showed it: what is told twice counts once.
+        until: Option<f64>,
+    },
+    /// The operation, the service or the task takes longer.
+    Longer {
         /// Which.
         operation: usize,
+        /// Until when (s). Told twice it comes to the same.
+        until: f64,
     },
     /// What the service was like, each from -2 to 2.
     Feedback {
@@ -69,6 +81,24 @@ pub enum SupervisorTells {
         /// Index of an agent.
         agent: Option<usize>,
     },
+    /// The service that a robot gives, or the task of a robot or an agent, failed: exactly one of the two is given.
+    Failed {
+        /// Index of a robot.
+        robot: Option<usize>,
+        /// Index of an agent.
+        agent: Option<usize>,
+        /// When it was expected to end (s), as the page showed it.
+        until: Option<f64>,
+    },
+    /// The service that a robot gives, or the operation or task of somebody, takes longer: exactly one of the two is given.
+    Longer {
+        /// Index of a robot.
+        robot: Option<usize>,
+        /// Index of an agent.
+        agent: Option<usize>,
+        /// Until when (s).
+        until: f64,
+    },
     /// An agent is at another place.
     Moved {
         /// Which.
@@ -81,6 +111,17 @@ pub enum SupervisorTells {
         /// Which.
         agent: usize,
     },
+}
+
+/// By how much longer (s) something takes that was expected to end at a time, and is to end at `until`; none where it is no
+/// longer.
+pub fn longer(expected: Option<f64>, until: f64) -> Option<f64> {
+    expected.map(|expected| until - expected).filter(|by| *by > SAME)
+}
+
+/// Whether what a page showed as expected still is: nothing that was told before has changed it.
+pub fn still(expected: Option<f64>, shown: Option<f64>) -> bool {
+    shown.is_none_or(|shown| expected.is_some_and(|expected| (expected - shown).abs() <= SAME))
 }
 
 /// What goes to the engine.

@@ -92,8 +92,10 @@ pub struct May {
     pub serve: bool,
     /// Finish of a service.
     pub served: bool,
-    /// A task failed.
+    /// A service or a task failed.
     pub failed: bool,
+    /// What goes on takes longer.
+    pub longer: bool,
 }
 
 /// A time that was measured.
@@ -170,6 +172,18 @@ pub struct AgentRow {
     pub paged: bool,
     /// It has left.
     pub lost: bool,
+    /// What may be told of what it does.
+    #[serde(flatten)]
+    pub trouble: Trouble,
+}
+
+/// What may be told of somebody's operation, service or task that goes on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Trouble {
+    /// When it is expected to end (s): it may take longer. None where nothing goes on.
+    pub until: Option<f64>,
+    /// It may fail.
+    pub fails: bool,
 }
 
 /// A robot in the table of the supervisor.
@@ -183,6 +197,9 @@ pub struct RobotRow {
     pub at: Option<[f64; 2]>,
     /// It has broken down.
     pub lost: bool,
+    /// What may be told of what it does.
+    #[serde(flatten)]
+    pub trouble: Trouble,
 }
 
 /// The page of an agent; that of a name alone if there is none of this index.
@@ -201,7 +218,8 @@ pub fn person(execution: &Execution, diary: &Diary, index: usize, running: bool)
         done: agent.doing == Doing::Working,
         serve: serving && !page.measures(),
         served: serving || page.measures(),
-        failed: false,
+        failed: serving,
+        longer: serving || agent.doing == Doing::Working,
     };
     let may = if running { may } else { May::default() };
     PersonView {

@@ -66,6 +66,10 @@ pub fn for_one(problem: &Problem, who: usize, record: &Record) -> Option<String>
         Happening::Told { event: Event::Said { agent, wait, approach, distance } } if *agent == who => {
             format!("You told: {}.", feedback(*wait, *approach, *distance))
         }
+        Happening::Told { event: Event::Failed { agent } } if *agent == who => {
+            "The service failed, and is done again.".into()
+        }
+        Happening::Told { event: Event::Late { agent, by } } if *agent == who => format!("It takes {by:.0} s longer."),
         Happening::Told { event: Event::Lost { who: Actor::Agent(agent) } } if *agent == who => {
             "You have left the mission.".into()
         }

@@ -106,6 +106,21 @@ fn a_person_tells_what_she_does_and_the_others_follow() {
     assert!(anna.press("failed", 0).said().starts_with("Noted: lid failed."));
     assert_eq!(anna.press("failed", 0).status, 409);
     assert_eq!(anna.press("begin", 0).status, 200);
+    let until = || anna.state()["person"]["until"].as_f64().expect("she works");
+    let later = until() + 45.0;
+    let longer = json!({ "what": "longer", "operation": 0, "until": later });
+    assert!(anna.tell(longer.clone()).said().starts_with("Noted: lid takes 45 s longer, until"));
+    assert!(anna.tell(longer).said().starts_with("That was noted before"));
+    assert!(
+        supervisor.tell(json!({ "what": "longer", "agent": 0, "until": later + 30.0 })).said().starts_with("Noted")
+    );
+    assert!((until() - later - 30.0).abs() < 1e-6);
+    let row = supervisor.state()["agents"][0].clone();
+    assert_eq!((row["until"].as_f64(), &row["fails"]), (Some(until()), &json!(true)));
+    let failed = json!({ "what": "failed", "agent": 0, "until": until() });
+    assert!(supervisor.tell(failed.clone()).said().starts_with("Noted"));
+    assert!(supervisor.tell(failed).said().starts_with("That was noted before"));
+    assert_eq!(anna.press("begin", 0).status, 200);
     assert!(anna.press("done", 0).said().starts_with("Noted: lid was done at"));
     assert_eq!(anna.press("done", 0).said(), "lid is done already.");
     assert!(anna.press("serve", 0).said().contains("nobody is served"));

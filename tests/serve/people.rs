@@ -131,6 +131,48 @@ fn a_robot_breaks_down_and_the_other_takes_over() {
     assert_eq!((&page["operation"], &page["measured"]), (&json!("Operation"), &json!([])));
 }
 
+/// A service that fails is done again, one that takes longer keeps its robot, and so does an operation; a press that comes
+/// twice counts once.
+#[test]
+fn a_service_fails_and_another_takes_longer() {
+    let on = Running::at_speed(10.0);
+    let (anna, supervisor) = (on.anna(), on.supervisor());
+    let until = |state: &Json| state["person"]["until"].as_f64().expect("it goes on");
+    let works = anna.until(may("longer"));
+    let later = until(&works) + 30.0;
+    let longer = json!({ "what": "longer", "operation": 0, "until": later });
+    let told = anna.tell(longer.clone());
+    assert!(told.said().starts_with("Noted: the operation takes 30 s longer"), "{told:?}");
+    assert!(anna.tell(longer).said().starts_with("That was noted before"));
+    assert!((until(&anna.state()) - later).abs() < 1e-6);
+    assert_eq!(anna.press("failed", 0).status, 409, "nobody serves her");
+    anna.press("done", 0);
+    let served = anna.until(may("failed"));
+    let (robot, other) = match supervisor.state()["robots"][0]["fails"] == true {
+        true => (0, 1),
+        false => (1, 0),
+    };
+    let failed = json!({ "what": "failed", "operation": 0, "until": until(&served) });
+    let told = anna.tell(failed.clone());
+    assert!(told.said().starts_with("Noted: the service failed, and is done again, until"), "{told:?}");
+    let again = until(&anna.state());
+    assert!(again > until(&served), "{again}");
+    assert!(anna.tell(failed).said().starts_with("That was noted before"));
+    assert_eq!(until(&anna.state()), again);
+    let row = supervisor.state()["robots"][robot].clone();
+    assert_eq!((row["until"].as_f64(), &row["fails"]), (Some(again), &json!(true)));
+    let longer = json!({ "what": "longer", "robot": robot, "until": again + 60.0 });
+    assert!(supervisor.tell(longer).said().starts_with("Noted"));
+    assert!((until(&anna.state()) - again - 60.0).abs() < 1e-6);
+    let told = supervisor.tell(json!({ "what": "failed", "robot": other }));
+    assert!(told.status == 409 || supervisor.state()["robots"][other]["fails"] == true, "{told:?}");
+    assert!(anna.state()["person"]["messages"].to_string().contains("The service failed, and is done again."));
+    let events = supervisor.state()["events"].to_string();
+    assert!(events.contains("the service of anna fails") && events.contains("anna is late by 60 s"), "{events}");
+    anna.press("served", 0);
+    anna.until(|state| !state["person"]["ask"].is_null());
+}
+
 /// However often the plan is made anew, a page says so once, and what else was said stays.
 #[test]
 fn the_same_news_are_told_once() {

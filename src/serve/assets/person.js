@@ -38,9 +38,10 @@ function show(state) {
   // Where nobody is served, tasks may fail.
   const served = person.service !== null;
   byId('services').hidden = !served;
-  byId('failed').hidden = served;
+  byId('failed').textContent = served ? 'The service failed' : 'It failed';
   byId('service').textContent = person.service ?? '';
   for (const [button, yes] of Object.entries(person.may)) may(byId(button), yes);
+  may(byId('much'), person.may.longer);
   byId('measured').textContent = person.measured.map(
     (m) => `${m.name}: ${m.seconds === null ? 'runs' : clock(m.seconds)}`).join(', ');
   feedback(person.ask);
@@ -80,13 +81,24 @@ byId('feedback').addEventListener('submit', (event) => {
   tell({ what: 'feedback', operation: person.ask.operation, ...Object.fromEntries(said) }).then(ready);
 });
 
-for (const what of ['begin', 'done', 'failed', 'serve', 'served']) {
-  byId(what).addEventListener('click', () => {
+// What is told of an end names the end that the page shows, so that a press which comes twice counts once.
+const PRESSES = {
+  begin: () => ({ what: 'begin' }),
+  done: () => ({ what: 'done' }),
+  serve: () => ({ what: 'serve' }),
+  served: () => ({ what: 'served' }),
+  failed: () => ({ what: 'failed', until: person.until }),
+  longer: () => ({ what: 'longer', until: person.until + 30 }),
+  much: () => ({ what: 'longer', until: person.until + 120 }),
+};
+for (const [id, press] of Object.entries(PRESSES)) {
+  byId(id).addEventListener('click', () => {
     if (!person) return;
-    may(byId(what), false);
+    const told = { ...press(), operation: person.at };
+    may(byId(id), false);
     say('Sending…');
-    tell({ what, operation: person.at }).then((taken) => {
-      if (!taken) may(byId(what), person.may[what]);
+    tell(told).then((taken) => {
+      if (!taken) may(byId(id), person.may[told.what]);
     });
   });
 }

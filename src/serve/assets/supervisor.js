@@ -53,7 +53,13 @@ function twice(label, body) {
 
 function tools(row, what) {
   if (row.lost) return [el('button', { class: 'small', type: 'button', onclick: () => tell({ what: 'back', ...what }) }, 'Is back')];
-  return [twice('Lost', { what: 'lost', ...what })];
+  const tools = [twice('Lost', { what: 'lost', ...what })];
+  if (row.fails) tools.unshift(twice('Failed', { what: 'failed', ...what, until: row.until }), ' ');
+  if (row.until !== null) {
+    const longer = () => tell({ what: 'longer', ...what, until: row.until + 30 });
+    tools.unshift(el('button', { class: 'small', type: 'button', title: 'takes 30 s longer', onclick: longer }, '+30 s'), ' ');
+  }
+  return tools;
 }
 
 function agent(row, index) {

@@ -113,9 +113,10 @@ await offline(anna, false);
 check('it comes back by itself', await longer(anna, `document.getElementById('link').textContent === 'connected'`));
 
 // A robot breaks down: two presses, and the plan of the others changes.
-await boss.evaluate(`[...document.querySelectorAll('#robots button')][0].click()`);
-check('one press asks', (await boss.evaluate(`[...document.querySelectorAll('#robots button')][0].textContent`)) === 'Sure?');
-await boss.evaluate(`[...document.querySelectorAll('#robots button')][0].click()`);
+const robots = (text) => `[...document.querySelectorAll('#robots button')].find((button) => button.textContent === '${text}')`;
+await boss.evaluate(`${robots('Lost')}.click()`);
+check('one press asks', await boss.evaluate(`Boolean(${robots('Sure?')})`));
+await boss.evaluate(`${robots('Sure?')}.click()`);
 check('the second acts', await boss.until(`document.getElementById('robots').textContent.includes('broken down')`));
 check('people read of it', await ben.until(`document.getElementById('messages').textContent.includes('m1 has broken down.')`));
 await press(boss, 'replan');
@@ -156,6 +157,8 @@ check('it is her turn', await she.until(enabled('begin')) && (await text(she, 'd
 await press(she, 'begin');
 check('a task begins', await she.until(enabled('failed')), await text(she, 'said'));
 await shot(she, 'layers');
+await press(she, 'longer');
+check('a task takes longer', await she.until(`document.getElementById('said').textContent.startsWith('Noted: lid takes 30 s longer')`), await text(she, 'said'));
 await press(she, 'failed');
 check('a task fails', await she.until(`document.getElementById('said').textContent.startsWith('Noted: lid failed.')`), await text(she, 'said'));
 await she.until(enabled('begin'));
