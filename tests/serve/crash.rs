@@ -57,7 +57,7 @@ fn open(greeting: &str, who: &str) -> Client {
 }
 
 fn moved(number: u64) -> Json {
-    json!({ "what": "moved", "agent": 0, "place": [0.001 * number as f64, 5.0] })
+    json!({ "what": "moved", "agent": 0, "place": [number as f64 / 1000.0, 5.0] })
 }
 
 /// The numbers of the moves that a journal has, in its order. Every line of it is whole.
@@ -128,7 +128,7 @@ fn fifty_deaths_lose_nothing_that_was_answered() {
     assert!(said.contains("goes on at") && !said.contains("differs"), "{said}");
     assert!(has_all(&noted(&journal), &answered));
     assert_eq!(supervisor.attempt(moved(number + 1)), 200);
-    let last = format!("anna moves to ({}, 5) m", 0.001 * (number + 1) as f64);
+    let last = format!("anna moves to ({}, 5) m", (number + 1) as f64 / 1000.0);
     assert!(supervisor.state()["events"].to_string().contains(&last), "{last}");
     end(child);
 }
