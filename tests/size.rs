@@ -53,6 +53,14 @@ const CODES: &[(&str, &str)] = &[
     ("rows just above the bound", "HQ0623"),
     ("pairs above the bound", "HQ0623"),
     ("many mistakes of form", "HQ0192"),
+    ("many groups", "HQ0190"),
+    ("many points of a robot", "HQ0190"),
+    ("robots made from a large one", "HQ0218"),
+    ("a person of many points", "HQ0308"),
+    ("parameters of a stack", "HQ0190"),
+    ("changes of levels that are not there", "HQ0190"),
+    ("many states", "HQ0190"),
+    ("ways out of one state", "HQ0190"),
 ];
 
 /// Most bytes that may be held at once.
@@ -66,6 +74,35 @@ fn check(text: &str, spelling: Spelling) -> compiler::Report {
     compiler::compile(&input).report
 }
 
+/// A spec with a recording of a person in which 1.5 million columns stand beside those of its point.
+struct Recording(std::path::PathBuf);
+
+impl Recording {
+    fn of_many_columns() -> Recording {
+        let path = std::env::temp_dir().join(format!("hierarq-columns-{}.csv", std::process::id()));
+        let more: String = (0..1_500_000).map(|i| format!(",c{i}")).collect();
+        std::fs::write(&path, format!("time,p.x,p.y,p.z{more}\n"))
+            .expect("the folder for temporary files can be written");
+        Recording(path)
+    }
+
+    fn nuisance(&self) -> (&'static str, Spelling, String) {
+        let text = format!(
+            "hierarq 1\nrobot arm {{ urdf \"robots/arm7.urdf\"  rate 100 Hz  home {{ joint_4 1 rad }} }}\n\
+             human h {{ points [p] }}\nstack s {{ level l {{ joint_velocity_limits }} }}\n\
+             scenario \"x\" {{ stack s  duration 1 s  humans {{ h {{ file {:?} }} }} }}\n",
+            self.0
+        );
+        ("a recording of many columns", Spelling::Hq, text)
+    }
+}
+
+impl Drop for Recording {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
 // One test only: another one beside it would be counted too.
 #[test]
 fn no_text_takes_long_or_much_memory() {
@@ -77,8 +114,9 @@ fn no_text_takes_long_or_much_memory() {
     let report = check(&print(&tree, Spelling::Yaml), Spelling::Yaml);
     assert_eq!(report.diagnostics.len(), 0, "{}", report.render(compiler::Style::Plain, 100));
 
+    let recording = Recording::of_many_columns();
     let mut wrong = Vec::new();
-    for (name, spelling, text) in large::nuisances() {
+    for (name, spelling, text) in large::nuisances().into_iter().chain([recording.nuisance()]) {
         let (count, held) = (COUNT.load(SeqCst), HELD.load(SeqCst));
         PEAK.store(held, SeqCst);
         let begun = std::time::Instant::now();

@@ -1,6 +1,6 @@
 //! Bounds on the size of a spec: beyond them it is refused before anything is looked up, so that no text takes long.
 
-use dsl::tree::{Spec, Stack};
+use dsl::tree::{ItemKind, Machine, Spec, Stack, StateBody};
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, StackProgram};
 use stdlib_tasks::bound::Bound;
@@ -13,6 +13,10 @@ const MAX_DECLARATIONS: usize = 5_000;
 const MAX_STACKS: usize = 200;
 /// Most tasks on the levels of all stacks together.
 const MAX_MEMBERS: usize = 5_000;
+/// Most states of all machines together.
+const MAX_STATES: usize = 5_000;
+/// Most transitions and actions of all states together.
+const MAX_TRANSITIONS: usize = 10_000;
 /// Most rows of a stack, and most pairs of parts that a collision limit compares.
 const MAX_ROWS: usize = 2_000;
 
@@ -24,7 +28,41 @@ fn too_many(span: Span, what: &str, most: usize) -> Diagnostic {
 
 /// The diagnostic for a spec with too many declarations.
 pub(crate) fn spec(spec: &Spec) -> Option<Diagnostic> {
-    spec.items.get(MAX_DECLARATIONS).map(|item| too_many(item.span, "declarations", MAX_DECLARATIONS))
+    if let Some(item) = spec.items.get(MAX_DECLARATIONS) {
+        return Some(too_many(item.span, "declarations", MAX_DECLARATIONS));
+    }
+    let stacks =
+        || spec.items.iter().filter_map(|item| if let ItemKind::Stack(s) = &item.kind { Some(s) } else { None });
+    if let Some(stack) = past(stacks(), |s| s.levels.len() + s.changes.len(), MAX_MEMBERS) {
+        return Some(too_many(stack.name.span, "levels", MAX_MEMBERS));
+    }
+    machines(spec.items.iter().filter_map(|item| if let ItemKind::Machine(m) = &item.kind { Some(m) } else { None }))
+}
+
+/// The first of some with which they have more than `most` parts together.
+fn past<T>(all: impl IntoIterator<Item = T>, parts: impl Fn(&T) -> usize, most: usize) -> Option<T> {
+    let mut count = 0;
+    all.into_iter().find(|one| {
+        count += parts(one);
+        count > most
+    })
+}
+
+/// The diagnostic for machines with too many parts.
+pub(crate) fn machines<'m>(machines: impl IntoIterator<Item = &'m Machine>) -> Option<Diagnostic> {
+    // What stands in a machine, and then in its states, as they are written.
+    let mut bodies: Vec<(Span, &StateBody)> = Vec::new();
+    let mut open: Vec<(Span, &StateBody)> = machines.into_iter().map(|m| (m.name.span, &m.body)).collect();
+    open.reverse();
+    while let Some((at, body)) = open.pop() {
+        open.extend(body.states.iter().rev().map(|s| (s.name.span, &s.body)));
+        bodies.push((at, body));
+    }
+    if let Some((at, _)) = bodies.get(MAX_STATES) {
+        return Some(too_many(*at, "states", MAX_STATES));
+    }
+    let (at, _) = past(bodies, |(_, b)| b.transitions.len() + b.actions.len(), MAX_TRANSITIONS)?;
+    Some(too_many(at, "transitions and actions", MAX_TRANSITIONS))
 }
 
 /// The diagnostic for stacks with too many parts, once what stands for several is written out.

@@ -1,5 +1,7 @@
 //! The forms that a written value can have: text, name, list, block; and the keys of blocks.
 
+use std::collections::BTreeSet;
+
 use dsl::tree::{Block, Entry, Value, ValueKind};
 use dsl::{Diagnostic, Spanned};
 
@@ -9,17 +11,32 @@ use crate::sections::Section;
 /// Reports a key that has no meaning in a section.
 pub fn check_keys(block: &Block, section: &Section, diagnostics: &mut Vec<Diagnostic>) {
     let keys: Vec<&str> = section.entries().collect();
-    for (i, e) in block.entries.iter().enumerate() {
-        if !keys.contains(&e.key.value.as_str()) {
-            diagnostics.push(unknown_key(block, i, &keys, section.name));
-        }
-    }
+    unknown_keys(block, &keys, section.name, diagnostics);
 }
 
-/// The diagnostic for the unknown key of entry `i`; a word behind a bare number may have been meant as its unit.
-pub fn unknown_key(block: &Block, i: usize, keys: &[&str], what: &str) -> Diagnostic {
+/// Behind so many diagnostics, more than a report shows, it is only said that a key is unknown.
+const EXPLAINED: usize = 1000;
+
+/// Reports the keys of a block that are not among those that it may have, each once. True where there are some.
+pub fn unknown_keys(block: &Block, keys: &[&str], what: &str, diagnostics: &mut Vec<Diagnostic>) -> bool {
+    let mut seen: BTreeSet<&str> = BTreeSet::new();
+    for (i, e) in block.entries.iter().enumerate().filter(|(_, e)| !keys.contains(&e.key.value.as_str())) {
+        // A key that is given again was reported for that.
+        if seen.insert(&e.key.value) {
+            diagnostics.push(unknown_key(diagnostics.len(), block, i, keys, what));
+        }
+    }
+    !seen.is_empty()
+}
+
+/// The diagnostic for the unknown key of entry `i`, behind `told` others; a word behind a bare number may have been meant
+/// as its unit.
+pub fn unknown_key(told: usize, block: &Block, i: usize, keys: &[&str], what: &str) -> Diagnostic {
     let key = &block.entries[i].key;
     let mut d = Diagnostic::error("HQ0205", key.span, format!("{what} has no `{}`", key.value));
+    if told > EXPLAINED {
+        return d;
+    }
     let before = i.checked_sub(1).map(|k| &block.entries[k]);
     if ["and", "or", "not"].contains(&key.value.as_str()) {
         d = d.help(format!("between conditions `{}` stands inside brackets, as in `(a < b and b < c)`", key.value));
@@ -41,7 +58,7 @@ pub fn unknown_key(block: &Block, i: usize, keys: &[&str], what: &str) -> Diagno
 /// True where a key that the section does not have was meant as this one: that it is missing is said with that.
 pub fn misspelt(block: &Block, section: &Section, name: &str) -> bool {
     let unknown = block.entries.iter().map(|e| e.key.value.as_str()).filter(|key| section.entries().all(|k| k != *key));
-    unknown.into_iter().any(|key| suggest(key, section.entries()) == Some(name))
+    unknown.take(EXPLAINED).any(|key| suggest(key, section.entries()) == Some(name))
 }
 
 /// What a key is called elsewhere in the language, for one that people bring along.

@@ -3,6 +3,7 @@
 //! Columns may stand in any order, and those of other names are passed over, so that one recording serves several specs.
 //! Every mistake is shown in the file itself.
 
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
@@ -155,14 +156,15 @@ fn columns(
     source: SourceId,
     points: &[&str],
 ) -> Result<Columns, Refused> {
-    for (i, (name, at)) in names.iter().enumerate() {
-        if let Some((_, first)) = names[..i].iter().find(|n| n.0 == *name && !name.is_empty()) {
+    let mut places: BTreeMap<&str, usize> = BTreeMap::new();
+    for (i, (name, at)) in names.iter().enumerate().filter(|(_, n)| !n.0.is_empty()) {
+        if let Some(first) = places.insert(name, i) {
             let d = Diagnostic::error("HQ0805", *at, format!("there are two columns `{name}`"));
-            return Err(Box::new(d.label(*first, "the first one").help("keep one of them")));
+            return Err(Box::new(d.label(names[first].1, "the first one").help("keep one of them")));
         }
     }
     let find = |wanted: &str| {
-        names.iter().position(|n| n.0 == wanted).ok_or_else(|| {
+        places.get(wanted).copied().ok_or_else(|| {
             let d = Diagnostic::error(
                 "HQ0805",
                 Span::new(source, head.start, head.end),

@@ -4,6 +4,7 @@ use crate::Diagnostic;
 use crate::explain::clip;
 use crate::expr::{Place, missing};
 use crate::grammar::{Pair, Rule};
+use crate::limits::MAX_PARAMETERS;
 use crate::tree::{Comments, Entry, Parameter, Value, Values};
 use crate::{Spanned, checks};
 
@@ -44,6 +45,15 @@ pub(crate) fn parameters(
             )));
             continue;
         };
+        if all.len() == MAX_PARAMETERS {
+            let text = format!("more than {MAX_PARAMETERS} parameters stand here");
+            diags.push(
+                Diagnostic::error("HQ0190", name.span, text)
+                    .here("read up to here")
+                    .help("give numbers that belong together as one vector, or name what never differs with `param`"),
+            );
+            break;
+        }
         if let Some(first) = all.iter().find(|p| p.name == name) {
             diags.push(checks::duplicate(&name.value, first.name.span, name.span));
             continue;

@@ -29,8 +29,12 @@ pub fn parts(text: &str) -> impl Iterator<Item = Part<'_>> {
 }
 
 /// The hole with which `text` begins, and what follows it.
-fn leading(text: &str) -> Option<(&str, &str)> {
-    text.strip_prefix("${")?.split_once('}').filter(|(hole, _)| is_hole(hole))
+pub(crate) fn leading(text: &str) -> Option<(&str, &str)> {
+    let behind = text.strip_prefix("${")?;
+    // Only to the first sign that no hole has: another hole may begin there.
+    let part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | ' ' | '+' | '-' | '*');
+    let (hole, rest) = behind.split_at(behind.find(|c| !part(c))?);
+    rest.strip_prefix('}').filter(|_| is_hole(hole)).map(|after| (hole, after))
 }
 
 /// True for what may stand between `${` and `}`.

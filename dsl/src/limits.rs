@@ -16,6 +16,8 @@ pub const MAX_TOKENS: usize = 400_000;
 pub const MAX_NODES: usize = 100_000;
 /// Most operators in one expression.
 pub const MAX_OPERATORS: usize = 200;
+/// Most parameters of a task or stack.
+pub const MAX_PARAMETERS: usize = 100;
 /// Highest expression tree.
 pub const MAX_HEIGHT: u32 = 256;
 /// Most diagnostics of one text; one more says that there were more.
@@ -93,9 +95,9 @@ fn item_head(text: &str) -> bool {
         let mut rest = name;
         loop {
             let next = rest.trim_start_matches(|c: char| c.is_ascii_alphanumeric() || c == '_');
-            match next.strip_prefix("${").and_then(|hole| hole.split_once('}')) {
-                Some((hole, after)) if crate::holes::is_hole(hole) => rest = after,
-                _ => {
+            match crate::holes::leading(next) {
+                Some((_, after)) => rest = after,
+                None => {
                     rest = next;
                     break;
                 }

@@ -13,8 +13,11 @@ pub(crate) fn nearest<'c>(word: &str, candidates: &[&'c str]) -> Option<&'c str>
     }
     let allowed = ((word.chars().count() + 1) / 3).clamp(1, 3);
     let lower = word.to_lowercase();
+    let length = lower.chars().count();
     candidates
         .iter()
+        // As many letters as two words differ in length are to be added at least.
+        .filter(|c| c.chars().count().abs_diff(length) <= allowed)
         .map(|c| (strsim::osa_distance(&lower, &c.to_lowercase()), *c))
         .filter(|(distance, c)| *distance <= allowed && *distance < c.len())
         .min_by_key(|(distance, c)| (*distance, c.len().abs_diff(word.len())))

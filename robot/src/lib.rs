@@ -16,6 +16,7 @@ pub mod geometry;
 mod id;
 mod kinematics;
 mod manifold;
+pub mod markup;
 mod mesh;
 mod model;
 mod sample;

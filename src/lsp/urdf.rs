@@ -46,7 +46,7 @@ pub(super) fn read(path: &Path) -> Option<Urdf> {
     if !about.is_file() || about.len() > 64 << 20 {
         return None;
     }
-    let text = std::fs::read_to_string(path).ok()?;
+    let text = std::fs::read_to_string(path).ok().filter(|text| robot::markup::crowded(text).is_none())?;
     let (mut links, mut joints) = (BTreeMap::new(), BTreeMap::new());
     {
         let document = roxmltree::Document::parse(&text).ok()?;

@@ -184,4 +184,90 @@ pub fn nuisances() -> Vec<(&'static str, Spelling, String)> {
             yaml(format!("tasks:\n{}", lines(|i| format!("  t{i}: hold(tol{i})\n")))),
         ),
     ]
+    .into_iter()
+    .chain(repetitions())
+    .collect()
+}
+
+/// Texts in which each of many parts was once compared with all others, or made everything behind it be looked at.
+fn repetitions() -> Vec<(&'static str, Spelling, String)> {
+    let repeated = |piece: &str| piece.repeat(SIZE / piece.len());
+    let hq = |text: String| (Spelling::Hq, format!("hierarq 1\n{ROBOT}{text}"));
+    let yaml = |text: String| (Spelling::Yaml, format!("hierarq: 1\n{YAML_ROBOT}{text}"));
+    let with_robot = |body: String| {
+        let robot = "urdf \"robots/arm7.urdf\"  rate 100 Hz  home { joint_4 1 rad }";
+        (Spelling::Hq, format!("hierarq 1\nrobot arm {{ {robot}\n{body} }}\n"))
+    };
+    let stack = "stack s { level l { joint_velocity_limits } }\n";
+    let machine = "machine m { initial a  state b { stack s }\nstate a { stack s\n";
+    let named: Vec<(&'static str, (Spelling, String))> = vec![
+        ("declarations without a block", hq(repeated("human0\n"))),
+        ("blocks without a brace and without an end", hq(lines(|i| format!("humans h{i}\n x 1\n")))),
+        ("one key, again and again", with_robot(repeated("joints, "))),
+        ("many groups", {
+            let groups = lines(|i| format!("g{} [g{i}]\n", i + 1));
+            with_robot(format!("points {{ p link_6 }}  groups {{ g0 [p]  {groups} }}"))
+        }),
+        ("groups of groups", {
+            let groups: String = (1..60).map(|i| format!("g{i} [g{0}, g{0}, g{0}]\n", i - 1)).collect();
+            with_robot(format!("points {{ p link_6 }}  groups {{ g0 [p]\n{groups} }}"))
+        }),
+        ("arms of arms", {
+            let arms: String = (1..60).map(|i| format!("a{i} {{ tip tool  points [arms] }}\n")).collect();
+            with_robot(format!("points {{ p link_6 }}  arms {{ a0 {{ tip tool  points [p] }}\n{arms} }}"))
+        }),
+        ("many points of a robot", with_robot(format!("points {{ {} }}", lines(|i| format!("p{i} link_6\n"))))),
+        ("robots made from a large one", {
+            let keys: String = (0..20_000).map(|i| format!("key_{i} 1\n")).collect();
+            let robots = (0..2_000).map(|i| format!("robot r{i} from arm {{ rate 50 Hz }}\n")).collect::<String>();
+            let (spelling, text) = with_robot(keys);
+            (spelling, text + &robots + stack)
+        }),
+        ("a person of many points", hq(format!("human h {{ points [{}] }}\n{stack}", lines(|i| format!("p{i}, "))))),
+        ("arguments by name", {
+            hq(format!("task a = hold({}tool)\nstack s {{ level l {{ a }} }}\n", lines(|i| format!("f{i}: 1, "))))
+        }),
+        ("parameters of a stack", {
+            let parameters = lines(|i| format!("f{i}: arm, "));
+            hq(format!("stack a({parameters}z: arm) {{ level l {{ hold(tool) }} }}\n{stack}"))
+        }),
+        ("changes of levels that are not there", {
+            hq(format!("{stack}stack b from s {{\n{}}}\n", lines(|i| format!("remove l{i}\n"))))
+        }),
+        ("many states", hq(format!("{stack}{machine}}}\n{} }}\n", lines(|i| format!("state s{i} {{ stack s }}\n"))))),
+        ("ways out of one state", {
+            hq(format!("{stack}{machine}{} }} }}\n", lines(|i| format!("when t > {i} s -> b\n"))))
+        }),
+        ("ways out just below the bound", {
+            let ways: String = (0..9_000).map(|i| format!("when t > {i} s -> b\n")).collect();
+            hq(format!("{stack}{machine}{ways} }} }}\n"))
+        }),
+        ("keys with holes", {
+            let keys: String = (0..20_000).map(|i| format!("k_${{i}}_{i} 1\n")).collect();
+            hq(format!("for i in 1..2 {{ task a_${{i}} = hold(tool) {{\n{keys} }} }}\n{stack}"))
+        }),
+        ("holes without an end", hq(format!("run {{ title \"{}\" }}\n{stack}", repeated("${a")))),
+        ("names that are holes without an end", hq(repeated("task ${\n"))),
+        ("headers between mistakes", (Spelling::Hq, repeated("task\nhierarq 1\n"))),
+        ("one key of YAML, again and again", {
+            (Spelling::Yaml, format!("hierarq: 1\nrobots: {{ r: {{{}}}}}\n", repeated("a: 1, ")))
+        }),
+        ("keys without values on a line", {
+            (Spelling::Yaml, format!("hierarq: 1\nrobots: {{ r: {{{}}}}}\nbad\n", lines(|i| format!("a{i}: , "))))
+        }),
+        ("levels without names", yaml(format!("stacks: {{s: {{levels: [{}]}}}}\n", repeated("{foo: 1}, ")))),
+        ("items in the place of levels", yaml(format!("stacks: {{s: {{levels: [{}]}}}}\n", repeated(":, ")))),
+        ("merges of a large mapping", {
+            let keys = lines(|i| format!("k{i}: 1, "));
+            yaml(format!("params:\n  b: &b {{{keys}}}\n  c: {{ <<: *b }}\n  d: {{ <<: [*b, *b] }}\n"))
+        }),
+        ("states in YAML", yaml(format!("machines: {{m: {{states: {{{}}}}}}}\n", lines(|i| format!("s{i}: {{}}, "))))),
+        ("scenarios in YAML", yaml(format!("scenarios:\n{}", lines(|i| format!("  s{i}: {{duration: 1 s}}\n"))))),
+        (
+            "imports in YAML",
+            (Spelling::Yaml, format!("hierarq: 1\nimport:\n{}", lines(|i| format!("  f{i}.hq: []\n")))),
+        ),
+        ("tags of YAML on a line", yaml(format!("params: {{{}}}\n", lines(|i| format!("a{i}: !x 1, "))))),
+    ];
+    named.into_iter().map(|(name, (spelling, text))| (name, spelling, text)).collect()
 }

@@ -28,7 +28,7 @@ use stdlib_tasks::task::TaskKind;
 
 use crate::constants::Params;
 use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Typed};
-use crate::forms::{block_of, items_of, text_of, unknown_key};
+use crate::forms::{block_of, items_of, text_of, unknown_keys};
 use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints};
 
@@ -236,14 +236,8 @@ impl Binder<'_> {
         at: Span,
     ) -> Option<BoundParams> {
         let keys: Vec<&str> = infos.iter().map(|p| p.name).collect();
-        let mut good = true;
-        for (i, e) in body.entries.iter().enumerate() {
-            if !keys.contains(&e.key.value.as_str()) {
-                self.diagnostics.push(unknown_key(body, i, &keys, what));
-                good = false;
-            }
-        }
-        let misspelt = !good;
+        let misspelt = unknown_keys(body, &keys, what, self.diagnostics);
+        let mut good = !misspelt;
         let mut missing: Vec<(&ParamInfo, Option<String>)> = Vec::new();
         let mut bound = BoundParams::new();
         for info in infos {

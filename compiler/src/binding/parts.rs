@@ -1,5 +1,7 @@
 //! Parameters that name parts of the robot: frames, arms, geometries.
 
+use std::collections::BTreeSet;
+
 use dsl::Diagnostic;
 use dsl::tree::{Value, ValueKind};
 use robot::LinkId;
@@ -64,6 +66,8 @@ pub(super) fn geometries(
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Vec<Geometry>> {
     let mut all: Vec<Geometry> = Vec::new();
+    // What is named twice, or in several groups, is meant once.
+    let (mut said, mut known) = (BTreeSet::new(), BTreeSet::new());
     let mut good = true;
     for item in items_of(value) {
         let Some(path) = path_of(item) else {
@@ -86,8 +90,14 @@ pub(super) fn geometries(
             good = false;
             continue;
         }
-        let names = robot.groups.get(&path).cloned().unwrap_or_else(|| vec![path.clone()]);
+        if !said.insert(path.clone()) {
+            continue;
+        }
+        let names = robot.groups.get(&path).cloned().unwrap_or_else(|| vec![path]);
         for name in names {
+            if !known.insert(name.clone()) {
+                continue;
+            }
             if let Some(g) = robot.geometries.iter().find(|g| g.name == name) {
                 all.push(g.clone());
             } else if let Some(link) = robot.model.link(&name) {
@@ -112,11 +122,5 @@ pub(super) fn geometries(
             }
         }
     }
-    let mut unique: Vec<Geometry> = Vec::new();
-    for g in all {
-        if !unique.contains(&g) {
-            unique.push(g);
-        }
-    }
-    good.then_some(unique)
+    good.then_some(all)
 }

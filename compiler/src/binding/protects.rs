@@ -108,7 +108,7 @@ impl Binder<'_> {
                     let text = format!("{what} has nothing that can deviate");
                     Diagnostic::error("HQ0609", e.key.span, text).help("leave `deviate` out: the clock gives way alone")
                 } else {
-                    unknown_key(block, i, &keys, &what)
+                    unknown_key(self.diagnostics.len(), block, i, &keys, &what)
                 });
                 good = false;
                 continue;

@@ -259,7 +259,13 @@ impl Binder<'_> {
         };
         for i in 0..block.entries.len() {
             if !names.contains(&block.entries[i].key.value.as_str()) {
-                self.diagnostics.push(unknown_key(block, i, names, &format!("`{}`", info.name)));
+                self.diagnostics.push(unknown_key(
+                    self.diagnostics.len(),
+                    block,
+                    i,
+                    names,
+                    &format!("`{}`", info.name),
+                ));
                 return None;
             }
         }

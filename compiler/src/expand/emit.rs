@@ -1,5 +1,6 @@
 //! What gets into the program: all that the spec declares or imports by name, and what that uses.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use dsl::tree::{
@@ -289,6 +290,12 @@ impl Expander<'_> {
                 return None;
             }
         };
+        // Copies of a large base are counted before they are made.
+        let ItemKind::Robot(other) = &self.modules[bm].items[bi].kind else { return None };
+        let (size, at) = (other.body.entries.len(), base.span);
+        if !(0..size).all(|_| self.count(at)) {
+            return None;
+        }
         let ItemKind::Robot(other) = self.modules[bm].items[bi].kind.clone() else { return None };
         if seen.contains(&(bm, other.name.value.clone())) || seen.len() >= MAX_DEPTH {
             let d = Diagnostic::error("HQ0216", base.span, format!("`{}` is made from itself", base.value));
@@ -296,10 +303,15 @@ impl Expander<'_> {
             return None;
         }
         let mut body = self.robot_body(bm, &other, seen)?;
+        let mut places: BTreeMap<String, usize> =
+            body.entries.iter().enumerate().map(|(i, e)| (e.key.value.clone(), i)).collect();
         for entry in own.entries {
-            match body.entries.iter_mut().find(|e| e.key == entry.key) {
-                Some(known) => *known = entry,
-                None => body.entries.push(entry),
+            match places.get(&entry.key.value) {
+                Some(&known) => body.entries[known] = entry,
+                None => {
+                    places.insert(entry.key.value.clone(), body.entries.len());
+                    body.entries.push(entry);
+                }
             }
         }
         Some(dsl::tree::Block { span: own.span, ..body })

@@ -308,17 +308,22 @@ impl Expander<'_> {
     /// Entries, their keys with holes filled.
     pub(super) fn entries(&mut self, entries: &[Entry], frame: &mut Frame) -> Vec<Entry> {
         let mut out: Vec<Entry> = Vec::with_capacity(entries.len());
+        // Keys that are written out were compared when they were read.
+        let is_pattern = |e: &Entry| e.key.value.contains("${");
+        let compared = entries.iter().any(is_pattern);
+        let mut seen: BTreeMap<String, Span> = BTreeMap::new();
         for e in entries {
             let span = self.at(e.key.span, frame);
             // A key may be a pattern.
             let key = Spanned::new(self.filled(&e.key.value, true, span, frame), span);
-            // Keys that are written out were compared when they were read.
-            let pattern = e.key.value.contains("${");
-            if let Some(first) = pattern.then(|| out.iter().find(|o| o.key == key)).flatten() {
+            if let Some(first) = seen.get(&key.value).filter(|_| is_pattern(e)) {
                 let d = Diagnostic::error("HQ0207", key.span, format!("`{}` is given twice", key.value));
-                let d = d.label(first.key.span, "first here");
+                let d = d.label(*first, "first here");
                 self.fail(d.help("keep one of them"));
                 continue;
+            }
+            if compared {
+                seen.entry(key.value.clone()).or_insert(key.span);
             }
             let value = self.value(&e.value, frame);
             out.push(Entry { key, value, comments: Comments::default() });

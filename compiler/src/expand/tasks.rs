@@ -1,5 +1,7 @@
 //! Tasks: types of the library as they are, tasks with parameters copied for each use.
 
+use std::collections::BTreeMap;
+
 use dsl::tree::{ItemKind, MemberTask, Task, TaskDefinition, ValueKind};
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 
@@ -51,14 +53,24 @@ impl Expander<'_> {
             return None;
         }
         // Arguments by name are parameters of the type, as if they stood in braces.
-        for e in std::mem::take(&mut copy.named).into_iter().rev() {
-            if let Some(other) = copy.body.get(&e.key.value) {
-                let text = format!("`{}` is given in parentheses and in braces", e.key.value);
-                let d = Diagnostic::error("HQ0207", e.key.span, text).label(other.key.span, "here too");
-                self.fail(d.help("keep one of the two"));
-                continue;
+        if !copy.named.is_empty() {
+            let inside = std::mem::take(&mut copy.body.entries);
+            let mut first: BTreeMap<&str, Span> = BTreeMap::new();
+            for e in &inside {
+                first.entry(&e.key.value).or_insert(e.key.span);
             }
-            copy.body.entries.insert(0, e);
+            let mut all = Vec::with_capacity(copy.named.len() + inside.len());
+            for e in std::mem::take(&mut copy.named) {
+                if let Some(other) = first.get(e.key.value.as_str()) {
+                    let text = format!("`{}` is given in parentheses and in braces", e.key.value);
+                    let d = Diagnostic::error("HQ0207", e.key.span, text).label(*other, "here too");
+                    self.fail(d.help("keep one of the two"));
+                    continue;
+                }
+                all.push(e);
+            }
+            all.extend(inside);
+            copy.body.entries = all;
         }
         Some(copy)
     }

@@ -43,7 +43,8 @@ pub(super) fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled
         expanded.missions.clear();
         expanded.scenarios.retain(|(s, _)| !runs_mission(s));
     }
-    if let Some(refusal) = bounds::stacks(&expanded.stacks).filter(|_| expanded.usable) {
+    let beyond = bounds::stacks(&expanded.stacks).or_else(|| bounds::machines(&expanded.machines));
+    if let Some(refusal) = beyond.filter(|_| expanded.usable) {
         return refused(report, diagnostics, refusal);
     }
     let mut lowerer = Lowerer::new(input, source, &mut report.sources, &mut diagnostics);

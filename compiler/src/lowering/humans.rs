@@ -1,6 +1,8 @@
 //! Humans: points of a person that are tracked, each a signal with a velocity, and what becomes of them when nobody sees
 //! them.
 
+use std::collections::BTreeMap;
+
 use dsl::tree::{Block, Human, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::{Conditioning, HumanProgram, Lost, Op, SignalProgram, Tracking, Velocity};
@@ -103,6 +105,7 @@ impl Lowerer<'_> {
             return Vec::new();
         };
         let mut all: Vec<Spanned<String>> = Vec::new();
+        let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
         for item in items_of(&entry.value) {
             let Some(name) = text_of(item).filter(|n| is_plain(n)) else {
                 if !matches!(item.kind, ValueKind::Missing) {
@@ -111,19 +114,20 @@ impl Lowerer<'_> {
                 }
                 continue;
             };
-            let name = Spanned::new(name.to_string(), item.span);
-            match all.iter().find(|p| p.value == name.value) {
-                Some(first) => {
-                    let first = first.span;
-                    self.push(twice(&name, first));
+            let point = Spanned::new(name.to_string(), item.span);
+            match seen.get(name) {
+                Some(first) => self.push(twice(&point, *first)),
+                None => {
+                    seen.insert(name, item.span);
+                    all.push(point);
                 }
-                None => all.push(name),
             }
         }
         if let Some(beyond) = all.get(MAX_POINTS) {
             let text = format!("a person has more than {MAX_POINTS} points");
             let d = Diagnostic::error("HQ0308", beyond.span, text);
             self.push(d.help("name the points that tasks use"));
+            all.truncate(MAX_POINTS);
         } else if all.is_empty() && matches!(&entry.value.kind, ValueKind::List(items) if items.is_empty()) {
             let d = Diagnostic::error("HQ0206", entry.value.span, format!("`{}` has no points", h.name.value));
             self.push(d.help("name what is tracked: `points [chest, left_wrist, right_wrist]`"));

@@ -1,5 +1,7 @@
 //! Machines: the tree of states flattened, names become indices.
 
+use std::collections::BTreeMap;
+
 use dsl::tree::{Action, Machine, Moment, StateBody};
 use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::{ActionProgram, MachineProgram, StateProgram};
@@ -116,10 +118,17 @@ impl Lowerer<'_> {
     }
 
     fn twice(&mut self, flat: &[Flat]) {
-        for (i, f) in flat.iter().enumerate() {
-            let same = |g: &&Flat| g.parent == f.parent && g.name == f.name;
-            if let Some(first) = flat[..i].iter().find(same).filter(|_| i > 0) {
-                self.diagnostics.push(super::declared::twice(&Spanned::new(f.name.clone(), f.at), first.at));
+        let mut seen: BTreeMap<(usize, &str), Span> = BTreeMap::new();
+        for f in flat {
+            // The machine itself stands in no state.
+            let Some(parent) = f.parent else { continue };
+            match seen.get(&(parent, f.name.as_str())) {
+                Some(first) => {
+                    self.diagnostics.push(super::declared::twice(&Spanned::new(f.name.clone(), f.at), *first));
+                }
+                None => {
+                    seen.insert((parent, &f.name), f.at);
+                }
             }
         }
     }

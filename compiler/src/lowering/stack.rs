@@ -66,7 +66,7 @@ impl Lowerer<'_> {
         let keys: Vec<&str> = STACK.entries().collect();
         let known = |e: &Entry| keys.contains(&e.key.value.as_str());
         for (i, e) in s.settings.entries.iter().enumerate().filter(|(_, e)| !known(e)) {
-            let d = unknown_key(&s.settings, i, &keys, STACK.name);
+            let d = unknown_key(self.diagnostics.len(), &s.settings, i, &keys, STACK.name);
             self.push(match &e.value.kind {
                 ValueKind::Block(_) if e.key.value != "for" => {
                     Diagnostic { help: Some(format!("write `level {} {{ .. }}`", e.key.value)), ..d }

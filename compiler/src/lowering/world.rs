@@ -119,7 +119,7 @@ impl Lowerer<'_> {
             let block = block_of(value, "a wrench", self.diagnostics)?;
             let keys = ["force", "moment"];
             if let Some(i) = block.entries.iter().position(|e| !keys.contains(&e.key.value.as_str())) {
-                self.push(crate::forms::unknown_key(block, i, &keys, "a wrench"));
+                self.push(crate::forms::unknown_key(self.diagnostics.len(), block, i, &keys, "a wrench"));
                 return None;
             }
             let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };

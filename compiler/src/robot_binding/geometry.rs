@@ -1,6 +1,6 @@
 //! Arms, points, segments and groups of them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::tree::{Block, Value, ValueKind};
 use dsl::{Diagnostic, Span};
@@ -14,7 +14,18 @@ use super::lookup::unknown_geometry;
 use crate::forms::{block_of, check_keys, items_of, path_of};
 use crate::sections::{ARM, POINT, SEGMENT};
 
+/// Most points and segments of a robot.
+const MAX_GEOMETRIES: usize = 2_000;
+/// Most names in all groups of a robot together, those of groups inside them written out.
+const MAX_GROUPED: usize = 2_000;
+
 impl Binder<'_, '_> {
+    /// Reports that a robot has too many parts of a kind.
+    fn too_many(&mut self, at: Span, what: &str, most: usize) {
+        let d = Diagnostic::error("HQ0190", at, format!("this robot has more than {most} {what}"));
+        self.diagnostics.push(d.here("read up to here").help("name the parts that tasks use"));
+    }
+
     pub(super) fn arms(&mut self) -> Vec<Arm> {
         let mut arms: Vec<Arm> = Vec::new();
         for e in self.declarations("arms").iter().flat_map(|b| &b.entries) {
@@ -44,7 +55,14 @@ impl Binder<'_, '_> {
 
     pub(super) fn geometries(&mut self) -> Vec<Geometry> {
         let mut all: Vec<Geometry> = Vec::new();
-        for e in self.declarations("points").iter().flat_map(|b| &b.entries) {
+        let [points, segments] = ["points", "segments"].map(|key| self.declarations(key));
+        let declared = || [&points, &segments].into_iter().flatten().flat_map(|b| &b.entries);
+        if let Some(beyond) = declared().nth(MAX_GEOMETRIES) {
+            self.failed.extend(declared().map(|e| e.key.value.clone()));
+            self.too_many(beyond.key.span, "points and segments", MAX_GEOMETRIES);
+            return all;
+        }
+        for e in points.iter().flat_map(|b| &b.entries) {
             let found = match &e.value.kind {
                 ValueKind::Block(inner) => {
                     check_keys(inner, &POINT, self.diagnostics);
@@ -65,7 +83,7 @@ impl Binder<'_, '_> {
                 }
             }
         }
-        for e in self.declarations("segments").iter().flat_map(|b| &b.entries) {
+        for e in segments.iter().flat_map(|b| &b.entries) {
             if let Some(point) = self.robot.body.get("points").and_then(|p| match &p.value.kind {
                 ValueKind::Block(b) => b.get(&e.key.value),
                 _ => None,
@@ -127,30 +145,41 @@ impl Binder<'_, '_> {
 
     pub(super) fn groups(&mut self, geometries: &[Geometry]) -> BTreeMap<String, Vec<String>> {
         let mut groups: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        let mut count = 0;
+        let mut of_arms: BTreeSet<String> = BTreeSet::new();
         for e in self.block("arms").iter().flat_map(|b| &b.entries) {
             let ValueKind::Block(inner) = &e.value.kind else { continue };
             let Some(points) = inner.get("points") else { continue };
             let name = format!("arms.{}", e.key.value);
             match self.group(&points.value, geometries, &groups) {
                 Some(names) => {
-                    groups.entry("arms".to_string()).or_default().extend(names.clone());
+                    count += names.len();
+                    let new = names.iter().filter(|n| of_arms.insert((*n).clone())).cloned();
+                    groups.entry("arms".to_string()).or_default().extend(new);
                     groups.insert(name, names);
                 }
                 None => self.failed.extend([name, "arms".to_string()]),
             }
+            if count > MAX_GROUPED {
+                self.too_many(e.key.span, "names in the points of its arms", MAX_GROUPED);
+                break;
+            }
         }
         let block = self.declarations("groups");
-        let declared: Vec<&str> = block.iter().flat_map(|b| &b.entries).map(|e| e.key.value.as_str()).collect();
-        for (i, e) in block.iter().flat_map(|b| &b.entries).enumerate() {
+        let entries = || block.iter().flat_map(|b| &b.entries).enumerate();
+        let last: BTreeMap<&str, usize> = entries().map(|(i, e)| (e.key.value.as_str(), i)).collect();
+        let parts: BTreeSet<&str> = geometries.iter().map(|g| g.name.as_str()).collect();
+        for (i, e) in entries() {
             let name = e.key.value.as_str();
-            if groups.contains_key(name) || geometries.iter().any(|g| g.name == name) {
+            if groups.contains_key(name) || parts.contains(name) {
                 let text = format!("`{name}` is already the name of a point, segment or group");
                 self.diagnostics
                     .push(Diagnostic::error("HQ0202", e.key.span, text).help("choose another name for the group"));
                 continue;
             }
             if let Some(later) = items_of(&e.value).iter().find(|item| {
-                path_of(item).is_some_and(|p| declared[i..].contains(&p.as_str()) && !self.failed.contains(&p))
+                path_of(item)
+                    .is_some_and(|p| last.get(p.as_str()).is_some_and(|&l| l >= i) && !self.failed.contains(&p))
             }) {
                 let d = if path_of(later).as_deref() == Some(name) {
                     Diagnostic::error("HQ0201", later.span, format!("group `{name}` contains itself"))
@@ -165,11 +194,17 @@ impl Binder<'_, '_> {
             }
             match self.group(&e.value, geometries, &groups) {
                 Some(names) => {
+                    count += names.len();
                     groups.insert(name.to_string(), names);
                 }
                 None => {
                     self.failed.insert(name.to_string());
                 }
+            }
+            if count > MAX_GROUPED {
+                self.failed.extend(entries().skip(i).map(|(_, e)| e.key.value.clone()));
+                self.too_many(e.key.span, "names in its groups", MAX_GROUPED);
+                break;
             }
         }
         groups
@@ -181,7 +216,8 @@ impl Binder<'_, '_> {
         geometries: &[Geometry],
         groups: &BTreeMap<String, Vec<String>>,
     ) -> Option<Vec<String>> {
-        let mut names = Vec::new();
+        // A part that is named twice, or in several groups, is meant once.
+        let (mut names, mut known) = (Vec::new(), BTreeSet::new());
         let mut good = true;
         for item in items_of(value) {
             let Some(path) = path_of(item) else {
@@ -195,9 +231,9 @@ impl Binder<'_, '_> {
                 continue;
             };
             if let Some(members) = groups.get(&path) {
-                names.extend(members.iter().cloned());
+                names.extend(members.iter().filter(|m| known.insert((*m).clone())).cloned());
             } else if geometries.iter().any(|g| g.name == path) || self.model.link(&path).is_some() {
-                names.push(path);
+                names.extend(known.insert(path.clone()).then_some(path));
             } else {
                 if !self.failed.contains(&path) {
                     self.diagnostics.push(unknown_geometry(&self.model, geometries, groups, &path, item.span));

@@ -1,4 +1,7 @@
 //! Blocks whose opening brace was left out: the lines up to the brace that closes them are read as if it stood there.
+//!
+//! Many declarations may lack one, and the brace that closes what stands around a byte may be far away: [`Closers`] finds all
+//! of them in one pass.
 
 use pest::Parser;
 
@@ -27,39 +30,20 @@ impl Headless {
 
 impl Reader<'_> {
     /// The block that the lines below byte `end` make, where a brace closes it before the next declaration begins.
-    pub(super) fn headless(&self, end: usize) -> Option<Headless> {
-        let bytes = self.text.as_bytes();
-        let line = self.text[end..].find('\n')?;
-        if !self.text[end..end + line].trim().is_empty() {
+    pub(super) fn headless(&mut self, end: usize) -> Option<Headless> {
+        let text = self.text;
+        let behind = text.get(end..)?;
+        let blank = behind.len() - behind.trim_start_matches(|c: char| c.is_whitespace() && c != '\n').len();
+        if !behind[blank..].starts_with('\n') {
             return None;
         }
-        let mut open: Vec<u8> = Vec::new();
-        let mut empty = true;
-        let mut at = end;
-        loop {
-            match *bytes.get(at)? {
-                b'\n' if begins_declaration(&self.text[at + 1..]) => return None,
-                b'"' => {
-                    if let Some(close) = text_end(self.text, at) {
-                        at = close;
-                        continue;
-                    }
-                }
-                b'/' if bytes.get(at + 1) == Some(&b'/') => {
-                    at += self.text[at..].find('\n')?;
-                    continue;
-                }
-                b'}' if open.is_empty() => break,
-                bracket @ (b'{' | b'[' | b'(') => open.push(bracket),
-                b'}' | b']' | b')' => {
-                    open.pop()?;
-                }
-                byte => empty &= byte.is_ascii_whitespace(),
-            }
-            at += 1;
+        let closers = self.closers.get_or_insert_with(|| Closers::of(text));
+        let close = closers.around(end)?;
+        if text.as_bytes()[close] != b'}' || closers.declared(end, close) {
+            return None;
         }
-        let inside = self.text.get(end + 1..=at)?;
-        (!empty).then(|| Headless { open: end, end: at + 1, text: format!("{{{inside}") })
+        let inside = text.get(end + 1..close + 1)?;
+        says_something(&text[end..close]).then(|| Headless { open: end, end: close + 1, text: format!("{{{inside}") })
     }
 
     /// Reports the brace that a declaration lacks.
@@ -73,8 +57,143 @@ impl Reader<'_> {
     }
 }
 
+/// The brackets of a text outside texts and comments, and what closes those that are open at a byte.
+pub(super) struct Closers {
+    /// Where brackets stand, in the order of the text.
+    brackets: Vec<usize>,
+    /// For each bracket, and for the end of the text, the first of it and those behind it that closes one more than were
+    /// opened since; `usize::MAX` where there is none.
+    next: Vec<usize>,
+    /// The ends of lines before those that begin a declaration.
+    declarations: Vec<usize>,
+}
+
+impl Closers {
+    fn of(text: &str) -> Closers {
+        let (mut brackets, mut declarations) = (Vec::new(), Vec::new());
+        let bytes = text.as_bytes();
+        let mut at = 0;
+        while let Some(&byte) = bytes.get(at) {
+            match byte {
+                b'\n' if begins_declaration(&text[at + 1..]) => declarations.push(at),
+                b'"' => {
+                    if let Some(close) = text_end(text, at) {
+                        at = close;
+                        continue;
+                    }
+                }
+                b'/' if bytes.get(at + 1) == Some(&b'/') => {
+                    at += text[at..].find('\n').unwrap_or(text.len() - at);
+                    continue;
+                }
+                b'{' | b'[' | b'(' | b'}' | b']' | b')' => brackets.push(at),
+                _ => {}
+            }
+            at += 1;
+        }
+        // From the back: those that close what is open here, the nearest last.
+        let mut next = vec![usize::MAX; brackets.len() + 1];
+        let mut closing: Vec<usize> = Vec::new();
+        for (i, &at) in brackets.iter().enumerate().rev() {
+            if matches!(bytes[at], b'{' | b'[' | b'(') {
+                closing.pop();
+            } else {
+                closing.push(at);
+            }
+            next[i] = closing.last().copied().unwrap_or(usize::MAX);
+        }
+        Closers { brackets, next, declarations }
+    }
+
+    /// The bracket that closes what stands around byte `at`, of whatever kind.
+    fn around(&self, at: usize) -> Option<usize> {
+        let first = self.brackets.partition_point(|&b| b < at);
+        self.next.get(first).copied().filter(|&close| close != usize::MAX)
+    }
+
+    /// True where a line between two bytes begins a declaration.
+    fn declared(&self, start: usize, end: usize) -> bool {
+        let first = self.declarations.partition_point(|&d| d < start);
+        self.declarations.get(first).is_some_and(|&d| d < end)
+    }
+}
+
+/// True for a text that has more than brackets, texts and comments.
+fn says_something(text: &str) -> bool {
+    let bytes = text.as_bytes();
+    let mut at = 0;
+    while let Some(&byte) = bytes.get(at) {
+        match byte {
+            b'"' => {
+                if let Some(close) = text_end(text, at) {
+                    at = close;
+                    continue;
+                }
+            }
+            b'/' if bytes.get(at + 1) == Some(&b'/') => {
+                at += text[at..].find('\n').unwrap_or(text.len() - at);
+                continue;
+            }
+            b'{' | b'[' | b'(' | b'}' | b']' | b')' => {}
+            byte if byte.is_ascii_whitespace() => {}
+            _ => return true,
+        }
+        at += 1;
+    }
+    false
+}
+
 /// True for a line that begins with a word for declarations.
 fn begins_declaration(line: &str) -> bool {
     let word = line.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).next().unwrap_or("");
     KEYWORDS.contains(&word)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// The same by looking at the text from byte `end` on.
+    fn looked_for(text: &str, end: usize) -> Option<usize> {
+        let bytes = text.as_bytes();
+        let (mut open, mut at) = (0, end);
+        loop {
+            match *bytes.get(at)? {
+                b'\n' if begins_declaration(&text[at + 1..]) => return None,
+                b'"' if text_end(text, at).is_some() => {
+                    at = text_end(text, at)?;
+                    continue;
+                }
+                b'/' if bytes.get(at + 1) == Some(&b'/') => {
+                    at += text[at..].find('\n')?;
+                    continue;
+                }
+                b'}' if open == 0 => return Some(at),
+                b'{' | b'[' | b'(' => open += 1,
+                b'}' | b']' | b')' if open == 0 => return None,
+                b'}' | b']' | b')' => open -= 1,
+                _ => {}
+            }
+            at += 1;
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_closing_bracket_is_that_which_a_look_at_the_text_finds(
+            words in prop::collection::vec(
+                prop::sample::select(vec!["{", "}", "(", ")", "[", "]", "\n", "\nrobot a", "\nruns", "x", "\"", "//", "\\", "é"]),
+                0..40,
+            ),
+        ) {
+            let text = words.concat();
+            let closers = Closers::of(&text);
+            for (end, _) in text.match_indices('\n') {
+                let close = closers.around(end).filter(|&c| text.as_bytes()[c] == b'}' && !closers.declared(end, c));
+                prop_assert_eq!(close, looked_for(&text, end), "{:?} from byte {}", text, end);
+            }
+        }
+    }
 }

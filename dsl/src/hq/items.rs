@@ -53,8 +53,10 @@ impl Reader<'_> {
             if twice {
                 self.diags.push(diagnostic.label(first, "already said here").help("delete this line"));
             } else {
-                // Reported as missing where the first declaration began; one message is enough.
-                self.diags.retain(|d| d.code != "HQ0101");
+                // Reported as missing where the first declaration began, or at the header before: one message is enough.
+                if let Some(told) = self.diags.iter().rposition(|d| d.code == "HQ0101") {
+                    self.diags.remove(told);
+                }
                 self.diags.push(diagnostic.help("move it before the first declaration"));
             }
             return;

@@ -41,6 +41,7 @@ pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
         read: 0,
         nested: false,
         states: 0,
+        closers: None,
     };
     let mut spec = reader.spec(begin);
     spec.unread = reader.unread;
@@ -63,6 +64,8 @@ struct Reader<'t> {
     nested: bool,
     /// How many states are open.
     states: usize,
+    /// What closes what, once a block lacks its opening brace.
+    closers: Option<headless::Closers>,
 }
 
 impl<'t> Reader<'t> {

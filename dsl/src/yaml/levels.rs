@@ -96,6 +96,7 @@ impl Reader<'_> {
             return None;
         }
         let span = self.span(id);
+        let told = self.diags.len();
         let (mut name, mut hard, mut members, mut beside) = (None, None, None, None);
         let mut settings = Block { span, ..Block::default() };
         let mut comments = Comments::default();
@@ -152,9 +153,7 @@ impl Reader<'_> {
         self.closing(id, &mut settings.closing_comments);
         checks::reserved(&mut settings, checks::LEVEL_WORDS, "level", &mut self.diags);
         let at = self.first_character(id);
-        if name.is_none()
-            && !self.diags.iter().any(|d| d.primary.span.start >= span.start && d.primary.span.end <= span.end)
-        {
+        if name.is_none() && self.diags.len() == told && !self.broken_in(span) {
             self.diags.push(Diagnostic::error("HQ0116", at, "this level has no name").help(help));
         }
         if members.is_none() {

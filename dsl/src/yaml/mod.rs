@@ -22,7 +22,8 @@ use crate::tree::{Block, Comments, Entry, Spec, Value, ValueKind};
 use crate::words::{is_name, is_quoted_key, is_text_key};
 use crate::{Diagnostic, SourceId, Span, Spanned, checks};
 use events::{Document, Kind, Node, NodeId, Style};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 /// Reads a text.
 pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
@@ -31,29 +32,50 @@ pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
     }
     let (mut document, diags) = events::read(source, text);
     let pool = Pool::new(text, std::mem::take(&mut document.comments));
+    let mut broken: Vec<u32> = diags.iter().map(|d| d.primary.span.start).collect();
+    broken.sort_unstable();
     let mut reader =
-        Reader { source, text, document, pool, diags, unread: Vec::new(), visited: 0, depth: 0, states: 0 };
+        Reader { source, text, document, pool, diags, broken, unread: Vec::new(), visited: 0, depth: 0, states: 0 };
     let mut spec = reader.spec();
     let left_out = std::mem::take(&mut reader.document.left_out);
     spec.unread = std::mem::take(&mut reader.unread);
     spec.unread.extend(left_out.iter().map(|gone| Span::new(source, gone.start, gone.end)));
-    reader.diags.retain(|d| !follows_from(d, text, &left_out));
+    let gaps: Vec<Gap> = left_out.iter().filter_map(|gone| Gap::before(text, gone.start)).collect();
+    reader.diags.retain(|d| !gaps.iter().any(|gap| gap.explains(d, text)));
     (spec, checks::finish(reader.diags))
 }
 
-/// True for something that is missing only because the lines behind it could not be read.
-fn follows_from(diagnostic: &Diagnostic, text: &str, left_out: &[std::ops::Range<usize>]) -> bool {
-    let (at, end) = (diagnostic.primary.span.range().start, diagnostic.primary.span.range().end);
-    let (Some(before), Some(behind)) = (text.get(..at), text.get(at..)) else { return false };
-    let line_end = behind.find('\n').map_or(text.len(), |n| at + n);
-    let alone = text.get(end.min(line_end)..line_end).is_some_and(|t| t.trim().trim_end_matches(':').is_empty());
-    let line = before.rfind('\n').map_or(0, |n| n + 1);
-    let indent = |start: usize| text[start..].len() - text[start..].trim_start_matches([' ', '\t']).len();
-    matches!(diagnostic.code, "HQ0101" | "HQ0107" | "HQ0116" | "HQ0117")
-        && left_out.iter().any(|gone| {
-            let follows = text.get(line_end..gone.start).is_some_and(|gap| gap.trim().is_empty());
-            follows && (alone || indent(gone.start) > indent(line))
-        })
+/// The last line that says something above lines that could not be read.
+struct Gap {
+    line: Range<usize>,
+    /// How far that line is indented.
+    indent: usize,
+    /// How far the lines that could not be read are.
+    below: usize,
+    /// Where these begin.
+    end: usize,
+}
+
+impl Gap {
+    /// The gap that ends at byte `end`, the first of a line.
+    fn before(text: &str, end: usize) -> Option<Gap> {
+        let indent = |rest: &str| rest.len() - rest.trim_start_matches([' ', '\t']).len();
+        let line = syntax::line_of(text, text.get(..end)?.trim_end().len());
+        Some(Gap { indent: indent(&text[line.start..]), below: indent(&text[end..]), line, end })
+    }
+
+    /// True for something that is missing only because the lines behind it could not be read.
+    fn explains(&self, diagnostic: &Diagnostic, text: &str) -> bool {
+        let at = diagnostic.primary.span.range();
+        if !matches!(diagnostic.code, "HQ0101" | "HQ0107" | "HQ0116" | "HQ0117")
+            || !(self.line.start..self.end).contains(&at.start)
+        {
+            return false;
+        }
+        let behind = text.get(at.end.min(self.line.end)..self.line.end);
+        let alone = behind.is_some_and(|t| t.trim().trim_end_matches(':').is_empty());
+        alone || self.below > self.indent
+    }
 }
 
 /// The state of reading one text.
@@ -63,6 +85,8 @@ struct Reader<'t> {
     document: Document,
     pool: Pool<'t>,
     diags: Vec<Diagnostic>,
+    /// Where the mistakes of YAML syntax stand, in the order of the text.
+    broken: Vec<u32>,
     /// Text that nothing could be made of.
     unread: Vec<Span>,
     /// Nodes visited so far, aliases counted every time.
@@ -79,6 +103,12 @@ impl Reader<'_> {
 
     fn span(&self, id: NodeId) -> Span {
         self.document.nodes[id].span
+    }
+
+    /// True where a mistake of YAML syntax stands in a span.
+    fn broken_in(&self, span: Span) -> bool {
+        let first = self.broken.partition_point(|&start| start < span.start);
+        self.broken.get(first).is_some_and(|&start| start < span.end)
     }
 
     /// Counts a visit; false where the text costs too much.
@@ -151,7 +181,7 @@ impl Reader<'_> {
             return own;
         }
         let name = |reader: &Self, key: NodeId| reader.scalar(key).map(|s| s.0.to_owned());
-        let mut known: Vec<String> =
+        let mut known: BTreeSet<String> =
             own.iter().filter(|(k, _)| !is_merge(self, *k)).filter_map(|(k, _)| name(self, *k)).collect();
         let mut all = Vec::new();
         for (key, value) in own {
@@ -184,8 +214,7 @@ impl Reader<'_> {
                 self.depth -= 1;
                 for (key, value) in merged {
                     let Some(name) = name(self, key) else { continue };
-                    if !known.contains(&name) {
-                        known.push(name);
+                    if known.insert(name) {
                         all.push((key, value));
                     }
                     self.visited += 1;

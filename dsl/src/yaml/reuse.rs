@@ -210,7 +210,7 @@ impl Reader<'_> {
             self.wrong_shape(id, "a mapping of files", help);
             return;
         }
-        let mut seen: Vec<Spanned<String>> = Vec::new();
+        let mut seen: BTreeMap<String, Span> = BTreeMap::new();
         for (key, value) in self.pairs(id) {
             let span = self.span(key);
             let Some(path) = self.scalar(key).map(|s| Spanned::new(s.0.to_owned(), span)).filter(|p| !p.is_empty())
@@ -218,11 +218,11 @@ impl Reader<'_> {
                 self.diags.push(Diagnostic::error("HQ0124", title.span, "an import names a file").help(help));
                 continue;
             };
-            if let Some(first) = seen.iter().find(|p| **p == path) {
-                self.diags.push(checks::duplicate(&path.value, first.span, path.span));
+            if let Some(first) = seen.get(&path.value) {
+                self.diags.push(checks::duplicate(&path.value, *first, path.span));
                 continue;
             }
-            seen.push(path.clone());
+            seen.insert(path.value.clone(), path.span);
             let mut comments = self.key_comments(span);
             let mut closing_comments = Comments::default();
             let names = match &self.node(value).kind {

@@ -1,11 +1,13 @@
 //! Scenarios and their expectations.
 
+use std::collections::BTreeMap;
+
 use super::Reader;
 use super::events::{Kind, NodeId};
 use crate::explain::{self, clip};
 use crate::grammar::{Grammar, Rule};
 use crate::tree::{Block, Comments, Expect, Formula, FormulaKind, Item, ItemKind, Scenario};
-use crate::{Diagnostic, Spanned, checks, formulas};
+use crate::{Diagnostic, Span, Spanned, checks, formulas};
 use pest::Parser;
 
 impl Reader<'_> {
@@ -18,7 +20,7 @@ impl Reader<'_> {
             let help = format!("write `NAME: ..` lines below `{}:`", clip(&title.value));
             return self.wrong_shape(id, "a mapping of names", &help);
         }
-        let mut seen: Vec<Spanned<String>> = Vec::new();
+        let mut seen: BTreeMap<String, Span> = BTreeMap::new();
         for (key, value) in self.pairs(id) {
             let span = self.span(key);
             let name = self.scalar(key).map(|s| Spanned::new(s.0.to_owned(), span)).filter(|name| !name.is_empty());
@@ -27,11 +29,11 @@ impl Reader<'_> {
                 self.diags.push(diagnostic.help("write a word, or a text, before the `:`"));
                 continue;
             };
-            if let Some(first) = seen.iter().find(|n| **n == name) {
-                self.diags.push(checks::duplicate(&name.value, first.span, name.span));
+            if let Some(first) = seen.get(&name.value) {
+                self.diags.push(checks::duplicate(&name.value, *first, name.span));
                 continue;
             }
-            seen.push(name.clone());
+            seen.insert(name.value.clone(), name.span);
             let mut comments = self.key_comments(span);
             let later = self.later(value, span);
             let kind = ItemKind::Scenario(self.scenario(name, value));

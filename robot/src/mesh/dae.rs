@@ -5,11 +5,16 @@
 use nalgebra::{Matrix4, Rotation3, Unit, Vector3};
 use roxmltree::{Document, Node, ParsingOptions};
 
+use crate::markup::{MAX_ATTRIBUTES, crowded};
+
 /// Most XML nodes.
 const MAX_NODES: u32 = 4_000_000;
 
 /// All vertices that the scene shows, or all there are if there is no scene.
 pub(super) fn vertices(text: &str) -> Result<Vec<Vector3<f64>>, String> {
+    if crowded(text).is_some() {
+        return Err(format!("an element has more than {MAX_ATTRIBUTES} attributes"));
+    }
     let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options).map_err(|e| e.to_string())?;
     let root = document.root_element();

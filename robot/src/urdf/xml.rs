@@ -5,6 +5,7 @@ use std::ops::Range;
 use roxmltree::{Document, Error, ParsingOptions, TextPos};
 
 use super::{UrdfCode, UrdfMessage};
+use crate::markup::{MAX_ATTRIBUTES, crowded};
 
 /// Longest text \[bytes\].
 const MAX_BYTES: usize = 64 << 20;
@@ -16,6 +17,10 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, UrdfMessage> {
     if text.len() > MAX_BYTES {
         let what = format!("the file has {} MiB, at most 64 are read", text.len() >> 20);
         return Err(UrdfMessage::new(UrdfCode::TooLarge, 0..0, what));
+    }
+    if let Some(element) = crowded(text) {
+        let what = format!("an element has more than {MAX_ATTRIBUTES} attributes");
+        return Err(UrdfMessage::new(UrdfCode::TooLarge, element, what));
     }
     let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     Document::parse_with_options(text, options).map_err(|e| explain(text, &e))

@@ -208,6 +208,9 @@ fn too_much_of_anything() {
     assert_eq!(only(&long), UrdfCode::TooLarge);
     let links: String = (0..100_001).map(|i| format!("<link name=\"{i}\"/>")).collect();
     assert_eq!(only(&format!("<robot name=\"r\">{links}</robot>")), UrdfCode::TooLarge);
+    // A mebibyte of attributes took ten seconds.
+    let attributes: String = (0..100_000).map(|i| format!(" a{i}=\"1\"")).collect();
+    assert_eq!(only(&format!("<robot name=\"r\"{attributes}><link name=\"base\"/></robot>")), UrdfCode::TooLarge);
     let mut chain = String::from("<link name=\"0\"/>");
     for i in 0..5000 {
         chain += &format!(

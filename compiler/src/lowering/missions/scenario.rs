@@ -33,7 +33,7 @@ pub(in crate::lowering) fn check_scenario_keys(body: &Block, of_mission: bool, d
             continue;
         }
         if !SCENARIO.entries().any(|k| k == key) {
-            diagnostics.push(unknown_key(body, i, &keys, SCENARIO.name));
+            diagnostics.push(unknown_key(diagnostics.len(), body, i, &keys, SCENARIO.name));
             continue;
         }
         let d = if of_mission {
