@@ -7,6 +7,7 @@ mod closed_loop;
 mod coasting;
 mod conditioning;
 pub mod controller;
+pub mod csv;
 pub mod evaluator;
 pub mod expect;
 pub mod fault;

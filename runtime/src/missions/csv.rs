@@ -5,6 +5,8 @@ use std::io::Write;
 use mission::execution::{Doing, Stage};
 use mission::schedule::problem::Problem;
 
+use crate::csv::cell;
+
 use super::{Instant, MissionRecorder};
 
 /// Writes an instant a line: time in s; of each robot its position in m, its speed in m/s and what it does; of each agent
@@ -51,15 +53,17 @@ impl<W: Write> MissionCsv<W> {
     pub fn new(mut out: W, problem: &Problem, running: &[usize]) -> std::io::Result<MissionCsv<W>> {
         write!(out, "time")?;
         for m in &problem.robots {
-            let name = &m.name;
-            write!(out, ",{name}.x,{name}.y,{name}.speed,{name}.stage")?;
+            for of in ["x", "y", "speed", "stage"] {
+                write!(out, ",{}", cell(&format!("{}.{of}", m.name)))?;
+            }
         }
         for a in &problem.agents {
-            let name = &a.name;
-            write!(out, ",{name}.x,{name}.y,{name}.doing,{name}.served,{name}.waited")?;
+            for of in ["x", "y", "doing", "served", "waited"] {
+                write!(out, ",{}", cell(&format!("{}.{of}", a.name)))?;
+            }
         }
         for name in running.iter().map(|i| problem.agents.get(*i).map_or("", |a| &a.name)) {
-            write!(out, ",{name}.state")?;
+            write!(out, ",{}", cell(&format!("{name}.state")))?;
         }
         writeln!(out)?;
         Ok(MissionCsv { out, running: running.len() })
@@ -90,7 +94,7 @@ impl<W: Write> MissionRecorder for MissionCsv<W> {
             write!(self.out, ",{x},{y},{},{count},{waited}", doing(view.doing))?;
         }
         for state in instant.workers.states().take(self.running) {
-            write!(self.out, ",{state}")?;
+            write!(self.out, ",{}", cell(state))?;
         }
         writeln!(self.out)
     }

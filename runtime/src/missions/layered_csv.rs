@@ -5,6 +5,8 @@ use std::io::Write;
 use mission::layers::execution::LayeredExecution;
 use mission::layers::problem::Problem;
 
+use crate::csv::cell;
+
 use super::layered_words::doing;
 use super::{Instant, MissionRecorder};
 
@@ -22,8 +24,9 @@ impl<W: Write> LayeredCsv<W> {
     pub fn new(mut out: W, problem: &Problem) -> std::io::Result<LayeredCsv<W>> {
         write!(out, "time")?;
         for who in &problem.agents {
-            let name = &who.name;
-            write!(out, ",{name}.x,{name}.y,{name}.z,{name}.doing,{name}.task,{name}.object,{name}.tasks")?;
+            for of in ["x", "y", "z", "doing", "task", "object", "tasks"] {
+                write!(out, ",{}", cell(&format!("{}.{of}", who.name)))?;
+            }
         }
         writeln!(out)?;
         Ok(LayeredCsv { out })
@@ -35,14 +38,6 @@ impl<W: Write> LayeredCsv<W> {
     /// It cannot be written.
     pub fn finish(mut self) -> std::io::Result<()> {
         self.out.flush()
-    }
-}
-
-/// A name as a cell; one from a file may hold anything.
-fn cell(name: &str) -> String {
-    match name.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", name.replace('"', "\"\"")),
-        false => name.to_string(),
     }
 }
 

@@ -14,7 +14,7 @@
 //! | `late` | 1 where the tick's budget was spent before its hierarchy was solved, where there is a budget | |
 //! | `fault` | what was found at this tick, or keeps the robot still | |
 //!
-//! Numbers are written so that reading them gives the same double; an undefined one is an empty cell, as are those of tasks
+//! Names are quoted where they have to be (RFC 4180). Numbers are written so that reading them gives the same double; an undefined one is an empty cell, as are those of tasks
 //! that do not run and of signals that are absent.
 
 use std::io::Write;
@@ -22,6 +22,7 @@ use std::io::Write;
 use super::roster::Roster;
 use super::signals::numbers;
 use crate::controller::Controller;
+use crate::csv::cell;
 use crate::evaluator::{Evaluator, Member};
 use crate::program::{Program, Subject};
 use crate::simulate::{Recorder, Tick};
@@ -44,7 +45,8 @@ impl<W: Write> CsvRecorder<W> {
     /// The stream failed.
     pub fn new(mut out: W, program: &Program, controller: &Controller) -> std::io::Result<Self> {
         let roster = Roster::new(controller);
-        writeln!(out, "{}", header(program, &roster.members).join(","))?;
+        let names = header(program, &roster.members);
+        writeln!(out, "{}", names.iter().map(|name| cell(name)).collect::<Vec<_>>().join(","))?;
         let signals = numbers(&program.interface).iter().map(|n| n.at).collect();
         Ok(CsvRecorder {
             out,
@@ -64,7 +66,7 @@ impl<W: Write> CsvRecorder<W> {
     }
 }
 
-/// The names of the columns.
+/// The names of the columns, unquoted.
 pub fn header(program: &Program, members: &[Member]) -> Vec<String> {
     let mut names = vec!["time".to_string()];
     if program.run.subject == Subject::Machine {
@@ -110,28 +112,28 @@ impl<W: Write> Recorder for CsvRecorder<W> {
         let out = &mut self.out;
         write!(out, "{}", tick.time)?;
         if self.machine {
-            write!(out, ",{}", tick.state)?;
+            write!(out, ",{}", cell(tick.state))?;
         }
-        let mut cell = |x: f64| if x.is_finite() { write!(out, ",{x}") } else { write!(out, ",") };
+        let mut number = |x: f64| if x.is_finite() { write!(out, ",{x}") } else { write!(out, ",") };
         for x in tick.q.iter().chain(tick.v).chain(tick.command) {
-            cell(*x)?;
+            number(*x)?;
         }
         let running: Vec<(usize, &Member)> = self.roster.running(tick).collect();
         for (i, m) in self.roster.members.iter().enumerate() {
             let now = running.iter().find(|r| r.0 == i).map(|r| r.1);
             match m.nature {
-                Nature::Limit => cell(now.map_or(f64::NAN, |m| margin(tick.evaluator, m)))?,
+                Nature::Limit => number(now.map_or(f64::NAN, |m| margin(tick.evaluator, m)))?,
                 Nature::Target => {
-                    cell(now.map_or(f64::NAN, |m| error(tick.evaluator, m)))?;
+                    number(now.map_or(f64::NAN, |m| error(tick.evaluator, m)))?;
                     for part in (0..m.measure_info.len()).filter(|_| m.measure_info.len() > 1) {
-                        cell(now.map_or(f64::NAN, |m| tick.evaluator.measures()[m.measures.start + part]))?;
+                        number(now.map_or(f64::NAN, |m| tick.evaluator.measures()[m.measures.start + part]))?;
                     }
                 }
             }
         }
         let table = tick.controller.signal_table();
         for &at in &self.signals {
-            cell(table[at])?;
+            number(table[at])?;
         }
         if self.budget {
             write!(out, ",{}", u8::from(tick.controller.is_late()))?;
