@@ -27,6 +27,7 @@ pub mod graph;
 pub mod init;
 pub mod keys;
 pub mod lsp;
+pub mod outputs;
 pub mod planned;
 pub mod project;
 pub mod report;

@@ -1,11 +1,13 @@
 //! Files of a user: reading a spec or a compiled program, and where results go.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use compiler::{Compiled, Input, Report};
 use dsl::{Diagnostic, Span, Spelling};
 use runtime::program::{CompiledFile, MissionKind};
+
+/// Largest compiled program that is read, in bytes.
+const MAX_COMPILED: u64 = 256 << 20;
 
 /// How a file is compiled.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -41,9 +43,8 @@ pub fn read(path: &Path) -> Result<(Spelling, String), Box<Report>> {
     };
     // One byte more than the language allows: enough to be refused as too large, however long the file is.
     let most = dsl::limits::MAX_BYTES as u64 + 1;
-    let mut bytes = Vec::new();
-    let bytes = match std::fs::File::open(path).and_then(|f| f.take(most).read_to_end(&mut bytes)) {
-        Ok(_) => bytes,
+    let bytes = match files::read_up_to(path, most) {
+        Ok(bytes) => bytes,
         Err(e) => {
             let help = similar(path).map_or_else(|| "check the path".to_string(), |n| format!("did you mean `{n}`?"));
             return Err(Box::new(about(&name, "", "HQ0401", format!("cannot read `{name}`: {e}"), &help)));
@@ -68,6 +69,14 @@ fn similar(path: &Path) -> Option<String> {
     names.sort();
     let near = compiler::names::suggest(wanted, names.iter().map(String::as_str))?;
     Some(path.with_file_name(near).display().to_string())
+}
+
+/// The files that were read for a spec, as far as their names lead to one: what may not be overwritten by what is made of
+/// them.
+pub fn sources(path: &Path, report: &Report) -> Vec<PathBuf> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let named = report.sources.iter().flat_map(|(_, source)| [folder.join(&source.name), PathBuf::from(&source.name)]);
+    std::iter::once(path.to_path_buf()).chain(named).collect()
 }
 
 /// Gives a spec file to a reader of specs.
@@ -113,10 +122,11 @@ pub fn load(path: &Path, settings: &Settings) -> Compiled {
         let help = "compile the spec again: `hierarq compile SPEC --format json`";
         Compiled::refused(about(&name, "", "HQ0607", message, help))
     };
-    let text = match std::fs::read_to_string(path) {
-        Ok(t) => t,
+    let text = match files::read(path, MAX_COMPILED) {
+        Ok(bytes) => bytes,
         Err(e) => return refuse(format!("cannot read `{name}`: {e}")),
     };
+    let Ok(text) = String::from_utf8(text) else { return refuse(format!("`{name}` is not UTF-8 text")) };
     if !settings.set.is_empty() {
         return refuse("`--set` changes a spec, and this is a program that was compiled already".to_string());
     }

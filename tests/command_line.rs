@@ -220,7 +220,7 @@ fn an_interrupted_run_leaves_whole_files() {
         .expect("it starts");
     // It runs once the log has a few rows on the disk.
     let log = out.join("log.csv");
-    while std::fs::metadata(&log).map_or(0, |m| m.len()) < 100_000 {
+    while std::fs::metadata(out.join("log.csv.part")).map_or(0, |m| m.len()) < 100_000 {
         assert_eq!(child.try_wait().expect("a child"), None, "it ended by itself");
         std::thread::sleep(std::time::Duration::from_millis(10));
     }

@@ -4,16 +4,6 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::names::suggest;
 
-/// Why a file cannot be read, in a few words.
-pub(crate) fn io_reason(e: &std::io::Error) -> &'static str {
-    match e.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file",
-        std::io::ErrorKind::PermissionDenied => "permission denied",
-        std::io::ErrorKind::IsADirectory => "it is a folder",
-        _ => "the system refuses",
-    }
-}
-
 /// The help for a path that leads to no file: one of nearly this name in the same folder, or where it was looked for.
 pub(crate) fn instead_of(path: &Path) -> String {
     match nearby(path) {

@@ -1,17 +1,19 @@
 //! Recorded walks: files of comma-separated values with a head `time,chest.x,chest.y,chest.z,..`, in s and m.
 //!
-//! Columns may stand in any order, and those of other names are passed over, so that one recording serves several specs.
+//! Cells may stand in quotes ([RFC 4180](https://www.rfc-editor.org/rfc/rfc4180)). Columns may stand in any order, and those of other names are passed over, so that one recording serves several specs.
 //! Every mistake is shown in the file itself.
 
+mod lines;
+
 use std::collections::BTreeMap;
-use std::io::Read;
 use std::path::Path;
 
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned};
+use lines::{Cell, Lines};
 use runtime::program::Track;
 
 use crate::names::{list, suggest};
-use crate::paths::{instead_of, io_reason};
+use crate::paths::instead_of;
 
 /// Largest file that is read, in bytes.
 const MAX_BYTES: u64 = 16 << 20;
@@ -48,10 +50,10 @@ pub(crate) fn read(
 fn text_of(path: &Spanned<String>, folder: &Path) -> Result<String, Refused> {
     let on_disk = folder.join(&path.value);
     let cannot = |why: &str| Diagnostic::error("HQ0805", path.span, format!("cannot read `{}`: {why}", path.value));
-    let bytes = match bytes_of(&on_disk) {
+    let bytes = match files::read_up_to(&on_disk, MAX_BYTES + 1) {
         Ok(bytes) => bytes,
         Err(e) => {
-            let d = cannot(io_reason(&e)).note("paths are relative to the spec");
+            let d = cannot(files::reason(&e)).note("paths are relative to the spec");
             return Err(Box::new(d.help(instead_of(&on_disk))));
         }
     };
@@ -65,46 +67,21 @@ fn text_of(path: &Spanned<String>, folder: &Path) -> Result<String, Refused> {
     })
 }
 
-fn bytes_of(path: &Path) -> std::io::Result<Vec<u8>> {
-    if path.is_dir() {
-        return Err(std::io::ErrorKind::IsADirectory.into());
-    }
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)?.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
-    Ok(bytes)
-}
-
-/// The cells of a line, each with its place in the text; `start` is that of the line.
-fn cells(line: &str, start: usize, source: SourceId) -> impl Iterator<Item = (&str, Span)> {
-    let mut at = start;
-    line.split(',').map(move |cell| {
-        let text = cell.trim();
-        let from = at + (cell.len() - cell.trim_start().len());
-        at += cell.len() + 1;
-        (text, Span::new(source, from, from + text.len()))
-    })
-}
-
 fn parse(text: &str, source: SourceId, path: &Spanned<String>, points: &[&str]) -> Result<Vec<Track>, Refused> {
     let named = |d: Diagnostic| d.label(path.span, "named here");
-    let mut start = text.len() - text.trim_start_matches('\u{feff}').len();
-    // Lines with their places; those without a word are passed over.
-    let mut lines = text[start..].split('\n').filter_map(|line| {
-        let at = start;
-        start += line.len() + 1;
-        (!line.trim().is_empty()).then_some((line, at))
-    });
-    let Some((head, at)) = lines.next() else {
+    let mut lines = Lines::new(text, source);
+    let mut head = Vec::new();
+    let Some(whole) = lines.next(&mut head).map_err(|d| Box::new(named(*d)))? else {
         let d = Diagnostic::error("HQ0805", path.span, format!("`{}` is empty", path.value));
         return Err(Box::new(d.help(format!("write a head, {}, and lines of numbers in s and m", example(points)))));
     };
-    let names: Vec<(&str, Span)> = cells(head, at, source).collect();
-    let columns = columns(&names, at..at + head.trim_end().len(), source, points).map_err(|d| Box::new(named(*d)))?;
+    let names: Vec<(&str, Span)> = head.iter().map(|(name, at)| (name.as_ref(), *at)).collect();
+    let columns = columns(&names, whole.range(), source, points).map_err(|d| Box::new(named(*d)))?;
     let mut tracks = vec![Track::default(); points.len()];
     let mut last: Option<(f64, Span)> = None;
     let mut row = Vec::new();
-    for (count, (line, at)) in lines.enumerate() {
-        let whole = Span::new(source, at, at + line.trim_end().len());
+    let mut count = 0;
+    while let Some(whole) = lines.next(&mut row).map_err(|d| Box::new(named(*d)))? {
         if count >= MAX_ROWS || (count + 1).saturating_mul(3 * points.len()) > MAX_NUMBERS {
             let text = format!("the recording has more than {count} lines of {} points", points.len());
             let d = Diagnostic::error("HQ0805", whole, text).here("read up to here");
@@ -112,14 +89,13 @@ fn parse(text: &str, source: SourceId, path: &Spanned<String>, points: &[&str]) 
                 d.help("keep the part that the scenario needs, or fewer lines for each second"),
             )));
         }
-        row.clear();
-        row.extend(cells(line, at, source));
+        count += 1;
         if row.len() != names.len() {
             let text = format!("this line has {} numbers, and the head has {} columns", row.len(), names.len());
             let d = Diagnostic::error("HQ0805", whole, text);
             return Err(Box::new(named(d.help("write one number for each column, with commas between them"))));
         }
-        let time = number(row[columns.time]).map_err(|d| Box::new(named(*d)))?;
+        let time = number(&row[columns.time]).map_err(|d| Box::new(named(*d)))?;
         let here = row[columns.time].1;
         if time < 0.0 {
             let d = Diagnostic::error("HQ0805", here, format!("a time counts from 0 s, and this is {time} s"));
@@ -132,7 +108,7 @@ fn parse(text: &str, source: SourceId, path: &Spanned<String>, points: &[&str]) 
         }
         last = Some((time, here));
         for (track, [x, y, z]) in tracks.iter_mut().zip(&columns.points) {
-            let one = |k: usize| number(row[k]).map_err(|d| Box::new(named(*d)));
+            let one = |k: usize| number(&row[k]).map_err(|d| Box::new(named(*d)));
             track.0.push((time, [one(*x)?, one(*y)?, one(*z)?]));
         }
     }
@@ -187,7 +163,8 @@ fn columns(
 }
 
 /// The number in a cell.
-fn number((text, at): (&str, Span)) -> Result<f64, Refused> {
+fn number((text, at): &Cell) -> Result<f64, Refused> {
+    let text = text.trim();
     // Not every text that reads as a number of a computer is one of a recording: `nan`, `inf`.
     let plain = text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '+' | '.'));
     match text.parse::<f64>() {
@@ -199,7 +176,7 @@ fn number((text, at): (&str, Span)) -> Result<f64, Refused> {
             } else {
                 format!("`{shown}` is no number")
             };
-            let d = Diagnostic::error("HQ0805", at, what);
+            let d = Diagnostic::error("HQ0805", *at, what);
             Err(Box::new(
                 d.help("leave lines out in which the person was not seen; between two lines the way is straight"),
             ))
@@ -226,6 +203,16 @@ mod tests {
     }
 
     #[test]
+    fn cells_may_stand_in_quotes() {
+        let text = "\"time\",\"p,1\"\"\n\".x, \"p,1\"\"\n\".y ,\"p,1\"\"\n\".z\"\r\n0,1,2,3\r\n";
+        // The end of a name stands behind its quotes.
+        assert!(parsed(text, &["p,1\"\n"]).unwrap_err().contains("behind the quotes"));
+        let text = "\"time\",\"p,1\"\"\n.x\", \"p,1\"\"\n.y\" ,\"p,1\"\"\n.z\"\r\n\"0\",1,\" 2 \",3\r\n";
+        assert_eq!(parsed(text, &["p,1\"\n"]), Ok(vec![Track(vec![(0.0, [1.0, 2.0, 3.0])])]));
+        assert!(parsed("time,p.x,p.y,p.z\n0,1,2,\"3\n", &["p"]).unwrap_err().contains("does not end"));
+    }
+
+    #[test]
     fn mistakes_are_shown_in_the_file() {
         let path = Spanned::new("walk.csv".to_string(), Span::default());
         let text = "time,a.x,a.y,a.z\n0,1,2,3\n1, 1 , nan,3\n";
@@ -245,8 +232,17 @@ mod tests {
             prop_assert_eq!(parsed(&text, &["p"]), Ok(vec![track]));
         }
 
+        /// A head that was written by the recorders of runs is read with the names that they have.
         #[test]
-        fn no_text_makes_it_panic(text in "(time|p\\.x|p\\.y|p\\.z|[0-9.,\n é-]|nan){0,60}") {
+        fn names_are_read_as_they_are_quoted(name in "[a-z,\"\n\r é;.]{1,12}") {
+            let name = name.trim();
+            let cell = |of: &str| runtime::csv::cell(&format!("{name}.{of}")).into_owned();
+            let text = format!("time,{},{},{}\n0,1,2,3\n", cell("x"), cell("y"), cell("z"));
+            prop_assert_eq!(parsed(&text, &[name]), Ok(vec![Track(vec![(0.0, [1.0, 2.0, 3.0])])]));
+        }
+
+        #[test]
+        fn no_text_makes_it_panic(text in "(time|p\\.x|p\\.y|p\\.z|[0-9.,\"\n é-]|nan){0,60}") {
             let _ = parsed(&text, &["p"]);
             let _ = parsed(&format!("time,p.x,p.y,p.z\n{text}"), &["p"]);
         }

@@ -139,6 +139,8 @@ impl Report {
     }
 
     /// All diagnostics as text.
+    ///
+    /// Colours are those of the style alone: in what is quoted, ASCII's SUBSTITUTE stands for each ESCAPE.
     pub fn render(&self, style: Style, width: usize) -> String {
         let mut out = String::new();
         for d in &self.diagnostics {
@@ -169,15 +171,16 @@ impl Report {
         };
         let (here, elsewhere): (Vec<&Label>, Vec<&Label>) =
             d.labels.iter().partition(|l| self.beside(d.primary.span, l));
-        let mut out = self.snippet(&handler, Some(d.code), severity, &clipped(&d.message), &d.primary, &here);
+        let mut out =
+            self.snippet(&handler, Some(d.code), severity, &colourless(&clipped(&d.message)), &d.primary, &here);
         for l in elsewhere {
             let place = Label { span: l.span, text: String::new() };
-            out.push_str(&self.snippet(&handler, None, miette::Severity::Advice, &l.text, &place, &[]));
+            out.push_str(&self.snippet(&handler, None, miette::Severity::Advice, &colourless(&l.text), &place, &[]));
         }
         let notes = d.notes.iter().map(|n| ("note", n)).chain(d.help.iter().map(|h| ("help", h)));
         for (word, text) in notes {
             let first = format!("  {}: ", head.style(word));
-            let lines = wrapped(&clipped(text), width.saturating_sub(word.len() + 4));
+            let lines = wrapped(&colourless(&clipped(text)), width.saturating_sub(word.len() + 4));
             out.push_str(&first);
             out.push_str(&lines.join(&format!("\n{}", " ".repeat(word.len() + 4))));
             out.push('\n');
@@ -200,7 +203,7 @@ impl Report {
         let length = source.map_or(0, |s| s.text.len());
         let label = |l: &Label, new: fn(Option<String>, std::ops::Range<usize>) -> LabeledSpan| {
             let start = (l.span.start as usize).min(length);
-            let text = (!l.text.is_empty()).then(|| l.text.clone());
+            let text = (!l.text.is_empty()).then(|| colourless(&l.text));
             new(text, start..(l.span.end as usize).clamp(start, length))
         };
         // Parts that are labelled show the whole already; an underline without words would only run through them.
@@ -228,12 +231,12 @@ impl Report {
         if !drawn || handler.render_report(&mut out, report.as_ref()).is_err() {
             // A place that cannot be drawn, such as one in an empty text or in a line of a mile, is still named.
             let (line, column) = self.sources.line_column(primary.span.source, primary.span.start);
-            let name = source.map_or("?", |s| s.name.as_str());
+            let name = colourless(source.map_or("?", |s| s.name.as_str()));
             out = format!("{}\n\n  {message}\n   {name}:{line}:{column}\n", code.unwrap_or(""));
         }
         let empty = self.sources.get(primary.span.source).filter(|s| source.is_none() && !message.contains(&s.name));
         if let Some(s) = empty {
-            out.push_str(&format!("   {}\n", s.name));
+            out.push_str(&format!("   {}\n", colourless(&s.name)));
         }
         out
     }
@@ -276,6 +279,11 @@ fn clipped(text: &str) -> std::borrow::Cow<'_, str> {
         Some((end, _)) => format!("{}..", &text[..end]).into(),
         None => text.into(),
     }
+}
+
+/// A text that begins no colour. The substitute has as many bytes, so that places in the text stay where they are.
+pub(crate) fn colourless(text: &str) -> String {
+    text.replace('\u{1b}', "\u{1a}")
 }
 
 fn severity(s: Severity) -> &'static str {

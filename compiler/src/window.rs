@@ -5,6 +5,8 @@ use std::ops::Range;
 use dsl::SourceText;
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 
+use crate::report::colourless;
+
 /// Lines shown before and behind those with a mark, and one more so that the renderer sees them end.
 const AROUND: usize = 3;
 
@@ -37,7 +39,7 @@ impl Window {
         }
         let lines = text.as_bytes()[..start].iter().filter(|b| **b == b'\n').count();
         let shown = text.get(start..end).unwrap_or("");
-        Window { text: shown.to_string(), name: source.name.clone(), bytes: start, lines }
+        Window { text: colourless(shown), name: colourless(&source.name), bytes: start, lines }
     }
 }
 

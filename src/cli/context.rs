@@ -1,8 +1,6 @@
 //! `hierarq context SPEC [MISSION]`
 
-use std::fs::File;
-use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
@@ -12,14 +10,18 @@ use context::generate::{Bounds, GenerateError};
 use context::layers::layers;
 use context::prompt::{Wish, prompt};
 use context::transcript::{self, Exchange, Replay};
-use hierarq::{planned, project};
+use files::Target;
+use hierarq::{outputs, planned, project};
 use mission::layers::json::{Imported, Mode, export, export_plan};
 use runtime::program::MissionKind;
 
-use super::{Outcome, SpecOptions, kept, output};
+use super::{Outcome, SpecOptions, output};
 
 /// The variable in which a key is looked for.
 const KEY: &str = "HIERARQ_API_KEY";
+
+/// Largest transcript that is replayed, in bytes.
+const MAX_TRANSCRIPT: u64 = 256 << 20;
 
 #[derive(Args)]
 pub struct Arguments {
@@ -118,8 +120,15 @@ pub fn run(a: &Arguments) -> Outcome {
         }
         return Outcome::Good;
     }
+    // Before anybody is asked.
+    let sources = [a.spec.clone()];
+    let target = a.out.as_deref().map(|path| Target::new("--out", path, outputs::LAYERS, &sources)).transpose();
+    let target = match target {
+        Ok(target) => target,
+        Err(trouble) => return Outcome::Trouble(trouble),
+    };
     match ask(a, &mission.name, &wish) {
-        Ok(imported) => finish(a, &imported),
+        Ok(imported) => finish(target, &imported),
         Err(outcome) => outcome,
     }
 }
@@ -128,16 +137,16 @@ pub fn run(a: &Arguments) -> Outcome {
 fn ask(a: &Arguments, mission: &str, wish: &Wish) -> Result<Imported, Outcome> {
     let mut chat: Box<dyn Chat> = match (&a.replay, &a.endpoint) {
         (Some(path), _) => {
-            let file =
-                File::open(path).map_err(|e| Outcome::Trouble(format!("cannot read `{}`: {e}", path.display())))?;
-            let exchanges = transcript::read(BufReader::new(file))
-                .map_err(|e| Outcome::Trouble(format!("{}: {e}", path.display())))?;
+            let said = files::read(path, MAX_TRANSCRIPT)
+                .map_err(|e| Outcome::Trouble(format!("cannot read `{}`: {e}", path.display())))?;
+            let exchanges =
+                transcript::read(said.as_slice()).map_err(|e| Outcome::Trouble(format!("{}: {e}", path.display())))?;
             Box::new(Replay::new(exchanges))
         }
         (None, endpoint) => Box::new(server(a, endpoint.as_deref().unwrap_or_default())?),
     };
     let path = match (&a.transcript, &a.replay) {
-        (Some(path), Some(from)) if kept::is_same(path, from) => {
+        (Some(path), Some(from)) if path == from || files::is_same(path, from) => {
             let text = format!("`{}` is replayed: name another file for `--transcript`", path.display());
             return Err(Outcome::Trouble(text));
         }
@@ -145,7 +154,7 @@ fn ask(a: &Arguments, mission: &str, wish: &Wish) -> Result<Imported, Outcome> {
         (None, Some(_)) => None,
         (None, None) => Some(PathBuf::from(format!("{mission}.transcript.jsonl"))),
     };
-    let mut kept = path.map(|path| kept::begin(&path)).transpose().map_err(Outcome::Trouble)?;
+    let mut kept = path.map(|path| files::begin(&path)).transpose().map_err(Outcome::Trouble)?;
     let attempts = usize::try_from(a.attempts).unwrap_or(usize::MAX);
     let pause = if a.replay.is_some() { Duration::ZERO } else { Bounds::default().pause };
     let bounds = Bounds { attempts, pause, ..Bounds::default() };
@@ -195,17 +204,18 @@ fn say(exchange: &Exchange) {
 }
 
 /// Writes the layers, or the whole plan.
-fn finish(a: &Arguments, imported: &Imported) -> Outcome {
+fn finish(target: Option<Target>, imported: &Imported) -> Outcome {
     let text = match &imported.plan {
         None => export(&imported.problem),
         Some(plan) => export_plan(&imported.problem, plan),
     };
-    let Some(path) = &a.out else {
+    let Some(target) = target else {
         output::data(&text);
         return Outcome::Good;
     };
-    if let Err(e) = std::fs::write(path, &text) {
-        return cannot_write(path, &e);
+    let path = target.path().to_path_buf();
+    if let Err(trouble) = target.write(&text) {
+        return Outcome::Trouble(trouble);
     }
     let what = match &imported.plan {
         None => "",
@@ -213,8 +223,4 @@ fn finish(a: &Arguments, imported: &Imported) -> Outcome {
     };
     output::eprint(&format!("wrote {}{what}\n", path.display()));
     Outcome::Good
-}
-
-fn cannot_write(path: &Path, error: &std::io::Error) -> Outcome {
-    Outcome::Trouble(format!("cannot write `{}`: {error}", path.display()))
 }

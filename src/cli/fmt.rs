@@ -74,19 +74,8 @@ fn one(a: &Arguments, path: &Path) -> Result<bool, String> {
                 output::error_line(&format!("{}: not formatted", path.display()));
                 return Ok(false);
             }
-            replace(path, &formatted).map_err(|e| format!("cannot write {}: {e}", path.display()))?;
+            files::replace(path, &text, &formatted).map_err(|e| format!("cannot write {}: {e}", path.display()))?;
             Ok(true)
         }
     }
-}
-
-/// Replaces a file in one step, so that an interruption leaves the old one or the new one.
-fn replace(path: &Path, text: &str) -> std::io::Result<()> {
-    let target = std::fs::canonicalize(path)?;
-    let mut name = target.file_name().unwrap_or_default().to_os_string();
-    name.push(".tmp");
-    let beside = target.with_file_name(name);
-    std::fs::write(&beside, text)?;
-    std::fs::set_permissions(&beside, std::fs::metadata(&target)?.permissions())?;
-    std::fs::rename(&beside, &target)
 }

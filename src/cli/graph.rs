@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use hierarq::{graph, project};
+use files::Target;
+use hierarq::{graph, outputs, project};
 
 use super::{Outcome, SpecOptions, output};
 
@@ -33,8 +34,14 @@ enum Format {
 
 pub fn run(a: &Arguments) -> Outcome {
     let compiled = project::load(&a.spec, &a.options.settings());
+    let sources = project::sources(&a.spec, &compiled.report);
     let Some(program) = compiled.program else { return output::refuse(&compiled.report, &a.spec, false) };
     output::show(&compiled.report);
+    let target = a.out.as_deref().map(|path| Target::new("--out", path, outputs::PICTURE, &sources)).transpose();
+    let target = match target {
+        Ok(target) => target,
+        Err(trouble) => return Outcome::Trouble(trouble),
+    };
     let format = match a.format {
         Format::Mermaid => graph::Format::Mermaid,
         Format::Dot => graph::Format::Dot,
@@ -46,13 +53,10 @@ pub fn run(a: &Arguments) -> Outcome {
             "`{spec}` has no machine to draw; write one: `machine NAME {{ initial STATE  state STATE {{ stack NAME }} }}`"
         ));
     };
-    match &a.out {
+    match target.map(|target| target.write(&text)) {
+        Some(Err(trouble)) => return Outcome::Trouble(trouble),
+        Some(Ok(())) => {}
         None => output::data(&text),
-        Some(path) => {
-            if let Err(e) = std::fs::write(path, text) {
-                return Outcome::Trouble(format!("cannot write `{}`: {e}", path.display()));
-            }
-        }
     }
     Outcome::Good
 }

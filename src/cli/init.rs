@@ -1,7 +1,5 @@
 //! `hierarq init DIR`
 
-use std::fs::OpenOptions;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
@@ -82,10 +80,8 @@ fn write(folder: &Path, project: &Project) -> Result<String, String> {
     for (path, text) in &project.files {
         let parent = path.parent().unwrap_or(folder);
         std::fs::create_dir_all(parent).map_err(|e| format!("cannot create {}: {e}", parent.display()))?;
-        // `create_new`: a file that appears in this moment is kept too.
-        let file = OpenOptions::new().write(true).create_new(true).open(path);
-        file.and_then(|mut f| f.write_all(text.as_bytes()))
-            .map_err(|e| format!("cannot write {}: {e}", path.display()))?;
+        // A file that appears in this moment is kept too.
+        files::create(path, text).map_err(|e| format!("cannot write {}: {e}", path.display()))?;
         said += &format!("wrote {}\n", path.display());
     }
     if let Some((spec, _)) = project.files.last() {

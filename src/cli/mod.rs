@@ -12,7 +12,7 @@ mod explain;
 mod fmt;
 mod graph;
 mod init;
-mod kept;
+mod interruption;
 mod lsp;
 mod man;
 mod output;
@@ -29,6 +29,7 @@ mod tasks;
 mod test;
 mod watch;
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -143,7 +144,11 @@ impl From<std::io::Error> for Outcome {
 
 /// Parses the command line and runs the command.
 pub fn main() -> ExitCode {
-    let outcome = match Cli::parse().command {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) => return told(&e),
+    };
+    let outcome = match cli.command {
         Command::Init(a) => init::run(&a),
         Command::Check(a) => check::run(&a),
         Command::Compile(a) => compile::run(&a),
@@ -166,11 +171,32 @@ pub fn main() -> ExitCode {
         Command::Completions(a) => completions::run(&a),
         Command::Man(a) => man::run(&a),
     };
-    match outcome {
-        Outcome::Good => ExitCode::SUCCESS,
-        Outcome::Failed => ExitCode::from(1),
+    let code = match outcome {
+        Outcome::Good => 0,
+        Outcome::Failed => 1,
         Outcome::Trouble(text) => {
             output::error_line(&text);
+            2
+        }
+    };
+    exit_code(code)
+}
+
+/// What to do where a command line asks for help, or cannot be read.
+fn told(e: &clap::Error) -> ExitCode {
+    let shown = e.print();
+    if !e.use_stderr() {
+        output::printed(shown.and_then(|()| std::io::stdout().flush()));
+    }
+    exit_code(u8::try_from(e.exit_code()).unwrap_or(2))
+}
+
+/// The exit code: whatever came of a command, output that is lost is trouble.
+fn exit_code(code: u8) -> ExitCode {
+    match output::unwritten() {
+        None => ExitCode::from(code),
+        Some(text) => {
+            output::error_line(text);
             ExitCode::from(2)
         }
     }

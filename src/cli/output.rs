@@ -1,44 +1,59 @@
-//! Writing to the terminal: a closed pipe is no error, colours only where somebody sees them, and what is quoted from
-//! files or servers commands nothing.
+//! Writing to the terminal: a closed pipe is no error and a full disk is one, colours only where somebody sees them, and
+//! what is quoted from files or servers commands nothing.
 
-use std::fs::File;
-use std::io::{BufWriter, IsTerminal, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::Path;
+use std::sync::OnceLock;
 
 use compiler::{Report, Style};
 use mission::characters::commands;
 
-/// Prints text for people to standard output.
+/// Prints text for people to standard output, without colours.
 pub fn print(text: &str) {
+    data(&plain(text));
+}
+
+/// Prints text for people to standard output, with its colours: what is quoted in it was made [`plain`] before.
+pub fn painted(text: &str) {
     data(&shown(text));
 }
 
-/// Prints what another program may read, as it is, to standard output; a reader that went away is not our mistake.
+/// The text without what a terminal would obey, colours too, but for ends of lines.
+pub fn plain(text: &str) -> String {
+    shown(&text.replace('\u{1b}', "\u{1a}"))
+}
+
+/// Why standard output could not be written, the first time.
+static UNWRITTEN: OnceLock<String> = OnceLock::new();
+
+/// Prints what another program may read, as it is, to standard output. [`unwritten`] tells where that failed.
 pub fn data(text: &str) {
     let mut out = std::io::stdout().lock();
-    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    printed(out.write_all(text.as_bytes()).and_then(|()| out.flush()));
+}
+
+/// Notes what became of writing to standard output; a reader that went away is not our mistake.
+pub fn printed(written: std::io::Result<()>) {
+    if let Err(e) = written
+        && e.kind() != ErrorKind::BrokenPipe
+    {
+        UNWRITTEN.get_or_init(|| format!("cannot write to standard output: {e}"));
+    }
+}
+
+/// What to say where a part of what was printed is lost.
+pub fn unwritten() -> Option<&'static str> {
+    UNWRITTEN.get().map(String::as_str)
 }
 
 /// Prints a line to standard error.
 pub fn error_line(text: &str) {
-    let _ = writeln!(std::io::stderr(), "hierarq: {}", shown(text));
+    let _ = writeln!(std::io::stderr(), "hierarq: {}", plain(text));
 }
 
-/// Prints text to standard error.
+/// Prints text to standard error, without colours.
 pub fn eprint(text: &str) {
-    let _ = std::io::stderr().write_all(shown(text).as_bytes());
-}
-
-/// A new file for what `option` asks for. It may not be `source`, which was read.
-pub fn create(option: &str, path: &Path, source: &Path) -> Result<BufWriter<File>, String> {
-    let name = path.display();
-    if let (Ok(a), Ok(b)) = (path.canonicalize(), source.canonicalize())
-        && a == b
-    {
-        return Err(format!("{option} {name} would overwrite what it is made from; give another file"));
-    }
-    let file = File::create(path).map_err(|e| format!("cannot write {name}: {e}"))?;
-    Ok(BufWriter::with_capacity(1 << 16, file))
+    let _ = std::io::stderr().write_all(plain(text).as_bytes());
 }
 
 /// The text without what a terminal would obey, but for ends of lines and colours.
@@ -80,7 +95,9 @@ pub fn width() -> usize {
 /// Shows all diagnostics on standard error.
 pub fn show(report: &Report) {
     if !report.diagnostics.is_empty() {
-        eprint(&report.render(style(std::io::stderr().is_terminal()), width()));
+        // What a report quotes has no colours of its own.
+        let text = shown(&report.render(style(std::io::stderr().is_terminal()), width()));
+        let _ = std::io::stderr().write_all(text.as_bytes());
     }
 }
 
@@ -108,7 +125,7 @@ pub fn refuse(report: &compiler::Report, spec: &Path, json: bool) -> super::Outc
 
 #[cfg(test)]
 mod tests {
-    use super::shown;
+    use super::{plain, shown};
 
     #[test]
     fn what_commands_is_not_printed() {
@@ -116,8 +133,9 @@ mod tests {
             shown("a\u{1b}[2J\u{1b}]0;b\u{7}\u{202e}c\u{9b}2J\r\n"),
             "a\u{fffd}[2J\u{fffd}]0;b\u{fffd}\u{fffd}c\u{fffd}2J\u{fffd}\n"
         );
-        let plain = "\u{1b}[1;31mé\u{1b}[0m\tü 🧊\n";
-        assert_eq!(shown(plain), plain);
+        let coloured = "\u{1b}[1;31mé\u{1b}[0m\tü 🧊\n";
+        assert_eq!(shown(coloured), coloured);
         assert_eq!(shown("\u{1b}[1;31\u{1b}"), "\u{fffd}[1;31\u{fffd}");
+        assert_eq!(plain("\u{1b}[8mhidden\n"), "\u{fffd}[8mhidden\n");
     }
 }

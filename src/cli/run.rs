@@ -1,16 +1,15 @@
 //! `hierarq run SPEC`
 
-use std::fs::File;
 use std::io::{BufWriter, IsTerminal};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use files::{Results, Target};
 use hierarq::sweep::plan::MAX_SEED;
 
-use hierarq::{project, report, trial};
+use hierarq::{outputs, project, report, trial};
 use indicatif::{ProgressBar, ProgressStyle};
 use runtime::program::ScenarioProgram;
 use runtime::record::All;
@@ -23,7 +22,7 @@ use runtime::record::verify::{UNPROVEN, Verifier};
 use runtime::{Judge, Program, Simulation};
 use solver::Backend;
 
-use super::{Outcome, SpecOptions, output, run_mission, table};
+use super::{Outcome, SpecOptions, interruption, output, run_mission, table};
 use crate::ticks::ProblemRecorder;
 
 #[derive(Args)]
@@ -71,10 +70,11 @@ pub fn run(a: &Arguments) -> Outcome {
         return output::refuse(&compiled.report, &a.spec, a.json);
     }
     output::show(&compiled.report);
+    let sources = project::sources(&a.spec, &compiled.report);
     let mut scenario = match &a.scenario {
         Some(name) => match trial::find(compiled.program.as_ref(), &compiled.missions, name) {
             Ok(trial::Found::Controller(_, scenario)) => Some(scenario.clone()),
-            Ok(trial::Found::Mission(mission, scenario)) => return run_mission::run(a, mission, scenario),
+            Ok(trial::Found::Mission(mission, scenario)) => return run_mission::run(a, mission, scenario, &sources),
             Err(message) => return Outcome::Trouble(message),
         },
         None => None,
@@ -93,25 +93,11 @@ pub fn run(a: &Arguments) -> Outcome {
     }
     let folder = a.out.clone().unwrap_or_else(|| Path::new("out").join(&program.name));
     let unproven = |s: &Summary| s.verification.as_ref().is_some_and(|v| v.max_certificate > UNPROVEN);
-    match execute(&program, scenario.as_ref(), &folder, a) {
+    match execute(&program, scenario.as_ref(), &folder, &sources, a) {
         Ok((summary, good)) if good && !unproven(&summary) => Outcome::Good,
         Ok(_) => Outcome::Failed,
         Err(trouble) => Outcome::Trouble(trouble),
     }
-}
-
-/// True from the first interruption (Ctrl-C) on: the run ends there, and its files are written as ever. A second one ends
-/// the program at once.
-pub(super) fn interruption() -> Arc<AtomicBool> {
-    let flag = Arc::new(AtomicBool::new(false));
-    let shared = Arc::clone(&flag);
-    // Without a handler an interruption ends the program, as it always did.
-    let _ = ctrlc::set_handler(move || {
-        if shared.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    });
-    flag
 }
 
 /// Runs, writes the files and shows what came of it; tells whether all is well.
@@ -119,6 +105,7 @@ fn execute(
     program: &Program,
     scenario: Option<&ScenarioProgram>,
     folder: &Path,
+    sources: &[PathBuf],
     a: &Arguments,
 ) -> Result<(Summary, bool), String> {
     let mut simulation = match scenario {
@@ -131,36 +118,38 @@ fn execute(
         Some(scenario) => Some(Judge::new(program, scenario, ticks).map_err(|e| e.to_string())?),
         None => None,
     };
-    std::fs::create_dir_all(folder).map_err(|e| format!("cannot create {}: {e}", folder.display()))?;
     let path = |name: &str| folder.join(name);
     let failed = |p: &Path| {
         let p = p.display().to_string();
         move |e: std::io::Error| format!("cannot write {p}: {e}")
     };
     let log = path("log.csv");
-    let file = File::create(&log).map_err(failed(&log))?;
+    // Before anything of the run before is removed.
+    let problems =
+        a.problems.as_deref().map(|p| Target::new("--problems", p, outputs::PROBLEMS, sources)).transpose()?;
+    let mut results = Results::begin(folder, &outputs::RESULTS, sources)?;
+    let problems = problems.map(Target::begin).transpose()?;
+    let mut problems = problems.map(|output| ProblemRecorder::new(BufWriter::with_capacity(1 << 16, output)));
+    let mut rows = BufWriter::with_capacity(1 << 16, results.part("log.csv")?);
     let controller = simulation.controller();
     let columns = header(program, &Roster::new(controller).members).len();
     if let Some(warning) = large_log(ticks, columns) {
         output::error_line(&warning);
     }
-    let mut csv =
-        CsvRecorder::new(BufWriter::with_capacity(1 << 16, file), program, controller).map_err(failed(&log))?;
+    let mut csv = CsvRecorder::new(&mut rows, program, controller).map_err(failed(&log))?;
     let mut statistics = SummaryRecorder::new(controller, ticks);
     let mut series = SeriesRecorder::new(controller, ticks, report::drawn_links(program));
 
     let bar = progress(ticks);
     let started = Instant::now();
     let mut clock = || started.elapsed().as_secs_f64();
-    let interrupted = interruption();
+    let interrupted = interruption::flag();
     let mut go_on = |tick: usize| {
         if tick.is_multiple_of(64) {
             bar.set_position(tick as u64);
         }
         !interrupted.load(Ordering::Relaxed)
     };
-    let problems = a.problems.as_deref().map(|p| output::create("--problems", p, &a.spec)).transpose()?;
-    let mut problems = problems.map(ProblemRecorder::new);
     let mut verifier = a.verify.then(|| Verifier::new(program, simulation.controller()));
     let mut all = All(vec![&mut csv, &mut statistics, &mut series]);
     if let Some(verifier) = &mut verifier {
@@ -181,8 +170,9 @@ fn execute(
     bar.finish_and_clear();
     let took = started.elapsed();
     csv.finish().map_err(failed(&log))?;
-    if let Some((problems, p)) = problems.as_mut().zip(a.problems.as_ref()) {
-        problems.finish().map_err(failed(p))?;
+    results.add("log.csv", rows.into_inner().map_err(|e| failed(&log)(e.into_error()))?);
+    if let Some((problems, p)) = problems.zip(a.problems.as_ref()) {
+        problems.finish().map_err(failed(p))?.finish()?;
     }
 
     let outputs: Vec<String> =
@@ -196,9 +186,11 @@ fn execute(
         good = is_good(scenario, &summary.expectations, &summary);
     }
     let text = serde_json::to_string_pretty(&summary).map_err(|e| e.to_string())? + "\n";
-    write(&path("summary.json"), &text)?;
     let held = if summary.expectations.is_empty() { summary.ok } else { good };
-    write(&path("report.html"), &report::html(program, &a.spec.display().to_string(), (&summary, held), &series))?;
+    let page = report::html(program, &a.spec.display().to_string(), (&summary, held), &series);
+    results.write("report.html", &page)?;
+    results.write("summary.json", &text)?;
+    results.finish()?;
     if a.json {
         output::data(&text);
     } else {
@@ -222,10 +214,6 @@ fn large_log(ticks: usize, columns: usize) -> Option<String> {
             bytes / LARGE_LOG
         )
     })
-}
-
-pub(super) fn write(path: &Path, text: &str) -> Result<(), String> {
-    std::fs::write(path, text).map_err(|e| format!("cannot write {}: {e}", path.display()))
 }
 
 fn progress(ticks: usize) -> ProgressBar {

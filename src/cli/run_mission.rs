@@ -1,13 +1,13 @@
 //! `hierarq run SPEC --scenario NAME`, where the scenario executes a mission.
 
 use std::fmt::Write;
-use std::fs::File;
 use std::io::{BufWriter, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use comfy_table::CellAlignment;
-use hierarq::{gantt, report};
+use files::Results;
+use hierarq::{gantt, outputs, report};
 use runtime::missions::csv::MissionCsv;
 use runtime::missions::layered_csv::LayeredCsv;
 use runtime::missions::{End, MissionRun};
@@ -15,13 +15,13 @@ use runtime::program::{MAX_INSTANTS, MAX_MISSION, MAX_TICKS, MissionKind, Missio
 use runtime::quantity::quantity;
 use runtime::text::number;
 
-use super::run::{Arguments, interruption, write};
-use super::{Outcome, output, table};
+use super::run::Arguments;
+use super::{Outcome, interruption, output, table};
 
 /// The most lines of what happened that are shown.
 const SHOWN: usize = 40;
 
-pub fn run(a: &Arguments, mission: &MissionProgram, scenario: &MissionScenarioProgram) -> Outcome {
+pub fn run(a: &Arguments, mission: &MissionProgram, scenario: &MissionScenarioProgram, sources: &[PathBuf]) -> Outcome {
     if a.solver.is_some() || a.verify || a.problems.is_some() {
         let text = "`--solver`, `--verify` and `--problems` are about a robot's controller, and this scenario executes a mission";
         return Outcome::Trouble(text.to_string());
@@ -50,7 +50,7 @@ pub fn run(a: &Arguments, mission: &MissionProgram, scenario: &MissionScenarioPr
     }
     let name = a.spec.file_stem().map_or_else(|| PathBuf::from("spec"), PathBuf::from);
     let folder = a.out.clone().unwrap_or_else(|| Path::new("out").join(name));
-    match execute(a, mission, &scenario, &folder) {
+    match execute(a, mission, &scenario, &folder, sources) {
         Ok(true) => Outcome::Good,
         Ok(false) => Outcome::Failed,
         Err(trouble) => Outcome::Trouble(trouble),
@@ -63,35 +63,37 @@ fn execute(
     mission: &MissionProgram,
     scenario: &MissionScenarioProgram,
     folder: &Path,
+    sources: &[PathBuf],
 ) -> Result<bool, String> {
-    std::fs::create_dir_all(folder).map_err(|e| format!("cannot create {}: {e}", folder.display()))?;
+    let mut results = Results::begin(folder, &outputs::RESULTS, sources)?;
     let log = folder.join("log.csv");
     let failed = |e: std::io::Error| format!("cannot write {}: {e}", log.display());
-    let file = File::create(&log).map_err(failed)?;
-    let file = BufWriter::new(file);
-    let interrupted = interruption();
+    let mut rows = BufWriter::new(results.part("log.csv")?);
+    let interrupted = interruption::flag();
     let mut go_on = |_| !interrupted.load(Ordering::Relaxed);
     let run = match &mission.kind {
         MissionKind::Schedule(schedule) => {
             let running: Vec<usize> = scenario.running(schedule).iter().map(|w| w.agent).collect();
-            let mut csv = MissionCsv::new(file, &schedule.problem, &running).map_err(failed)?;
+            let mut csv = MissionCsv::new(&mut rows, &schedule.problem, &running).map_err(failed)?;
             let run = runtime::missions::run(mission, scenario, &mut csv, &mut go_on);
             csv.finish().map(|()| run)
         }
         MissionKind::Layers(layers) => {
-            let mut csv = LayeredCsv::new(file, &layers.problem).map_err(failed)?;
+            let mut csv = LayeredCsv::new(&mut rows, &layers.problem).map_err(failed)?;
             let run = runtime::missions::run(mission, scenario, &mut csv, &mut go_on);
             csv.finish().map(|()| run)
         }
     };
     let run = run.map_err(failed)?.map_err(|e| e.to_string())?;
     let text = serde_json::to_string_pretty(&run.summary).map_err(|e| e.to_string())? + "\n";
-    write(&folder.join("summary.json"), &text)?;
-    write(&folder.join("report.html"), &report::mission(&a.spec.display().to_string(), &run))?;
+    results.add("log.csv", rows.into_inner().map_err(|e| failed(e.into_error()))?);
+    results.write("report.html", &report::mission(&a.spec.display().to_string(), &run))?;
+    results.write("summary.json", &text)?;
+    results.finish()?;
     if a.json {
         output::data(&text);
     } else {
-        output::print(&shown(&run, folder));
+        output::painted(&shown(&run, folder));
     }
     Ok(run.summary.ok)
 }
@@ -99,12 +101,14 @@ fn execute(
 /// What came of a run, for the terminal.
 fn shown(run: &MissionRun, folder: &Path) -> String {
     let summary = &run.summary;
-    let mut out = format!("\n{}, {}, seed {}\n", summary.mission, summary.scenario, summary.seed);
+    let head = format!("\n{}, {}, seed {}\n", summary.mission, summary.scenario, summary.seed);
+    let mut out = output::plain(&head);
     if let Some(plan) = &run.executed {
         let colour = std::io::stdout().is_terminal();
         let _ = write!(out, "\n{}", gantt::text(plan, output::width(), colour));
     }
     out.push('\n');
+    let chart = out.len();
     let notable: Vec<_> = summary.happened.iter().filter(|h| h.notable).collect();
     for happened in notable.iter().take(SHOWN) {
         let _ = writeln!(out, "{:>9.1} s  {}", happened.at_s, happened.what);
@@ -132,7 +136,8 @@ fn shown(run: &MissionRun, folder: &Path) -> String {
         .map_or_else(String::new, |(moved, anew)| format!("; reschedules {moved}, reallocations {anew}"));
     let files = ["report.html", "log.csv", "summary.json"].map(|n| folder.join(n).display().to_string());
     let _ = writeln!(out, "{end}{changes}\nwrote {}", files.join(", "));
-    out
+    let below = output::plain(&out.split_off(chart));
+    out + &below
 }
 
 /// What agents and robots came to.

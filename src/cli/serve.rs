@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -13,8 +14,9 @@ use mission::execution::{Durations, Settings};
 use mission::layers;
 use mission::schedule::choose;
 use runtime::program::{MissionKind, MissionProgram};
+use tokio::sync::watch;
 
-use super::{Outcome, SpecOptions, output};
+use super::{Outcome, SpecOptions, interruption, output};
 
 /// The longest time of one search (s), for machines on which its nodes take too long.
 const LONGEST: u64 = 30;
@@ -113,18 +115,22 @@ fn serve(a: &Arguments, spec: &Path) -> Outcome {
             output::eprint(&format!("going through the journal: at {:.0} of {:.0} s\n", at.time, at.until));
         }
     };
+    // Before the server has threads, which would take requests to end for themselves.
+    let end: Arc<OnceLock<watch::Sender<bool>>> = Arc::default();
+    let ending = Arc::clone(&end);
+    let interrupted = move || match ending.get() {
+        // Where nobody listens any more, it has ended already.
+        Some(end) => drop(end.send(true)),
+        None => std::process::exit(130),
+    };
+    if let Err(trouble) = interruption::answer(interrupted) {
+        return Outcome::Trouble(trouble);
+    }
     let server = match Server::start_and_tell(served, &options, &mut tell) {
         Ok(server) => server,
         Err(e) => return Outcome::Trouble(e.to_string()),
     };
-    let end = server.end();
-    let interrupted = move || {
-        // Nobody listens any more: it has ended already.
-        let _ = end.send(true);
-    };
-    if let Err(e) = ctrlc::set_handler(interrupted) {
-        return Outcome::Trouble(format!("cannot wait for an interruption: {e}"));
-    }
+    end.get_or_init(|| server.end());
     output::print(&greeting(a, &mission.name, &server));
     let mut told: [Option<Instant>; 2] = [None, None];
     let mut trouble = |trouble: Trouble| {

@@ -1,11 +1,12 @@
 //! `hierarq solve TICKS`
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
+use files::{Output, Target};
+use hierarq::outputs;
 use serde::Serialize;
 use serde_json::{Value, json};
 use solver::{Backend, Problem, Status, certificate};
@@ -55,7 +56,7 @@ pub fn run(a: &Arguments) -> Outcome {
     let input: Box<dyn Read> = if stdin {
         Box::new(std::io::stdin())
     } else {
-        match File::open(&a.ticks) {
+        match files::stream(&a.ticks) {
             Ok(file) => Box::new(file),
             Err(e) => {
                 output::error_line(&format!("cannot read {name}: {e}"));
@@ -63,8 +64,12 @@ pub fn run(a: &Arguments) -> Outcome {
             }
         }
     };
-    let create = |path: &Path| Ok((path.display().to_string(), output::create("--answers", path, &a.ticks)?));
-    let answers = match a.answers.as_deref().map(create).transpose() {
+    let sources = [a.ticks.clone()];
+    let answers = a.answers.as_deref().map(|path| {
+        let output = Target::new("--answers", path, outputs::ANSWERS, &sources)?.begin()?;
+        Ok((path.display().to_string(), BufWriter::with_capacity(1 << 16, output)))
+    });
+    let answers = match answers.transpose() {
         Ok(answers) => answers,
         Err(trouble) => return Outcome::Trouble(trouble),
     };
@@ -85,7 +90,7 @@ pub fn run(a: &Arguments) -> Outcome {
     }
 }
 
-type Answers = (String, BufWriter<File>);
+type Answers = (String, BufWriter<Output>);
 
 /// A line of the answers. The order of the keys is that of the docs.
 #[derive(Serialize)]
@@ -216,8 +221,8 @@ impl Session {
                 Err(refusal) => self.refuse(number, &refusal),
             }
         }
-        if let Some((name, file)) = &mut self.answers {
-            file.flush().map_err(|e| format!("cannot write {name}: {e}"))?;
+        if let Some((name, file)) = self.answers.take() {
+            file.into_inner().map_err(|e| format!("cannot write {name}: {}", e.into_error()))?.finish()?;
         }
         Ok(())
     }

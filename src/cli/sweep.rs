@@ -7,6 +7,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use clap::Args;
+use hierarq::project;
 use hierarq::sweep::axis::{Axis, axis};
 use hierarq::sweep::digest::{Figure, Worst};
 use hierarq::sweep::journal::{self, Journal};
@@ -75,10 +76,11 @@ fn merged(a: &Arguments) -> Result<Outcome, String> {
     if !a.options.set.is_empty() || !a.options.package_path.is_empty() || a.jobs.is_some() {
         return Err("`--merge` runs nothing: leave `--set`, `--package-path` and `--jobs` out".to_string());
     }
-    let (head, rows) = merge::merge(&a.merge)?;
     let out = a.out.clone().unwrap_or_default();
+    let target = table::target(&out, &a.merge)?;
+    let (head, rows) = merge::merge(&a.merge)?;
     folder(&out)?;
-    table::write(&out, &head, &rows)?;
+    table::write(target, &head, &rows)?;
     Ok(show(a, &head, &rows, &out, None))
 }
 
@@ -110,13 +112,15 @@ fn sweep(a: &Arguments, spec: &Path) -> Result<Outcome, String> {
             None => Ok(show(a, &head, &rows, &out, None)),
         };
     }
+    // Before any run.
+    let target = table::target(&out, &project::sources(spec, &plan.report))?;
     let (mut journal, mut rows) = Journal::open(&out, &plan.head, a.resume)?;
     let done: std::collections::BTreeSet<u64> = rows.iter().map(|r| r.run).collect();
     let pending: Vec<u64> = plan.head.own().filter(|run| !done.contains(run)).collect();
     let jobs = a.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
 
     let bar = progress(done.len() + pending.len(), done.len());
-    let interrupted = super::run::interruption();
+    let interrupted = super::interruption::flag();
     let started = Instant::now();
     let go_on = || !interrupted.load(Ordering::Relaxed);
     let mut finished = |row: Row| {
@@ -131,7 +135,7 @@ fn sweep(a: &Arguments, spec: &Path) -> Result<Outcome, String> {
     let took = started.elapsed().as_secs_f64();
     rows.sort_by_key(|r| r.run);
     if rows.len() == done.len() + pending.len() {
-        table::write(&out, &plan.head, &rows)?;
+        table::write(target, &plan.head, &rows)?;
         journal.remove()?;
     }
     let speed = (rows.len() - done.len()) as f64 / took.max(1e-9);

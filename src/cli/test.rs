@@ -1,12 +1,14 @@
 //! `hierarq test SPEC ..`
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
+use files::Target;
 use hierarq::report::roughness;
 use hierarq::sweep::plan::MAX_SEED;
 use hierarq::trial::{self, Trial};
+use hierarq::{outputs, project};
 use runtime::expect::Verdict;
 use serde_json::json;
 
@@ -39,6 +41,12 @@ pub fn run(a: &Arguments) -> Outcome {
         Err(e) => return Outcome::Trouble(e.to_string()),
     };
     let tested = trial::compiled(&specs, &a.options.settings());
+    let sources: Vec<PathBuf> = tested.iter().flat_map(|t| project::sources(Path::new(&t.spec), &t.report)).collect();
+    let target = a.junit.as_deref().map(|path| Target::new("--junit", path, outputs::JUNIT, &sources)).transpose();
+    let target = match target {
+        Ok(target) => target,
+        Err(trouble) => return Outcome::Trouble(trouble),
+    };
     for t in &tested {
         output::show(&t.report);
     }
@@ -51,10 +59,8 @@ pub fn run(a: &Arguments) -> Outcome {
         return Outcome::Trouble(nothing(a, &tested));
     }
     let ok = broken.is_empty() && trials.iter().all(|t| t.ok);
-    if let Some(path) = &a.junit
-        && let Err(e) = std::fs::write(path, junit(&trials, &broken))
-    {
-        return Outcome::Trouble(format!("cannot write {}: {e}", path.display()));
+    if let Some(Err(trouble)) = target.map(|target| target.write(&junit(&trials, &broken))) {
+        return Outcome::Trouble(trouble);
     }
     if a.json {
         let data = json!({ "version": 1, "ok": ok, "broken": broken, "scenarios": trials });

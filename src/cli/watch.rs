@@ -14,13 +14,16 @@ use hierarq::project;
 use notify::event::{AccessKind, AccessMode};
 use notify::{Event, EventKind, RecursiveMode, Watcher};
 
-use super::{Outcome, SpecOptions, output};
+use super::{Outcome, SpecOptions, interruption, output};
 
 /// Saving a file is several events; this long without one, and it is over.
 const QUIET: Duration = Duration::from_millis(100);
 
 /// A folder that never is quiet is looked at nevertheless.
 const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Largest file whose content is compared, in bytes: as large as a URDF may be.
+const MAX_WATCHED: u64 = 64 << 20;
 
 #[derive(Args)]
 pub struct Arguments {
@@ -41,7 +44,7 @@ pub struct Arguments {
 
 pub fn run(a: &Arguments) -> Outcome {
     // Also where it was started with interruptions ignored, as shells start what runs in the background.
-    let _ = ctrlc::set_handler(|| std::process::exit(130));
+    let _ = interruption::answer(|| std::process::exit(130));
     let (sender, events) = channel();
     let mut watcher = match notify::recommended_watcher(sender) {
         Ok(watcher) => watcher,
@@ -109,7 +112,7 @@ fn folders(files: &[PathBuf]) -> Vec<PathBuf> {
 }
 
 fn contents(files: &[PathBuf]) -> Vec<Option<Vec<u8>>> {
-    files.iter().map(|f| std::fs::read(f).ok()).collect()
+    files.iter().map(|f| files::read(f, MAX_WATCHED).ok()).collect()
 }
 
 /// Checks the spec, says how it is, and starts a run where one is wanted.

@@ -23,6 +23,9 @@ use spec::Plan;
 /// The arm that stands in where no URDF is given.
 static EXAMPLE: &str = include_str!("../../examples/robots/arm7.urdf");
 
+/// Largest URDF that is read, in bytes: as large as one that a spec names.
+const MAX_URDF: u64 = 64 << 20;
+
 /// What is asked for.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
@@ -66,7 +69,7 @@ pub fn propose(request: &Request) -> Result<Project, Refusal> {
     let (text, place) = match &request.urdf {
         None => (EXAMPLE.to_string(), Place::example(&request.folder)),
         Some(path) => {
-            let bytes = std::fs::read(path)
+            let bytes = ::files::read(path, MAX_URDF)
                 .map_err(|e| Refusal::Trouble(format!("cannot read the URDF {}: {e}", path.display())))?;
             let text = String::from_utf8(bytes)
                 .map_err(|_| Refusal::Trouble(format!("{} is not UTF-8 text", path.display())))?;

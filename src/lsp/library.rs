@@ -190,15 +190,13 @@ impl Library {
         Some(Stamp::Disk(about.modified().ok(), about.len()))
     }
 
-    fn text(&self, path: &Path, stamp: Stamp) -> Option<(String, Spelling)> {
+    fn text(&self, path: &Path) -> Option<(String, Spelling)> {
         if let Some(open) = self.open.borrow().get(path) {
             return Some((open.text.clone(), open.spelling));
         }
         let spelling = Spelling::of_path(path)?;
-        match stamp {
-            Stamp::Disk(_, size) if size > dsl::limits::MAX_BYTES as u64 => None,
-            _ => Some((std::fs::read_to_string(path).ok()?, spelling)),
-        }
+        let bytes = files::read(path, dsl::limits::MAX_BYTES as u64).ok()?;
+        Some((String::from_utf8(bytes).ok()?, spelling))
     }
 
     fn visit(&self, path: &Path, visit: &mut Visit) -> Option<Rc<File>> {
@@ -231,7 +229,7 @@ impl Library {
                 return Some(known);
             }
         }
-        let (text, spelling) = self.text(path, stamp)?;
+        let (text, spelling) = self.text(path)?;
         if !is_spec(&text, spelling) {
             return None;
         }

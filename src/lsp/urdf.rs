@@ -42,11 +42,10 @@ pub(super) fn changed(path: &Path) -> Option<SystemTime> {
 /// Reads a URDF. `None` where there is no such file, or no XML in it; the compiler's diagnostics say more.
 pub(super) fn read(path: &Path) -> Option<Urdf> {
     let changed = changed(path);
-    let about = std::fs::metadata(path).ok()?;
-    if !about.is_file() || about.len() > 64 << 20 {
+    let text = String::from_utf8(files::read(path, 64 << 20).ok()?).ok()?;
+    if robot::markup::crowded(&text).is_some() {
         return None;
     }
-    let text = std::fs::read_to_string(path).ok().filter(|text| robot::markup::crowded(text).is_none())?;
     let (mut links, mut joints) = (BTreeMap::new(), BTreeMap::new());
     {
         let document = roxmltree::Document::parse(&text).ok()?;

@@ -83,7 +83,8 @@ pub(super) fn specs(folders: &[PathBuf], library: &Library) -> Specs {
                 continue;
             }
             bytes += about.len();
-            if let Some(text) = std::fs::read_to_string(&path).ok().filter(|text| is_spec(text, spelling)) {
+            let text = files::read(&path, about.len()).ok().and_then(|bytes| String::from_utf8(bytes).ok());
+            if let Some(text) = text.filter(|text| is_spec(text, spelling)) {
                 found.texts.insert(path, text);
             }
         }

@@ -16,6 +16,7 @@ pub fn mission(spec: &str, run: &MissionRun) -> String {
     let mut out = format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"generator\" content=\"hierarq\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n\
          <title>{title}</title>\n<style>\n{STYLE}{}</style>\n</head>\n\
          <body>\n<h1>{title}</h1>\n<p class=\"quiet\">{}, seed {}, {}</p>\n",

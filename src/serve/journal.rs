@@ -4,10 +4,10 @@
 //! entry. What is told is written, and brought to the disk, before it has any effect; what cannot be written has none. Because
 //! an execution is a function of its problem and of what is told when, reading the lines again leads to the same state.
 
-use std::fs::OpenOptions;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
+use files::Unopened;
 use mission::execution::Event;
 use runtime::program::MAX_MISSION;
 use serde::{Deserialize, Serialize};
@@ -109,15 +109,14 @@ impl Journal {
     /// The file cannot be used, or is of something else.
     pub fn open(path: &Path, mission: &str, digest: &str) -> Result<(Journal, Vec<Line>), NoJournal> {
         let no = |why| NoJournal::File { path: path.into(), why };
-        // A pipe would let us wait for ever, and a device has no end.
-        if std::fs::metadata(path).is_ok_and(|is| !is.is_file()) {
-            return Err(NoJournal::Irregular { path: path.into() });
-        }
         let existed = path.exists();
-        let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(no)?;
-        if file.try_lock().is_err() {
-            return Err(NoJournal::Locked { path: path.into() });
-        }
+        let mut file = files::journal(path).map_err(|why| match why {
+            Unopened::Locked => NoJournal::Locked { path: path.into() },
+            Unopened::Io(e) if matches!(e.kind(), ErrorKind::IsADirectory | ErrorKind::Unsupported) => {
+                NoJournal::Irregular { path: path.into() }
+            }
+            Unopened::Io(e) => no(e),
+        })?;
         if file.metadata().map_err(no)?.len() > LARGEST {
             return Err(NoJournal::Large { path: path.into() });
         }
@@ -168,7 +167,7 @@ impl Journal {
             journal.write(&head)?;
         }
         if !existed {
-            keep_name(path).map_err(no)?;
+            files::settle(path);
         }
         Ok((journal, said))
     }
@@ -209,16 +208,6 @@ impl Journal {
         }
         self.lines.add(&text).map_err(no)
     }
-}
-
-/// Brings the name of a new file to the disk, beside what it holds.
-pub(super) fn keep_name(path: &Path) -> std::io::Result<()> {
-    // A folder cannot be opened on every system; where it can, its names are brought to the disk like what files hold.
-    if cfg!(unix) {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        std::fs::File::open(folder)?.sync_all()?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -5,8 +5,7 @@
 //! so says which links still open and which session is the page's. The file is for its owner alone (mode 0600), is replaced
 //! as a whole, and is written by the server that has the journal; others read it to make links ([`new_link`]).
 
-use std::fs::OpenOptions;
-use std::io::{Read, Write};
+use std::io::Write;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -16,7 +15,6 @@ use serde::{Deserialize, Serialize};
 
 use super::LinkOf;
 use super::access::Role;
-use super::journal::keep_name;
 
 /// Largest file that is read (bytes).
 const LARGEST: u64 = 1 << 20;
@@ -307,36 +305,17 @@ fn read(path: &Path) -> Result<Option<Kept>, NoKeys> {
         #[cfg(not(unix))]
         Ok(_) => {}
     }
-    let mut text = String::new();
-    std::fs::File::open(path).map_err(no)?.take(LARGEST).read_to_string(&mut text).map_err(no)?;
-    let kept: Kept = serde_json::from_str(&text).map_err(|_| foreign())?;
+    let bytes = files::read(path, LARGEST).map_err(no)?;
+    let kept: Kept = serde_json::from_slice(&bytes).map_err(|_| foreign())?;
     if kept.keys == 1 && kept.key.len() == 64 { Ok(Some(kept)) } else { Err(foreign()) }
 }
 
 /// Replaces a file as a whole, and brings it to the disk.
 fn write(path: &Path, kept: &Kept) -> std::io::Result<()> {
-    let mut beside = path.as_os_str().to_os_string();
-    beside.push(".new");
-    let beside = PathBuf::from(beside);
-    // What a server left that died while it wrote; a link of somebody else is removed and not followed.
-    match std::fs::remove_file(&beside) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(e),
-        _ => {}
-    }
-    let mut options = OpenOptions::new();
-    options.write(true).create_new(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    let written = options.open(&beside).and_then(|mut file| {
-        file.write_all(serde_json::to_string(kept)?.as_bytes())?;
-        file.write_all(b"\n")?;
-        file.sync_all()
-    });
-    let replaced = written.and_then(|()| std::fs::rename(&beside, path)).and_then(|()| keep_name(path));
-    if replaced.is_err() {
-        let _ = std::fs::remove_file(&beside);
-    }
-    replaced
+    let mut draft = files::Draft::private(path)?;
+    draft.write_all(serde_json::to_string(kept)?.as_bytes())?;
+    draft.write_all(b"\n")?;
+    draft.keep()
 }
 
 #[cfg(test)]
@@ -447,13 +426,7 @@ mod tests {
         use std::os::unix::fs::PermissionsExt;
         let journal = journal("owner");
         let path = path_of(&journal);
-        let elsewhere = journal.with_extension("elsewhere");
-        std::fs::write(&elsewhere, "theirs").expect("writable");
-        let new = PathBuf::from(format!("{}.new", path.display()));
-        let _ = std::fs::remove_file(&new);
-        std::os::unix::fs::symlink(&elsewhere, &new).expect("a link");
         drop(begun(&journal, "d"));
-        assert_eq!(std::fs::read_to_string(&elsewhere).expect("readable"), "theirs", "a link is not followed");
         assert_eq!(path.metadata().expect("a file").permissions().mode() & 0o777, 0o600);
         std::fs::set_permissions(&path, PermissionsExt::from_mode(0o640)).expect("ours");
         let refused = Keys::beside(&journal, "field", "d", pages()).err().expect("open").to_string();

@@ -1,12 +1,20 @@
 //! Finished runs on the disk until all are there: beside the file of the sweep, its head in the first line, then a run a
 //! line. Only whole lines count, so that whatever ends the program leaves a journal that can be gone on with.
 
-use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{BufRead, BufReader, Seek, SeekFrom, Write};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+
+use files::Unopened;
 
 use super::head::Head;
 use super::row::Row;
+
+/// Most bytes of a line.
+const MAX_LINE: u64 = 64 << 20;
+
+/// How every head begins.
+const HEAD: &[u8] = b"{\"version\":";
 
 /// The journal of a sweep that goes on.
 pub struct Journal {
@@ -30,14 +38,10 @@ impl Journal {
         let path = path(out);
         let shown = path.display().to_string();
         let failed = |e: std::io::Error| format!("cannot write {shown}: {e}");
-        let mut file =
-            OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path).map_err(failed)?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(format!("another sweep is writing {}", out.display())),
-            // Some network folders know no locks.
-            Err(TryLockError::Error(_)) => {}
-        }
+        let mut file = files::journal(&path).map_err(|why| match why {
+            Unopened::Locked => format!("another sweep is writing {}", out.display()),
+            Unopened::Io(e) => failed(e),
+        })?;
         let (rows, kept) = read(&mut file, head, resume, &shown)?;
         file.set_len(kept).and_then(|()| file.seek(SeekFrom::End(0))).map_err(failed)?;
         let mut journal = Journal { file, path };
@@ -66,8 +70,12 @@ impl Journal {
     /// # Errors
     /// It cannot be deleted.
     pub fn remove(self) -> Result<(), String> {
-        std::fs::remove_file(&self.path).map_err(|e| format!("cannot delete {}: {e}", self.path.display()))
+        files::remove(&self.path).map_err(|e| format!("cannot delete {}: {e}", self.path.display()))
     }
+}
+
+fn foreign(shown: &str) -> String {
+    format!("{shown} is no journal of a sweep: move it away, or choose another `--out`")
 }
 
 /// The runs of a journal, each once, and how many of its bytes count.
@@ -77,13 +85,17 @@ fn read(file: &mut File, head: &Head, resume: bool, shown: &str) -> Result<(Vec<
     let (mut line, mut kept, mut rows) = (Vec::new(), 0_u64, Vec::new());
     loop {
         line.clear();
-        let length = input.read_until(b'\n', &mut line).map_err(failed)? as u64;
+        let length = input.by_ref().take(MAX_LINE).read_until(b'\n', &mut line).map_err(failed)? as u64;
         if line.last() != Some(&b'\n') {
+            // A line that was begun is written again. Without one that is whole it must be the begin of a head.
+            let begun = line.starts_with(HEAD) || HEAD.starts_with(&line);
+            if length == MAX_LINE || (kept == 0 && !begun) {
+                return Err(foreign(shown));
+            }
             break;
         }
         if kept == 0 {
-            let begun: Head = serde_json::from_slice(&line)
-                .map_err(|_| format!("{shown} is no journal of a sweep: move it away, or choose another `--out`"))?;
+            let begun: Head = serde_json::from_slice(&line).map_err(|_| foreign(shown))?;
             if let Some(why) = head.differs(&begun) {
                 return Err(format!("{shown} belongs to another sweep, {why}; delete it to begin again"));
             }

@@ -18,6 +18,7 @@
 //! | [`digest`] | what came of it all |
 
 pub mod axis;
+mod checksum;
 pub mod digest;
 pub mod execute;
 pub mod head;

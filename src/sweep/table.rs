@@ -5,12 +5,16 @@
 //! | `spec`, `scenario`, `command`, `program` | as in [`Head`] |
 //! | `columns` | JSON: for each column its name, its SI unit where it has one, and what it is of |
 //! | `sweep` | JSON: the [`Head`] |
+//! | `checksum` | of all bytes but its own: XXH3, 128 bits |
 //!
 //! The bytes depend on head and rows alone. The file is written beside its place and moved there when it is whole.
 
 use std::fs::File;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+use files::{Output, Target};
 
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
@@ -23,27 +27,51 @@ use parquet::record::Field;
 use parquet::schema::types::Type;
 use serde_json::json;
 
+use super::checksum::{self, Seal};
 use super::head::{Head, VERSION};
 use super::row::{Cell, Column, Kind, Row, columns};
 
 /// Most rows of a group.
 const GROUP: usize = 100_000;
 
+/// Any Parquet file; [`target`] looks further.
+const PARQUET: files::Kind = files::Kind { name: "the file of a sweep", begins: |head| head.starts_with(b"PAR1") };
+
+/// Where a sweep is to be written: a new file, or one of a sweep, whole or damaged. None of `sources`, which are read, may
+/// be overwritten.
+///
+/// # Errors
+/// What to say where it may not be written there.
+pub fn target(path: &Path, sources: &[PathBuf]) -> Result<Target, String> {
+    let shown = path.display();
+    let target = Target::new("--out", path, PARQUET, sources)?;
+    if target.is_stream() {
+        return Err(format!("cannot write {shown}: it is a device or a pipe, and no file"));
+    }
+    let Ok(mut file) = files::open(path) else { return Ok(target) };
+    let empty = file.metadata().is_ok_and(|about| about.len() == 0);
+    match checksum::check(&mut file).map_err(|e| format!("cannot read {shown}: {e}"))? {
+        Seal::Foreign | Seal::Unmarked if !empty => Err(format!(
+            "`{shown}` is there already and is not {} that Hierarq wrote, so it is kept; give another file, or move it away",
+            PARQUET.name
+        )),
+        _ => Ok(target),
+    }
+}
+
 /// Writes a sweep.
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write(path: &Path, head: &Head, rows: &[Row]) -> Result<(), String> {
-    let mut beside = path.as_os_str().to_os_string();
-    beside.push(".tmp");
-    let beside = PathBuf::from(beside);
+pub fn write(target: Target, head: &Head, rows: &[Row]) -> Result<(), String> {
+    let path = target.path().to_path_buf();
     let failed = |e: &dyn std::fmt::Display| format!("cannot write {}: {e}", path.display());
-    let file = File::create(&beside).map_err(|e| failed(&e))?;
-    file_of(file, head, rows).map_err(|e| failed(&e))?.sync_all().map_err(|e| failed(&e))?;
-    std::fs::rename(&beside, path).map_err(|e| failed(&e))
+    let mut output = file_of(target.begin()?, head, rows).map_err(|e| failed(&e))?;
+    checksum::seal(output.file()).map_err(|e| failed(&e))?;
+    output.finish()
 }
 
-fn file_of(file: File, head: &Head, rows: &[Row]) -> Result<File, ParquetError> {
+fn file_of(file: Output, head: &Head, rows: &[Row]) -> Result<Output, ParquetError> {
     let columns = columns(head);
     let fields = columns.iter().map(field).collect::<Result<_, _>>()?;
     let schema = Arc::new(Type::group_type_builder("sweep").with_fields(fields).build()?);
@@ -86,13 +114,14 @@ fn metadata(head: &Head, columns: &[Column]) -> Result<Vec<KeyValue>, ParquetErr
         ("program", head.program.clone()),
         ("columns", json!(all).to_string()),
         ("sweep", sweep),
+        ("checksum", checksum::blank()),
     ];
     Ok(pairs.into_iter().map(|(key, value)| KeyValue::new(key.to_string(), value)).collect())
 }
 
 /// Writes a column, the values of which are of its kind.
 fn write_column<'c>(
-    group: &mut SerializedRowGroupWriter<'_, File>,
+    group: &mut SerializedRowGroupWriter<'_, Output>,
     column: &Column,
     cells: impl Iterator<Item = &'c Cell>,
 ) -> Result<(), ParquetError> {
@@ -117,7 +146,7 @@ fn write_column<'c>(
 }
 
 fn values<'c, T: DataType>(
-    group: &mut SerializedRowGroupWriter<'_, File>,
+    group: &mut SerializedRowGroupWriter<'_, Output>,
     column: &Column,
     cells: impl Iterator<Item = &'c Cell>,
     value: impl Fn(&Cell) -> Option<T::T>,
@@ -133,10 +162,26 @@ fn values<'c, T: DataType>(
 /// Reads a sweep.
 ///
 /// # Errors
-/// The file cannot be read, or is none of a sweep.
+/// The file cannot be read, is none of a sweep, or is not as it was written.
 pub fn read(path: &Path) -> Result<(Head, Vec<Row>), String> {
     let shown = path.display();
-    let file = File::open(path).map_err(|e| format!("cannot read {shown}: {e}"))?;
+    let cannot = |e: std::io::Error| format!("cannot read {shown}: {e}");
+    let mut file = files::open(path).map_err(cannot)?;
+    match checksum::check(&mut file).map_err(cannot)? {
+        Seal::Foreign => return Err(format!("{shown} is no Parquet file")),
+        Seal::Unmarked => return Err(format!("{shown} is no file of a sweep, or of another version")),
+        Seal::Broken => {
+            return Err(format!("{shown} is damaged: its checksum does not fit; copy it again, or run its part again"));
+        }
+        Seal::Whole => {}
+    }
+    // The library panics at some files that were made to mislead it; a checksum is made as easily.
+    let read = catch_unwind(AssertUnwindSafe(|| parsed(path, file)));
+    read.unwrap_or_else(|_| Err(format!("{shown} cannot be read: it is no Parquet file that a sweep wrote")))
+}
+
+fn parsed(path: &Path, file: File) -> Result<(Head, Vec<Row>), String> {
+    let shown = path.display();
     let reader = SerializedFileReader::new(file).map_err(|e| format!("{shown} is no Parquet file: {e}"))?;
     let pairs = reader.metadata().file_metadata().key_value_metadata();
     let text = pairs.into_iter().flatten().find(|p| p.key == "sweep").and_then(|p| p.value.clone());

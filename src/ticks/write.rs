@@ -1,6 +1,6 @@
 //! Writes the problems of a run, one tick a line, as [`super::Lines`] reads them.
 
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 
 use runtime::{Recorder, Tick};
 use serde_json::{Map, Value, json};
@@ -25,13 +25,15 @@ impl<W: Write> ProblemRecorder<W> {
     pub fn has_failed(&self) -> bool {
         self.failed
     }
+}
 
-    /// Writes what is still in memory.
+impl<W: Write> ProblemRecorder<BufWriter<W>> {
+    /// Writes what is still in memory, and gives the writer back.
     ///
     /// # Errors
     /// Those of the writer.
-    pub fn finish(&mut self) -> io::Result<()> {
-        self.out.flush()
+    pub fn finish(self) -> io::Result<W> {
+        self.out.into_inner().map_err(io::IntoInnerError::into_error)
     }
 }
 

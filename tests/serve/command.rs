@@ -94,12 +94,14 @@ fn it_prints_links_that_open_and_a_journal_survives_its_death() {
 #[cfg(unix)]
 #[test]
 fn an_interruption_ends_it_well() {
-    let (mut child, mut out) = start(&[]);
-    let said = greeting(&mut out);
-    assert!(said.contains("the clock runs once the supervisor lets it"), "{said}");
-    let interrupted = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
-    assert!(interrupted.success());
-    assert_eq!(child.wait().expect("ended").code(), Some(0));
+    for signal in ["-INT", "-TERM"] {
+        let (mut child, mut out) = start(&[]);
+        let said = greeting(&mut out);
+        assert!(said.contains("the clock runs once the supervisor lets it"), "{said}");
+        let interrupted = Command::new("kill").args([signal, &child.id().to_string()]).status().expect("kill runs");
+        assert!(interrupted.success());
+        assert_eq!(child.wait().expect("ended").code(), Some(0), "{signal}");
+    }
 }
 
 #[test]

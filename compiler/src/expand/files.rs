@@ -1,6 +1,5 @@
 //! The files of a spec: read once each, with everything that they import.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use dsl::tree::{Import, ItemKind, Spec};
@@ -8,7 +7,7 @@ use dsl::{Diagnostic, SourceId, Spanned, Spelling};
 
 use super::module::Module;
 use super::{Expander, MAX_DEPTH};
-use crate::paths::{instead_of, io_reason, tidy};
+use crate::paths::{instead_of, tidy};
 
 /// Most files that a spec may import.
 const MAX_FILES: usize = 200;
@@ -64,7 +63,7 @@ impl Expander<'_> {
             return refuse(self, Diagnostic::error("HQ0211", at, text).help("import a spec"));
         };
         let cannot = |e: &std::io::Error| {
-            Diagnostic::error("HQ0211", at, format!("cannot read `{}`: {}", path.value, io_reason(e)))
+            Diagnostic::error("HQ0211", at, format!("cannot read `{}`: {}", path.value, files::reason(e)))
                 .note("paths are relative to the file that names them")
                 .help(instead_of(&on_disk))
         };
@@ -132,10 +131,5 @@ impl Expander<'_> {
 
 /// The bytes of a file, one more than a text may have at most.
 pub(crate) fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
-    if path.is_dir() {
-        return Err(std::io::ErrorKind::IsADirectory.into());
-    }
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)?.take(dsl::limits::MAX_BYTES as u64 + 1).read_to_end(&mut bytes)?;
-    Ok(bytes)
+    files::read_up_to(path, dsl::limits::MAX_BYTES as u64 + 1)
 }

@@ -12,7 +12,7 @@ use super::lookup::joints;
 use super::{Files, JointGroups};
 use crate::constants::{Constants, joint_dimension};
 use crate::forms::{items_of, text_of};
-use crate::paths::{instead_of, io_reason};
+use crate::paths::instead_of;
 use crate::units;
 
 /// Largest URDF that is read, in bytes.
@@ -185,17 +185,10 @@ pub(super) fn positions(
     at
 }
 
-/// The bytes of a file, or why they are not to be had. A device or a pipe might never end.
+/// The bytes of a file, or why they are not to be had.
 fn read(path: &Path) -> Result<Vec<u8>, &'static str> {
-    let about = std::fs::metadata(path).map_err(|e| io_reason(&e))?;
-    if about.is_dir() {
-        return Err("it is a folder");
-    }
-    if !about.is_file() {
-        return Err("it is a device or a pipe, and no file");
-    }
-    if about.len() > MAX_URDF_BYTES {
-        return Err("it is larger than 64 MiB");
-    }
-    std::fs::read(path).map_err(|e| io_reason(&e))
+    files::read(path, MAX_URDF_BYTES).map_err(|e| match e.kind() {
+        std::io::ErrorKind::FileTooLarge => "it is larger than 64 MiB",
+        _ => files::reason(&e),
+    })
 }

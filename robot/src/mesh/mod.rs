@@ -1,7 +1,6 @@
 //! Vertices of mesh files, and the capsule around them. Faces are not read: a capsule is convex,
 //! and contains the mesh as soon as it contains the vertices.
 
-use std::fs;
 use std::path::Path;
 
 use nalgebra::Vector3;
@@ -18,14 +17,7 @@ const MAX_BYTES: u64 = 256 << 20;
 
 /// The vertices in a `.stl`, `.obj` or `.dae` file \[m\], or what is wrong with it.
 pub(crate) fn vertices(path: &Path) -> Result<Vec<Vector3<f64>>, String> {
-    let meta = fs::metadata(path).map_err(|e| e.to_string())?;
-    if !meta.is_file() {
-        return Err("it is not a file".into());
-    }
-    if meta.len() > MAX_BYTES {
-        return Err(format!("it has more than {} MiB", MAX_BYTES >> 20));
-    }
-    let bytes = fs::read(path).map_err(|e| e.to_string())?;
+    let bytes = files::read(path, MAX_BYTES).map_err(|e| e.to_string())?;
     let kind = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     match kind.as_str() {
         "stl" => stl::vertices(&bytes),

@@ -10,10 +10,15 @@ use runtime::program::{LayersProgram, MissionProgram};
 use serde_json::json;
 
 use super::super::output;
-use super::{Arguments, aligned, asked, batch, budget, coloured, draw, refused, status};
+use super::{Arguments, Pictures, aligned, asked, batch, budget, coloured, refused, status};
 
 /// Plans layers; what is printed of them.
-pub(super) fn plan(a: &Arguments, mission: &MissionProgram, of: &LayersProgram) -> Result<String, String> {
+pub(super) fn plan(
+    a: &Arguments,
+    mission: &MissionProgram,
+    of: &LayersProgram,
+    pictures: Pictures,
+) -> Result<String, String> {
     if of.problem.tasks.is_empty() {
         let name = &mission.name;
         return Err(format!(
@@ -28,7 +33,7 @@ pub(super) fn plan(a: &Arguments, mission: &MissionProgram, of: &LayersProgram) 
     options.budget.time = budget(a)?.time;
     let planned = planned::layers(&of.problem, &options).map_err(|why| refused(&why))?;
     let standing = gantt::Standing { styled: true, ..gantt::Standing::default() };
-    draw(a, &planned.plan, &|| gantt::layered_map(&of.problem, &planned.plan, &standing))?;
+    pictures.draw(&planned.plan, &|| gantt::layered_map(&of.problem, &planned.plan, &standing))?;
     Ok(match a.json {
         true => format!("{:#}\n", data(a, mission, &planned)),
         false => text(mission, &of.problem, &planned),
@@ -61,7 +66,8 @@ fn text(mission: &MissionProgram, problem: &Problem, p: &PlannedLayers) -> Strin
     let _ = writeln!(out, "planned by {} ({}): {}", p.choice.formulation.name(), p.plan.engine, p.choice.why);
     let _ = writeln!(out, "{}", status(&p.plan.status));
     let _ = writeln!(out, "checked: it keeps to everything that the mission says\n");
-    out.push_str(&gantt::text(&p.plan, output::width(), coloured()));
+    let mut out = output::plain(&out) + &gantt::text(&p.plan, output::width(), coloured());
+    let chart = out.len();
     let header = ["layer", "task", "who", "does", "with", "begins", "ends", "speed"];
     let mut rows = Vec::new();
     let mut last = "";
@@ -97,5 +103,6 @@ fn text(mission: &MissionProgram, problem: &Problem, p: &PlannedLayers) -> Strin
         c.energy,
         c.makespan
     );
-    out
+    let below = output::plain(&out.split_off(chart));
+    out + &below
 }

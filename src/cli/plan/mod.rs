@@ -5,13 +5,14 @@ mod schedule;
 
 use std::fmt::Write;
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use files::{Target, is_same};
 use hierarq::planned::{self, Unplanned};
-use hierarq::{gantt, project};
+use hierarq::{gantt, outputs, project};
 use mission::engine::{Budget, EngineError};
 use mission::layers;
 use mission::plan::{Limit, Plan, Status};
@@ -80,16 +81,21 @@ pub fn run(a: &Arguments) -> Outcome {
         Ok(mission) => mission,
         Err(message) => return Outcome::Trouble(format!("{}: {message}", a.spec.display())),
     };
+    // Before the search, which may take its time.
+    let pictures = match Pictures::new(a, &project::sources(&a.spec, &compiled.report)) {
+        Ok(pictures) => pictures,
+        Err(trouble) => return Outcome::Trouble(trouble),
+    };
     let done = match &mission.kind {
-        MissionKind::Schedule(of) => schedule::plan(a, mission, of),
-        MissionKind::Layers(of) => layered::plan(a, mission, of),
+        MissionKind::Schedule(of) => schedule::plan(a, mission, of, pictures),
+        MissionKind::Layers(of) => layered::plan(a, mission, of, pictures),
     };
     match done {
         Ok(printed) => {
             if a.json {
                 output::data(&printed)
             } else {
-                output::print(&printed)
+                output::painted(&printed)
             }
             Outcome::Good
         }
@@ -153,15 +159,30 @@ fn refused(why: &Unplanned) -> String {
     }
 }
 
-/// Draws what is to be drawn; `map` draws places and ways.
-fn draw(a: &Arguments, plan: &Plan, map: &dyn Fn() -> String) -> Result<(), String> {
-    let write = |path: &Path, text: String| {
-        std::fs::write(path, text).map_err(|e| format!("cannot write `{}`: {e}", path.display()))
-    };
-    if let Some(path) = &a.gantt {
-        write(path, gantt::svg(plan))?;
+/// Where pictures of the plan are to be written.
+struct Pictures {
+    gantt: Option<Target>,
+    map: Option<Target>,
+}
+
+impl Pictures {
+    fn new(a: &Arguments, sources: &[PathBuf]) -> Result<Pictures, String> {
+        if let (Some(gantt), Some(map)) = (&a.gantt, &a.map)
+            && (gantt == map || is_same(gantt, map))
+        {
+            return Err(format!("--gantt and --map name the same file, `{}`; give two", map.display()));
+        }
+        let target = |option: &str, path: &Option<PathBuf>| {
+            path.as_deref().map(|path| Target::new(option, path, outputs::PICTURE, sources)).transpose()
+        };
+        Ok(Pictures { gantt: target("--gantt", &a.gantt)?, map: target("--map", &a.map)? })
     }
-    a.map.as_ref().map_or(Ok(()), |path| write(path, map()))
+
+    /// Draws what is to be drawn; `map` draws places and ways.
+    fn draw(self, plan: &Plan, map: &dyn Fn() -> String) -> Result<(), String> {
+        self.gantt.map_or(Ok(()), |target| target.write(&gantt::svg(plan)))?;
+        self.map.map_or(Ok(()), |target| target.write(&map()))
+    }
 }
 
 fn coloured() -> bool {

@@ -10,15 +10,20 @@ use runtime::program::{MissionProgram, ScheduleProgram};
 use serde_json::json;
 
 use super::super::output;
-use super::{Arguments, aligned, asked, batch, budget, coloured, draw, refused, status};
+use super::{Arguments, Pictures, aligned, asked, batch, budget, coloured, refused, status};
 
 /// Plans a schedule; what is printed of it.
-pub(super) fn plan(a: &Arguments, mission: &MissionProgram, of: &ScheduleProgram) -> Result<String, String> {
+pub(super) fn plan(
+    a: &Arguments,
+    mission: &MissionProgram,
+    of: &ScheduleProgram,
+    pictures: Pictures,
+) -> Result<String, String> {
     let formulation = asked(a, "a schedule", Formulation::ALL, Formulation::name)?;
     let options = Options { formulation, engine: a.engine, batch: batch(a).unwrap_or(of.batch), budget: budget(a)? };
     let planned = planned::schedule(&of.problem, &options).map_err(|why| refused(&why))?;
     let standing = gantt::Standing { styled: true, ..gantt::Standing::default() };
-    draw(a, &planned.plan, &|| gantt::map(&of.problem, &planned.plan, &standing))?;
+    pictures.draw(&planned.plan, &|| gantt::map(&of.problem, &planned.plan, &standing))?;
     Ok(if a.json {
         format!("{:#}\n", data(a, mission, &planned))
     } else {
@@ -51,12 +56,14 @@ fn text(mission: &MissionProgram, p: &Planned, runs: &[String]) -> String {
     let _ = writeln!(out, "planned by {} ({}): {}", p.choice.formulation.name(), p.plan.engine, p.choice.why);
     let _ = writeln!(out, "{}", status(&p.plan.status));
     let _ = writeln!(out, "checked: it keeps to everything that the mission says\n");
-    out.push_str(&gantt::text(&p.plan, output::width(), coloured()));
+    let mut out = output::plain(&out) + &gantt::text(&p.plan, output::width(), coloured());
+    let chart = out.len();
     let _ = writeln!(out, "\n{}\n{}", services(p), cost(&p.cost));
     for line in runs {
         let _ = writeln!(out, "{line}");
     }
-    out
+    let below = output::plain(&out.split_off(chart));
+    out + &below
 }
 
 fn mission_end(p: &Planned) -> String {

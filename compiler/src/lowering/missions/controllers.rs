@@ -13,7 +13,7 @@ use runtime::program::{MAX_RUNNING, Subject};
 
 use super::super::{Input, Lowerer, Part, compile_part};
 use crate::expand::{Texts, read_file};
-use crate::paths::{instead_of, io_reason, tidy};
+use crate::paths::{instead_of, tidy};
 use crate::report::Report;
 
 /// The specs that were compiled for working robots.
@@ -41,7 +41,7 @@ impl Lowerer<'_> {
             return None;
         };
         let cannot = |e: &std::io::Error| {
-            refused(format!("cannot read `{path}`: {}", io_reason(e)))
+            refused(format!("cannot read `{path}`: {}", files::reason(e)))
                 .note("paths are relative to the file that names them")
                 .help(instead_of(&on_disk))
         };

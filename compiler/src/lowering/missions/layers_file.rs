@@ -7,7 +7,7 @@ use mission::layers::problem::Problem;
 
 use super::super::Lowerer;
 use crate::forms::text_of;
-use crate::paths::{instead_of, io_reason};
+use crate::paths::instead_of;
 
 /// Largest file that is read, in bytes.
 const MAX_BYTES: u64 = 4 << 20;
@@ -52,18 +52,13 @@ impl Lowerer<'_> {
     /// The text of a file; or why it cannot be read, and what to do.
     fn file(&self, path: &str) -> Result<String, (String, String)> {
         let on_disk = self.input.folder.join(path);
-        let cannot = |e: std::io::Error| (io_reason(&e).to_string(), instead_of(&on_disk));
-        let about = std::fs::metadata(&on_disk).map_err(cannot)?;
-        if !about.is_file() {
-            return Err(("it is no file".to_string(), instead_of(&on_disk)));
-        }
-        if about.len() > MAX_BYTES {
-            return Err((
-                format!("it has more than {} MB", MAX_BYTES >> 20),
-                "split the mission into several".to_string(),
-            ));
-        }
-        let bytes = std::fs::read(&on_disk).map_err(cannot)?;
+        let cannot = |e: std::io::Error| match e.kind() {
+            std::io::ErrorKind::FileTooLarge => {
+                (format!("it has more than {} MB", MAX_BYTES >> 20), "split the mission into several".to_string())
+            }
+            _ => (files::reason(&e).to_string(), instead_of(&on_disk)),
+        };
+        let bytes = files::read(&on_disk, MAX_BYTES).map_err(cannot)?;
         String::from_utf8(bytes).map_err(|_| ("it is no UTF-8 text".to_string(), "save it as JSON".to_string()))
     }
 }

@@ -1,7 +1,7 @@
 //! A file that is begun anew and never in place of another: what was recorded once stays.
 
 use std::fs::File;
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 /// Files of one name that there may be.
@@ -24,9 +24,17 @@ pub fn begin(path: &Path) -> Result<(File, PathBuf), String> {
     Err(format!("there are {MOST} files like `{}` already", path.display()))
 }
 
-/// Whether two paths name the same file.
-pub fn is_same(one: &Path, other: &Path) -> bool {
-    one == other || one.canonicalize().is_ok_and(|one| other.canonicalize().is_ok_and(|other| one == other))
+/// Writes a file that is not there yet.
+///
+/// # Errors
+/// There is one, or it cannot be written whole; then there is none.
+pub fn create(path: &Path, text: &str) -> std::io::Result<()> {
+    let mut file = File::create_new(path)?;
+    let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
+    if written.is_err() {
+        let _ = std::fs::remove_file(path);
+    }
+    written
 }
 
 fn numbered(path: &Path, number: usize) -> PathBuf {

@@ -1,0 +1,71 @@
+//! The files that Hierarq writes, by how they begin: one of them may be replaced by its like, and nothing else may.
+
+use files::Kind;
+
+/// A picture of a machine, a plan or a map.
+pub const PICTURE: Kind = Kind { name: "a picture", begins: picture };
+
+/// `log.csv` of a run of a robot, a schedule or layers.
+pub const LOG: Kind = Kind { name: "the log of a run", begins: log };
+
+/// `summary.json`.
+pub const SUMMARY: Kind = Kind { name: "the summary of a run", begins: summary };
+
+/// `report.html`.
+pub const REPORT: Kind = Kind { name: "the report of a run", begins: report };
+
+/// The problems of a run.
+pub const PROBLEMS: Kind = Kind { name: "a file of the problems of a run", begins: problems };
+
+/// The answers to problems.
+pub const ANSWERS: Kind = Kind { name: "a file of answers", begins: answers };
+
+/// Results as build servers read them.
+pub const JUNIT: Kind = Kind { name: "a file of test results", begins: junit };
+
+/// The layers of a mission, or a plan of them.
+pub const LAYERS: Kind = Kind { name: "a file of layers", begins: layers };
+
+/// The files that a run leaves in its folder, in the order in which they come there.
+pub const RESULTS: [(&str, Kind); 3] = [("log.csv", LOG), ("report.html", REPORT), ("summary.json", SUMMARY)];
+
+fn picture(head: &[u8]) -> bool {
+    let svg = b"<svg xmlns=\"http://www.w3.org/2000/svg\" ";
+    head.starts_with(svg) || head.starts_with(b"%% machine ") || head.starts_with(b"digraph ")
+}
+
+fn log(head: &[u8]) -> bool {
+    // Recordings of people begin with the time too.
+    let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    let names = |name: &[u8]| line.windows(name.len()).any(|part| part == name);
+    head.starts_with(b"time,") && (names(b",q.") || names(b".stage") || names(b".doing"))
+}
+
+fn summary(head: &[u8]) -> bool {
+    head.starts_with(b"{\n  \"program\": ") || head.starts_with(b"{\n  \"mission\": ")
+}
+
+fn report(head: &[u8]) -> bool {
+    let written = b"<meta name=\"generator\" content=\"hierarq\">";
+    head.starts_with(b"<!doctype html>\n") && head.windows(written.len()).any(|part| part == written)
+}
+
+fn problems(head: &[u8]) -> bool {
+    // The first tick of the first state.
+    let known = |text: &str| text.starts_with("{\"id\":\"") && text.contains("-0\",\"kind\":\"");
+    known(&String::from_utf8_lossy(head))
+}
+
+fn answers(head: &[u8]) -> bool {
+    let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    let head = String::from_utf8_lossy(line);
+    head.starts_with("{\"id\":\"") && (head.contains("\",\"x\":[") || head.contains("\",\"x\":null"))
+}
+
+fn junit(head: &[u8]) -> bool {
+    head.starts_with(b"<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n")
+}
+
+fn layers(head: &[u8]) -> bool {
+    head.starts_with(b"{\n  \"layers\": [\n    {\n      \"name\": ")
+}

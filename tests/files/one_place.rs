@@ -1,0 +1,64 @@
+//! Files are read and written in one crate: whoever adds a reader or a writer meets its bounds and its care.
+
+use std::path::{Path, PathBuf};
+
+/// What opens, writes or moves a file without them.
+const CALLS: [&str; 12] = [
+    "fs::write(",
+    "fs::read(",
+    "fs::read_to_string(",
+    "fs::rename(",
+    "fs::copy(",
+    "fs::remove_file(",
+    "fs::hard_link(",
+    "File::open(",
+    "File::create(",
+    "File::create_new(",
+    "File::options(",
+    "OpenOptions",
+];
+
+fn sources(folder: &Path, out: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            sources(&path, out);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            out.push(path);
+        }
+    }
+}
+
+#[test]
+fn files_are_read_and_written_in_one_place() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut all = Vec::new();
+    for part in [
+        "src",
+        "dsl/src",
+        "robot/src",
+        "solver/src",
+        "stdlib_tasks/src",
+        "runtime/src",
+        "compiler/src",
+        "mission/src",
+        "context/src",
+    ] {
+        sources(&root.join(part), &mut all);
+    }
+    assert!(all.len() > 300, "{} files", all.len());
+    let mut found = Vec::new();
+    for path in all {
+        // Tests of a crate may read and write as they like; the file is a module of tests, or they come last in it.
+        if path.components().any(|c| c.as_os_str() == "tests") || path.file_name().is_some_and(|n| n == "tests.rs") {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).expect("readable");
+        let own = text.split("#[cfg(test)]\nmod ").next().unwrap_or_default();
+        let code = own.lines().filter(|line| !line.trim_start().starts_with("//"));
+        for line in code.filter(|line| CALLS.iter().any(|call| line.contains(call))) {
+            found.push(format!("{}: {}", path.display(), line.trim()));
+        }
+    }
+    assert!(found.is_empty(), "use the crate in `files/`:\n{}", found.join("\n"));
+}
