@@ -19,6 +19,7 @@ mod server;
 mod symbols;
 mod text;
 mod tokens;
+mod transport;
 mod urdf;
 mod uri;
 mod values;
@@ -47,8 +48,12 @@ use server::Server;
 /// # Errors
 /// The pipe breaks, or what comes through it is not the protocol.
 pub fn serve() -> io::Result<bool> {
-    let (connection, threads) = Connection::stdio();
-    let orderly = talk(&connection)?;
+    let (connection, threads) = transport::stdio()?;
+    let orderly = match talk(&connection) {
+        Ok(orderly) => orderly,
+        // Where the talk ended because something came that is no message, that is the reason.
+        Err(e) => return Err(threads.unread().unwrap_or(e)),
+    };
     drop(connection);
     threads.join()?;
     Ok(orderly)
