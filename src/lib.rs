@@ -28,6 +28,7 @@ pub mod init;
 pub mod keys;
 pub mod lsp;
 pub mod outputs;
+pub mod plan_data;
 pub mod planned;
 pub mod project;
 pub mod report;

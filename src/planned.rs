@@ -10,7 +10,6 @@ use mission::schedule::cost::{Cost, cost, wait};
 use mission::schedule::problem::Problem;
 use mission::schedule::validate::validate;
 use runtime::program::MissionProgram;
-use serde::Serialize;
 
 /// A plan of a schedule that was found to keep to everything that its mission says.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +25,7 @@ pub struct Planned {
 }
 
 /// A service of an agent by a robot; times in s, speeds in m/s.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Service {
     /// The robot.
     pub robot: String,
@@ -207,6 +206,7 @@ mod tests {
         Problem {
             robots: vec![robot],
             agents: vec![agent],
+            labels: Default::default(),
             distances: Distances::Straight,
             confidence: 0.9,
             weights: Weights { worker_wait: 1.0, energy: 1.0, makespan: 1.0 },

@@ -33,6 +33,7 @@ fn plan(robots: &[&str], agents: &[&str], services: &[Service]) -> Plan {
     let mut plan = Plan {
         robots: names(robots),
         agents: names(agents),
+        labels: Default::default(),
         activities,
         cost: 1.0,
         status: Status::Proven { bound: 1.0 },
@@ -88,6 +89,7 @@ fn problem() -> Problem {
             agent("h2", AgentKind::Human, [2.3, -4.125]),
             agent("carrier", AgentKind::Worker, [2.3, -15.125]),
         ],
+        labels: Default::default(),
         distances: Distances::Straight,
         confidence: 0.9,
         weights: Weights { worker_wait: 1.0, energy: 1.0, makespan: 1.0 },

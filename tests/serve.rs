@@ -16,6 +16,8 @@ mod crowd;
 mod hostile;
 #[path = "serve/journal.rs"]
 mod journal;
+#[path = "serve/labels.rs"]
+mod labels;
 #[path = "serve/layers.rs"]
 mod layers;
 #[path = "serve/people.rs"]
@@ -64,6 +66,7 @@ fn mission() -> Mission {
             agent("<b>ben</b>", AgentKind::Human, [6.0, 5.0]),
             agent("carrier", AgentKind::Worker, [3.0, 8.0]),
         ],
+        labels: Default::default(),
         distances: Distances::Straight,
         confidence: 0.9,
         weights: Weights { worker_wait: 1.0, energy: 1.0, makespan: 1.0 },

@@ -49,6 +49,14 @@ pub trait Chat {
     ///
     /// As [`AskError`] lists them. Nothing is asked twice.
     fn ask(&mut self, messages: &[Message]) -> Result<String, AskError>;
+
+    /// A new conversation begins. A recording goes on to the next one that it has.
+    fn begin(&mut self) {}
+
+    /// How long the last answer took when it was recorded (s); none of an answer that was waited for.
+    fn recorded_seconds(&self) -> Option<f64> {
+        None
+    }
 }
 
 /// A chat server, and how it is asked.

@@ -79,7 +79,7 @@ pub fn generate<T>(
                 asked: conversation[told..].to_vec(),
                 answered,
                 refused: Vec::new(),
-                seconds: begun.elapsed().as_secs_f64(),
+                seconds: chat.recorded_seconds().unwrap_or_else(|| begun.elapsed().as_secs_f64()),
             };
             let error = match &exchange.answered {
                 Ok(text) => break (text.clone(), exchange),

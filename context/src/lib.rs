@@ -10,4 +10,5 @@ pub mod endpoint;
 pub mod generate;
 pub mod layers;
 pub mod prompt;
+mod rules;
 pub mod transcript;

@@ -2,15 +2,19 @@
 //!
 //! The system's message is an object of JSON, as the thesis has it; the user's message is what the person wants done, word
 //! for word. How much is left to the model is a choice: the layers alone, also who uses what, or the whole plan; the last two
-//! are the baselines of thesis 6.4.4.
+//! are the baselines of thesis 6.4.4, and are told every constraint that they must keep and the cost (`rules`).
 
 use std::collections::BTreeMap;
 
 use mission::layers::json::Mode;
-use mission::layers::problem::{Agent, Body, Problem};
+use mission::layers::problem::{Agent, Problem};
 use serde_json::{Value, json};
 
 use crate::endpoint::{Message, Speaker};
+use crate::rules;
+
+/// The version of the words. It stands in every prompt, and so in transcripts: answers to other words do not compare.
+pub const VERSION: u32 = 2;
 
 /// What is wanted of a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,12 +30,18 @@ pub struct Wish<'a> {
     pub mode: Mode,
 }
 
+/// Units of the scene; with what a model that reckons needs besides.
+const UNITS: [&str; 2] = [
+    "lengths in m, masses in kg, times in s, speeds in m/s",
+    "lengths in m, masses in kg, times in s, speeds in m/s, slowing in 1/kg, standby in W, friction in N, drag in N s/m",
+];
+
 /// The conversation with which a model is asked.
 pub fn prompt(wish: &Wish) -> Vec<Message> {
     let problem = wish.problem;
     let alone = wish.mode == Mode::Context;
     let mut scene = json!({
-        "units": "lengths in m, masses in kg, times in s, speeds in m/s",
+        "units": UNITS[usize::from(!alone)],
         "objects": if alone { kinds_of_objects(problem) } else { objects(problem) },
     });
     if !problem.places.is_empty() {
@@ -39,6 +49,11 @@ pub fn prompt(wish: &Wish) -> Vec<Message> {
     }
     if !alone {
         scene["agents"] = problem.agents.iter().filter(|agent| !agent.lost).map(agent).collect();
+    }
+    let called = called(problem, alone);
+    if !called.is_empty() {
+        // The person writes of others as they are called, and the answer names them.
+        scene["called"] = json!(called);
     }
     let mut directives = vec![
         "Decompose the mission into tasks; each task is one action, with one object or none.".to_string(),
@@ -51,12 +66,11 @@ pub fn prompt(wish: &Wish) -> Vec<Message> {
             "Ask for objects by features, not by name; never ask for more objects with the same features than there are."
                 .to_string(),
         );
-    } else {
-        directives
-            .push("Use each object once at most. An agent does one task at a time, with actions it has.".to_string());
     }
+    directives.extend(rules::directives(problem, wish.mode));
     directives.extend(wish.directives.iter().cloned());
-    let system = json!({
+    let mut system = json!({
+        "prompt": VERSION,
         "role": match wish.mode {
             Mode::Context => "You decompose a mission into layers of tasks. Others decide who does them and when.",
             Mode::Allocated => "You decompose a mission into layers of tasks, and say who does each with which object.",
@@ -67,8 +81,22 @@ pub fn prompt(wish: &Wish) -> Vec<Message> {
         "directives": directives,
         "answer": form(wish.mode),
     });
+    if !alone {
+        system["cost"] = rules::cost(problem);
+    }
     let system = serde_json::to_string_pretty(&system).unwrap_or_else(|_| system.to_string());
-    vec![Message::new(Speaker::System, system), Message::new(Speaker::User, wish.instruction)]
+    let instruction = match rules::wanted(wish.mode) {
+        None => wish.instruction.to_string(),
+        Some(wanted) => format!("{}\n\n{wanted}", wish.instruction),
+    };
+    vec![Message::new(Speaker::System, system), Message::new(Speaker::User, instruction)]
+}
+
+/// What people call places, and agents and objects where these are named, by the name that stands in the answer.
+fn called(problem: &Problem, alone: bool) -> BTreeMap<&str, &str> {
+    let others = problem.agents.iter().map(|who| &who.name).chain(problem.objects.iter().map(|thing| &thing.name));
+    let names = problem.places.keys().chain(others.filter(|_| !alone));
+    names.filter_map(|name| Some((name.as_str(), problem.labels.members.get(name)?.as_str()))).collect()
 }
 
 /// The form of the answer as an example, with what its keys mean.
@@ -125,14 +153,15 @@ fn objects(problem: &Problem) -> Value {
 }
 
 fn agent(agent: &Agent) -> Value {
-    let skills: BTreeMap<&str, f64> =
-        agent.skills.iter().map(|skill| (skill.action.as_str(), skill.duration)).collect();
-    let (kind, speed) = match agent.body {
-        Body::Robot { speed, .. } => ("robot", json!([speed.low, speed.high])),
-        Body::Human { speed, .. } => ("human", json!(speed)),
-    };
-    let mut value =
-        json!({ "name": agent.name, "kind": kind, "place": agent.place, "speed": speed, "time_of_action": skills });
+    let times: BTreeMap<&str, f64> = agent.skills.iter().map(|skill| (skill.action.as_str(), skill.duration)).collect();
+    let mut value = rules::motion(&agent.body);
+    value["name"] = json!(agent.name);
+    value["place"] = json!(agent.place);
+    value["time_of_action"] = json!(times);
+    if agent.is_human() {
+        let paces: BTreeMap<&str, f64> = agent.skills.iter().map(|skill| (skill.action.as_str(), skill.pace)).collect();
+        value["pace"] = json!(paces);
+    }
     if let Some(reach) = agent.reach {
         value["reach"] = json!(reach);
     }

@@ -59,19 +59,31 @@ pub fn read(from: impl BufRead) -> std::io::Result<Vec<Exchange>> {
     Ok(exchanges)
 }
 
-/// Answers as they were recorded, one after the other, whatever is asked. After the last there is none.
+/// Answers as they were recorded, one after the other, whatever is asked. After the last there is none, and after
+/// [`Chat::begin`] none of another conversation.
 #[derive(Clone, Debug)]
 pub struct Replay {
     model: String,
-    answers: std::vec::IntoIter<Result<String, AskError>>,
+    exchanges: std::iter::Peekable<std::vec::IntoIter<Exchange>>,
+    seconds: Option<f64>,
+    /// Conversations are told apart.
+    apart: bool,
+    /// Nothing of this conversation has been asked.
+    fresh: bool,
+}
+
+impl Exchange {
+    /// It begins a conversation.
+    fn is_first(&self) -> bool {
+        self.attempt == 1 && self.trial == 1
+    }
 }
 
 impl Replay {
     /// The answers of these exchanges.
     pub fn new(exchanges: Vec<Exchange>) -> Replay {
         let model = exchanges.first().map_or_else(String::new, |exchange| exchange.model.clone());
-        let answers: Vec<_> = exchanges.into_iter().map(|exchange| exchange.answered).collect();
-        Replay { model, answers: answers.into_iter() }
+        Replay { model, exchanges: exchanges.into_iter().peekable(), seconds: None, apart: false, fresh: true }
     }
 }
 
@@ -81,6 +93,19 @@ impl Chat for Replay {
     }
 
     fn ask(&mut self, _: &[Message]) -> Result<String, AskError> {
-        self.answers.next().unwrap_or(Err(AskError::RecordingEnds))
+        let (apart, fresh) = (self.apart, self.fresh);
+        self.fresh = false;
+        let next = self.exchanges.next_if(|exchange| !apart || fresh || !exchange.is_first());
+        self.seconds = next.as_ref().map(|exchange| exchange.seconds);
+        next.map_or(Err(AskError::RecordingEnds), |exchange| exchange.answered)
+    }
+
+    fn begin(&mut self) {
+        while self.exchanges.next_if(|exchange| !exchange.is_first()).is_some() {}
+        (self.apart, self.fresh) = (true, true);
+    }
+
+    fn recorded_seconds(&self) -> Option<f64> {
+        self.seconds
     }
 }

@@ -8,7 +8,7 @@ pub static UNITS: &[&str] = &[
 
 /// Keys whose value is text, or a list of texts, so that YAML may write it without quotes of ours around it.
 pub static TEXT_KEYS: &[&str] =
-    &["urdf", "title", "package_path", "file", "instruction", "directives", "layers_from", "spec", "scenario"];
+    &["urdf", "title", "package_path", "file", "instruction", "directives", "layers_from", "spec", "scenario", "label"];
 
 /// What a member of a mission can be: `robot m1 { .. }`; in YAML the members stand below the plural, `robots:`. None of
 /// the plurals can be a setting of a mission.
@@ -18,4 +18,4 @@ pub static ROLES: &[&str] = &["robot", "human", "worker", "object", "place", "la
 pub static MISSION_KINDS: &[&str] = &["schedule", "layers"];
 
 /// What a task of a layer says of its action; none of these is one.
-pub static TASK_SETTINGS: &[&str] = &["features", "to", "via", "object", "agent"];
+pub static TASK_SETTINGS: &[&str] = &["label", "features", "to", "via", "object", "agent"];

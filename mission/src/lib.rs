@@ -12,6 +12,7 @@
 pub mod characters;
 pub mod engine;
 pub mod execution;
+pub mod labels;
 pub mod layers;
 pub mod plan;
 pub mod schedule;

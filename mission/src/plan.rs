@@ -5,6 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::labels::Labels;
+
 /// Who does an activity: an index into the names of the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -114,9 +116,9 @@ pub struct Activity {
     /// Mean speed of a motion (m/s); none where nothing moves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed: Option<f64>,
-    /// Where the actor is when it ends (m); none where the problem gives no coordinates.
+    /// Where the actor is when it ends (m); none where the problem gives no coordinates. A schedule is on the ground, `z = 0`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub place: Option<[f64; 2]>,
+    pub place: Option<[f64; 3]>,
     /// It had begun when the plan was made, and stays as it is.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub begun: bool,
@@ -206,6 +208,9 @@ pub struct Plan {
     pub robots: Vec<String>,
     /// Names of the agents, in the problem's order.
     pub agents: Vec<String>,
+    /// What people read in place of names.
+    #[serde(default, skip_serializing_if = "Labels::is_empty")]
+    pub labels: Labels,
     /// Everything that is done, sorted by actor, start, end, target and phase.
     pub activities: Vec<Activity>,
     /// The cost that the planner minimised, without unit.
@@ -229,6 +234,11 @@ impl Plan {
             Actor::Agent(index) => self.agents.get(index),
         };
         name.map_or("", String::as_str)
+    }
+
+    /// What people read for an actor; empty if the plan has no such actor.
+    pub fn label(&self, actor: Actor) -> &str {
+        self.labels.member(self.name(actor))
     }
 
     /// The activities of one actor, in order.

@@ -161,7 +161,7 @@ fn services_fail_end_early_and_move() {
     run(&mut execution);
     assert!(execution.done());
     let at = part(execution.plan(), (other, 0), Phase::Serving).unwrap();
-    assert_eq!(at.place, Some([5.0, 5.0]));
+    assert_eq!(at.place, Some([5.0, 5.0, 0.0]));
     assert!(matches!(execution.tell(Event::Done { agent }), Err(EventError::NotWorking { .. })));
     assert!(matches!(execution.tell(Event::Done { agent: 9 }), Err(EventError::NoAgent { agent: 9 })));
     let said = |wait| Event::Said { agent: 0, wait, approach: 0, distance: 0 };

@@ -81,8 +81,8 @@ enum Command {
     Lsp(lsp::Arguments),
     /// Check a spec, and run it if wanted, each time that it or its URDF is saved.
     Watch(watch::Arguments),
-    /// Print the JSON Schema of the YAML spelling, for editors.
-    Schema,
+    /// Print a JSON Schema: of the YAML spelling, for editors, or of plans.
+    Schema(schema::Arguments),
     /// Print the completions of commands and options for a shell.
     Completions(completions::Arguments),
     /// Print a manual page.
@@ -167,7 +167,7 @@ pub fn main() -> ExitCode {
         Command::Bench(a) => bench::run(&a),
         Command::Lsp(a) => lsp::run(&a),
         Command::Watch(a) => watch::run(&a),
-        Command::Schema => schema::run(),
+        Command::Schema(a) => schema::run(&a),
         Command::Completions(a) => completions::run(&a),
         Command::Man(a) => man::run(&a),
     };

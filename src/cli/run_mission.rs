@@ -8,6 +8,7 @@ use std::sync::atomic::Ordering;
 use comfy_table::CellAlignment;
 use files::Results;
 use hierarq::{gantt, outputs, report};
+use mission::labels::Labels;
 use runtime::missions::csv::MissionCsv;
 use runtime::missions::layered_csv::LayeredCsv;
 use runtime::missions::{End, MissionRun};
@@ -143,17 +144,20 @@ fn shown(run: &MissionRun, folder: &Path) -> String {
 /// What agents and robots came to.
 fn team(run: &MissionRun) -> String {
     if let Some(outcome) = &run.summary.layers {
-        return teammates(outcome);
+        let labels = run.layers.as_ref().map(|problem| problem.labels.clone()).unwrap_or_default();
+        return teammates(outcome, &labels);
     }
     let Some(outcome) = &run.summary.outcome else { return String::new() };
+    let labels = run.problem.as_ref().map(|problem| problem.labels.clone()).unwrap_or_default();
+    let shown = |name: &str| labels.member(name).to_string();
     let mut agents = table::wide_table(&["agent", "served", "waited", "longest wait"]);
     for a in &outcome.agents {
         let (all, most) = (a.waits.iter().sum::<f64>(), a.waits.iter().copied().fold(0.0, f64::max));
-        agents.add_row([a.name.clone(), a.served.to_string(), quantity(all, "s"), quantity(most, "s")]);
+        agents.add_row([shown(&a.name), a.served.to_string(), quantity(all, "s"), quantity(most, "s")]);
     }
     let mut robots = table::wide_table(&["robot", "served", "travelled", "energy"]);
     for r in &outcome.robots {
-        robots.add_row([r.name.clone(), r.served.to_string(), quantity(r.travelled, "m"), quantity(r.energy, "J")]);
+        robots.add_row([shown(&r.name), r.served.to_string(), quantity(r.travelled, "m"), quantity(r.energy, "J")]);
     }
     for t in [&mut agents, &mut robots] {
         for i in 1..4 {
@@ -166,19 +170,19 @@ fn team(run: &MissionRun) -> String {
     for w in &run.summary.workers {
         let took: Vec<String> = w.operations_s.iter().map(|s| format!("{s:.1} s")).collect();
         let took = if took.is_empty() { "none ended".to_string() } else { took.join(", ") };
-        let _ = writeln!(controllers, "{} ran {}; its operations took: {took}", w.name, w.spec);
+        let _ = writeln!(controllers, "{} ran {}; its operations took: {took}", shown(&w.name), w.spec);
     }
     format!("{agents}\n{robots}\n{controllers}")
 }
 
 /// What the agents of layers came to.
-fn teammates(outcome: &mission::layers::execution::Outcome) -> String {
+fn teammates(outcome: &mission::layers::execution::Outcome, labels: &Labels) -> String {
     let mut agents = table::wide_table(&["agent", "tasks", "at work", "travelled", "energy", "workload"]);
     for a in &outcome.agents {
         let of = |human: bool, text: String| if a.human == human { text } else { "-".to_string() };
         let (energy, workload) = (of(false, quantity(a.energy, "J")), of(true, quantity(a.workload, "kg s")));
         let row = [quantity(a.worked, "s"), quantity(a.travelled, "m"), energy, workload];
-        let head = [a.name.clone(), a.tasks.to_string()];
+        let head = [labels.member(&a.name).to_string(), a.tasks.to_string()];
         agents.add_row(head.into_iter().chain(row));
     }
     for i in 1..6 {

@@ -1,8 +1,29 @@
-//! `hierarq schema`
+//! `hierarq schema [spec|plan]`
+
+use clap::{Args, ValueEnum};
 
 use super::{Outcome, output};
 
-pub fn run() -> Outcome {
-    output::data(&format!("{:#}\n", hierarq::schema::schema()));
+#[derive(Args)]
+pub struct Arguments {
+    /// The form that is described.
+    #[arg(value_enum, default_value_t = Of::Spec)]
+    of: Of,
+}
+
+/// A form with a JSON Schema.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Of {
+    /// A spec in the YAML spelling, for editors.
+    Spec,
+    /// The output of `plan --json`.
+    Plan,
+}
+
+pub fn run(a: &Arguments) -> Outcome {
+    match a.of {
+        Of::Spec => output::data(&format!("{:#}\n", hierarq::schema::schema())),
+        Of::Plan => output::data(hierarq::plan_data::SCHEMA),
+    }
     Outcome::Good
 }

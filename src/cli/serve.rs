@@ -193,12 +193,15 @@ fn greeting(a: &Arguments, mission: &str, server: &Server) -> String {
             );
         }
     }
-    let longest = server.links().iter().filter_map(|link| link.person.as_ref()).map(|name| name.chars().count()).max();
+    let longest =
+        server.links().iter().filter_map(|link| link.person.as_ref()).map(|name| hierarq::gantt::columns(name)).max();
     let width = longest.unwrap_or(0).max("supervisor".len());
     out.push_str("each link opens once:\n");
     let name = |link: &LinkOf| link.person.clone().unwrap_or_else(|| "supervisor".into());
     for link in server.links() {
-        let _ = writeln!(out, "  {:width$}  {}", name(link), link.url);
+        let person = name(link);
+        let space = width.saturating_sub(hierarq::gantt::columns(&person));
+        let _ = writeln!(out, "  {person}{:space$}  {}", "", link.url);
     }
     let signed_in: Vec<String> = server.links().iter().filter(|link| link.signed_in).map(name).collect();
     if !signed_in.is_empty() {

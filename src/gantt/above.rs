@@ -43,7 +43,7 @@ fn write(problem: &Problem, plan: &Plan, standing: &Standing, frame: &Frame, out
     for (object, layer) in problem.objects.iter().zip(taken) {
         let [x, y] = at(&object.place);
         let class = layer.map_or("object".to_string(), |layer| format!("object layer-{}", layer % LAYERS));
-        let title = escaped(&object.name);
+        let title = escaped(problem.labels.member(&object.name));
         let (left, top) = (px(x - 4.5), px(y - 4.5));
         writeln!(
             out,
@@ -52,7 +52,7 @@ fn write(problem: &Problem, plan: &Plan, standing: &Standing, frame: &Frame, out
     }
     for agent in &problem.agents {
         let [x, y] = at(&agent.place);
-        let title = escaped(&agent.name);
+        let title = escaped(problem.labels.member(&agent.name));
         match agent.body {
             Body::Robot { .. } => writeln!(
                 out,
@@ -67,15 +67,15 @@ fn write(problem: &Problem, plan: &Plan, standing: &Standing, frame: &Frame, out
                 px(y)
             )?,
         }
-        names.write([x, y], &agent.name, out)?;
+        names.write([x, y], problem.labels.member(&agent.name), out)?;
     }
     if problem.objects.len() <= MOST_NAMES {
         for object in &problem.objects {
-            names.write(at(&object.place), &object.name, out)?;
+            names.write(at(&object.place), problem.labels.member(&object.name), out)?;
         }
     }
     let robots = problem.agents.iter().filter(|agent| matches!(agent.body, Body::Robot { .. }));
-    frame.moving(robots.map(|agent| agent.name.as_str()).zip(standing.robots.iter().copied()), out)?;
+    frame.moving(robots.map(|agent| problem.labels.member(&agent.name)).zip(standing.robots.iter().copied()), out)?;
     words(frame, out)?;
     writeln!(out, "</svg>")
 }
@@ -101,8 +101,13 @@ fn ways(
             .map(|place| frame.at([place[0], place[1]]))
             .collect();
         let Some((first, rest)) = stops.split_first() else { continue };
-        let with = object.map(|object| format!(" with {}", object.name)).unwrap_or_default();
-        let title = escaped(&format!("{}: {} {}{with}", who.name, task.action, task.name));
+        let with = object.map(|object| format!(" with {}", problem.labels.member(&object.name))).unwrap_or_default();
+        let title = escaped(&format!(
+            "{}: {} {}{with}",
+            problem.labels.member(&who.name),
+            task.action,
+            problem.labels.task(&task.name)
+        ));
         let [x, y] = frame.at([who.place[0], who.place[1]]);
         writeln!(out, "<path class=\"goes\" d=\"M{} {} L{} {}\"/>", px(x), px(y), px(first[0]), px(first[1]))?;
         let layer = task.layer % LAYERS;

@@ -4,8 +4,7 @@ use std::fmt::Write;
 
 use crate::xml::escaped;
 
-use super::px;
-use super::svg::shortened;
+use super::{columns, px, shortened};
 
 const SIDE: f64 = 560.0;
 const MARGIN: f64 = 46.0;
@@ -109,7 +108,7 @@ impl<'f> Names<'f> {
     /// Writes a name beside a point (px).
     pub fn write(&mut self, [x, y]: [f64; 2], name: &str, out: &mut String) -> std::fmt::Result {
         let name = shortened(name, LONGEST);
-        let width = CHARACTER * name.chars().count() as f64;
+        let width = CHARACTER * columns(&name) as f64;
         let boxed = |left: f64, base: f64| [left, base - 10.0, left + width, base + 3.0];
         let sides = [
             (x + 10.0, y + 4.0),

@@ -48,18 +48,18 @@ fn write(problem: &Problem, plan: &Plan, standing: &Standing, frame: &Frame, out
     }
     for robot in &problem.robots {
         let [x, y] = frame.at(robot.depot);
-        let title = escaped(&format!("depot of {}", robot.name));
+        let title = escaped(&format!("depot of {}", problem.labels.member(&robot.name)));
         writeln!(
             out,
             "<rect class=\"depot\" x=\"{}\" y=\"{}\" width=\"11\" height=\"11\"><title>{title}</title></rect>",
             px(x - 5.5),
             px(y - 5.5)
         )?;
-        names.write([x, y], &robot.name, out)?;
+        names.write([x, y], problem.labels.member(&robot.name), out)?;
     }
     for agent in &problem.agents {
         let [x, y] = frame.at(agent.place);
-        let title = escaped(&agent.name);
+        let title = escaped(problem.labels.member(&agent.name));
         match agent.kind {
             AgentKind::Human => writeln!(
                 out,
@@ -74,9 +74,9 @@ fn write(problem: &Problem, plan: &Plan, standing: &Standing, frame: &Frame, out
                 px(y - 7.0)
             )?,
         }
-        names.write([x, y], &agent.name, out)?;
+        names.write([x, y], problem.labels.member(&agent.name), out)?;
     }
-    let robots = problem.robots.iter().map(|robot| robot.name.as_str());
+    let robots = problem.robots.iter().map(|robot| problem.labels.member(&robot.name));
     frame.moving(robots.zip(standing.robots.iter().copied()), out)?;
     words(frame, out)?;
     writeln!(out, "</svg>")
@@ -96,7 +96,8 @@ fn ways(problem: &Problem, plan: &Plan, frame: &Frame, out: &mut String) -> std:
         let (Some(robot), Some(agent)) = (problem.robots.get(m), problem.agents.get(a)) else { continue };
         let (depot, place) = (frame.at(robot.depot), frame.at(agent.place));
         let stop = problem.waiting_place(a, m).map_or(place, |stop| frame.at(stop));
-        let between = escaped(&format!("{} serves {}", robot.name, agent.name));
+        let between =
+            escaped(&format!("{} serves {}", problem.labels.member(&robot.name), problem.labels.member(&agent.name)));
         for (class, [ax, ay], [bx, by]) in [("way", depot, stop), ("near", stop, place)] {
             writeln!(
                 out,

@@ -45,6 +45,7 @@ pub(super) struct Bar {
 #[derive(Clone, Debug)]
 pub(super) struct Row {
     pub actor: Actor,
+    /// What people read for it.
     pub name: String,
     pub bars: Vec<Bar>,
 }
@@ -83,7 +84,7 @@ pub(super) fn rows(plan: &Plan) -> Vec<Row> {
     let row = |(actor, name): (Actor, &String)| {
         let mut bars = bars.remove(&actor).unwrap_or_default();
         bars.sort_by(|a, b| a.start.total_cmp(&b.start).then(a.end.total_cmp(&b.end)).then(a.kind.cmp(&b.kind)));
-        Row { actor, name: name.clone(), bars }
+        Row { actor, name: plan.labels.member(name).to_string(), bars }
     };
     robots.chain(agents).map(row).collect()
 }
@@ -114,9 +115,9 @@ pub(super) fn span(rows: &[Row]) -> Option<(f64, f64)> {
 pub(super) fn label(plan: &Plan, bar: &Bar) -> String {
     if let Kind::Task(_) = bar.kind {
         let task = plan.layered.as_ref().and_then(|layered| layered.tasks.get(bar.target.operation));
-        return task.map_or_else(String::new, |task| task.name.clone());
+        return task.map_or_else(String::new, |task| plan.labels.task(&task.name).to_string());
     }
-    let name = plan.name(Actor::Agent(bar.target.agent));
+    let name = plan.label(Actor::Agent(bar.target.agent));
     let several = plan.activities.iter().any(|a| a.target.agent == bar.target.agent && a.target.operation > 0);
     if several { format!("{name}.{}", bar.target.operation + 1) } else { name.to_string() }
 }

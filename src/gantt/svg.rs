@@ -8,7 +8,7 @@ use crate::xml::escaped;
 
 use super::axis::Axis;
 use super::rows::{Bar, Kind, Row, label, rows, span};
-use super::{STYLE, px};
+use super::{STYLE, columns, px, shortened};
 
 /// How a chart is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,11 +74,6 @@ pub(super) fn head(width: f64, height: f64, title: &str, styled: bool, out: &mut
     writeln!(out, "<rect class=\"paper\" width=\"{w}\" height=\"{h}\"/>")
 }
 
-/// A name in at most this many characters.
-pub(super) fn shortened(name: &str, most: usize) -> String {
-    if name.chars().count() <= most { name.to_string() } else { name.chars().take(most - 1).chain(['…']).collect() }
-}
-
 struct Chart {
     axis: Axis,
     left: f64,
@@ -87,7 +82,7 @@ struct Chart {
 
 impl Chart {
     fn new(rows: &[Row], axis: Axis) -> Chart {
-        let longest = rows.iter().map(|row| row.name.chars().count().min(LONGEST)).max().unwrap_or(0);
+        let longest = rows.iter().map(|row| columns(&row.name).min(LONGEST)).max().unwrap_or(0);
         Chart { axis, left: 20.0 + CHARACTER * longest as f64, bottom: TOP + ROW * rows.len() as f64 }
     }
 
@@ -185,7 +180,7 @@ impl Chart {
         let (Some(first), Some(last)) = (service.first(), service.last()) else { return Ok(()) };
         let (from, to) = (self.x(first.start), self.x(last.end));
         let text = label(plan, first);
-        if to - from < CHARACTER * text.chars().count() as f64 {
+        if to - from < CHARACTER * columns(&text) as f64 {
             return Ok(());
         }
         writeln!(out, "<text class=\"small\" x=\"{}\" y=\"{}\">{}</text>", px(from + 1.0), px(y + 13.0), escaped(&text))
@@ -216,10 +211,10 @@ impl Chart {
         let has = |kind: &Kind| rows.iter().flat_map(|row| &row.bars).any(|bar| bar.kind == *kind);
         let phases = Phase::ALL.map(Kind::Phase).into_iter().map(|kind| (kind, kind.name().to_string()));
         let layers = plan.layered.iter().flat_map(|layered| &layered.layers).enumerate();
-        let layers = layers.map(|(index, name)| (Kind::Task(index), shortened(name, LONGEST)));
+        let layers = layers.map(|(index, name)| (Kind::Task(index), shortened(plan.labels.layer(name), LONGEST)));
         let (mut x, y) = (self.left, self.bottom + 20.0);
         for (kind, text) in phases.chain(layers).filter(|(kind, _)| has(kind)) {
-            let (height, end) = (height(kind), x + 46.0 + CHARACTER * text.chars().count() as f64);
+            let (height, end) = (height(kind), x + 46.0 + CHARACTER * columns(&text) as f64);
             if end > WIDTH {
                 // A longer list would leave the picture; titles name what is not in it.
                 return writeln!(out, "<text class=\"small\" x=\"{}\" y=\"{}\">…</text>", px(x), px(y + 4.0));

@@ -3,12 +3,16 @@
 use std::fmt::Write;
 
 use mission::plan::{Actor, Phase, Plan};
+use unicode_width::UnicodeWidthChar;
 
 use super::axis::Axis;
 use super::rows::{Bar, Kind, Row, label, rows, span};
+use super::shortened;
 
 /// Columns of the longest name that is shown whole.
 const LONGEST: usize = 16;
+/// A cell that a wide character before it covers.
+const COVERED: char = '\0';
 /// Columns between two marks of the axis.
 const MARK: usize = 11;
 
@@ -35,7 +39,7 @@ fn look(kind: Kind) -> (char, &'static str) {
 pub fn text(plan: &Plan, columns: usize, colour: bool) -> String {
     let rows = rows(plan);
     let Some((first, last)) = span(&rows) else { return "Nothing is planned.\n".to_string() };
-    let longest = rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0).min(LONGEST);
+    let longest = rows.iter().map(|row| super::columns(&row.name)).max().unwrap_or(0).min(LONGEST);
     let width = columns.clamp(40, 400) - longest - 2;
     let axis = Axis::over(first, last, width / MARK);
     let mut out = String::new();
@@ -43,7 +47,7 @@ pub fn text(plan: &Plan, columns: usize, colour: bool) -> String {
     for row in &rows {
         let (cells, line) = cells(plan, row, &axis, width);
         let name: String = shown(&row.name, longest);
-        let _ = write!(out, "{name:longest$}  ");
+        let _ = write!(out, "{name}{:1$}  ", "", longest.saturating_sub(super::columns(&name)));
         paint(&cells, &line, colour, &mut out);
     }
     legend(&rows, longest, colour, &mut out);
@@ -51,12 +55,23 @@ pub fn text(plan: &Plan, columns: usize, colour: bool) -> String {
 }
 
 /// A name in at most this many columns, without what a terminal would obey.
-fn shown(name: &str, columns: usize) -> String {
+fn shown(name: &str, most: usize) -> String {
     let plain = |c: char| if c.is_control() { '?' } else { c };
-    if name.chars().count() <= columns {
-        return name.chars().map(plain).collect();
+    shortened(&name.chars().map(plain).collect::<String>(), most)
+}
+
+/// A text as cells of the chart: a wide character is followed by a cell that it covers, which is [`COVERED`].
+fn in_cells(text: &str) -> Vec<char> {
+    let mut cells = Vec::new();
+    for c in text.chars() {
+        match UnicodeWidthChar::width(c) {
+            Some(2) => cells.extend([c, COVERED]),
+            Some(1) => cells.push(c),
+            // An accent or a joiner has no cell of its own, and a cell holds one character.
+            _ => {}
+        }
     }
-    name.chars().take(columns.saturating_sub(1)).map(plain).chain(['…']).collect()
+    cells
 }
 
 /// The numbers of the axis and, below, where they are.
@@ -133,8 +148,9 @@ fn write_label(
         (Actor::Agent(_), _) => (bar.target.operation + 1).to_string(),
     };
     let text = shown(&text, LONGEST + 4);
-    if text.chars().count() + 2 <= count {
-        line.iter_mut().skip(first + 1).zip(text.chars()).for_each(|(cell, c)| *cell = c);
+    let text = in_cells(&text);
+    if text.len() + 2 <= count {
+        line.iter_mut().skip(first + 1).zip(text).for_each(|(cell, c)| *cell = c);
     }
 }
 
@@ -143,7 +159,7 @@ fn paint(cells: &[Option<Kind>], line: &[char], colour: bool, out: &mut String) 
     let end = line.iter().rposition(|c| *c != ' ').map_or(0, |last| last + 1);
     let mut at = 0;
     for stretch in cells[..end].chunk_by(|a, b| a == b) {
-        let text: String = line[at..at + stretch.len()].iter().collect();
+        let text: String = line[at..at + stretch.len()].iter().filter(|c| **c != COVERED).collect();
         at += stretch.len();
         match stretch[0] {
             Some(kind) if colour => {

@@ -88,7 +88,8 @@ fn body(run: &MissionRun, out: &mut String) -> std::fmt::Result {
             let broke = w.broke_down.as_ref().map(|b| format!("at {:.1} s: {}", b.at_s, b.why));
             let class = if broke.is_some() { " class=\"bad\"" } else { "" };
             let broke = broke.unwrap_or_else(|| "-".to_string());
-            let cells = [&w.name, &w.spec, &took.join(", ")].map(|text| escaped(text));
+            let name = run.problem.as_ref().map_or(w.name.as_str(), |problem| problem.labels.member(&w.name));
+            let cells = [name, &w.spec, &took.join(", ")].map(escaped);
             writeln!(out, "<tr><td>{}<td>{}<td>{}<td{class}>{}", cells[0], cells[1], cells[2], escaped(&broke))?;
         }
         writeln!(out, "</table>")?;

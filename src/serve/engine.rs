@@ -311,6 +311,7 @@ mod tests {
             let plan = Plan {
                 robots: Vec::new(),
                 agents: Vec::new(),
+                labels: Default::default(),
                 activities: Vec::new(),
                 cost: 0.0,
                 status: Status::Unbounded { stopped: None },

@@ -82,7 +82,7 @@ impl Layered {
     }
 
     fn task(&self, task: usize) -> String {
-        self.execution.problem().tasks.get(task).map_or_else(String::new, |what| what.name.clone())
+        self.execution.problem().task_label(task).unwrap_or_default().to_string()
     }
 
     /// When the task of an agent is expected to be done (s).

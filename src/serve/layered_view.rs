@@ -11,15 +11,15 @@ use super::view::{AgentRow, May, Message, PersonView, RobotRow, Step, Supervisor
 use super::words::written;
 
 fn name(problem: &Problem, agent: usize) -> &str {
-    problem.agents.get(agent).map_or("?", |who| &who.name)
+    problem.agent_label(agent).unwrap_or("?")
 }
 
 /// `cube_5_1: pick_and_place left_green_cube_2, past rack, to (-0.20, 0.20, 0.00) m`.
 fn task(problem: &Problem, task: usize, object: Option<usize>) -> String {
     let Some(what) = problem.tasks.get(task) else { return "a task".into() };
-    let mut text = format!("{}: {}", what.name, what.action);
-    if let Some(thing) = object.and_then(|object| problem.objects.get(object)) {
-        text += &format!(" {}", thing.name);
+    let mut text = format!("{}: {}", problem.labels.task(&what.name), what.action);
+    if let Some(thing) = object.and_then(|object| problem.object_label(object)) {
+        text += &format!(" {thing}");
     }
     for (number, position) in what.path.iter().enumerate() {
         let way = if number + 1 < what.path.len() { "past" } else { "to" };
@@ -30,7 +30,7 @@ fn task(problem: &Problem, task: usize, object: Option<usize>) -> String {
 
 /// A record as this agent reads it; none where it is not about it.
 pub fn for_one(problem: &Problem, who: usize, record: &Record) -> Option<String> {
-    let of = |task: &usize| problem.tasks.get(*task).map_or("A task", |what| &what.name);
+    let of = |task: &usize| problem.task_label(*task).unwrap_or("A task");
     Some(match &record.what {
         Happening::Began { agent, task, .. } if *agent == who => format!("{} begins.", of(task)),
         Happening::Ended { agent, task } if *agent == who => format!("{} is done.", of(task)),
@@ -41,7 +41,7 @@ pub fn for_one(problem: &Problem, who: usize, record: &Record) -> Option<String>
         Happening::Told { event: Event::Late { agent, by } } if *agent == who => format!("It takes {by:.0} s longer."),
         Happening::Told { event: Event::Failed { agent } } if *agent == who => "It failed.".into(),
         Happening::LayerDone { layer } => {
-            format!("Layer {} is done.", problem.layers.get(*layer).map_or("", String::as_str))
+            format!("Layer {} is done.", problem.layer_label(*layer).unwrap_or_default())
         }
         Happening::Told { event: Event::Lost { agent } } if *agent == who => "You have left the mission.".into(),
         Happening::Told { event: Event::Back { agent } } if *agent == who => "You are back.".into(),
@@ -95,7 +95,7 @@ pub fn person(on: &LayeredExecution, agent: usize, messages: Vec<Message>, runni
         robot: None,
         at: work.map(|work| work.task).or(next.map(|next| next.task)).unwrap_or(problem.tasks.len()),
         operation: match work.map(|work| work.task).or(open.map(|next| next.task)) {
-            Some(index) => problem.tasks.get(index).map_or_else(String::new, |what| what.name.clone()),
+            Some(index) => problem.task_label(index).unwrap_or_default().to_string(),
             None => "Task".into(),
         },
         service: None,

@@ -343,7 +343,7 @@ fn check(options: &Options) -> Result<(), NoServer> {
 struct Ready {
     name: String,
     digest: String,
-    /// By agent of the pages: its name.
+    /// By agent of the pages: what people read for it.
     names: Vec<String>,
     /// Whether it has a page.
     paged: Vec<bool>,
@@ -362,7 +362,7 @@ fn ready(mission: Served, simulate: &[String]) -> Result<Ready, NoServer> {
             Ok(Ready {
                 name,
                 digest: digest(&(&problem, &settings)),
-                names: problem.agents.iter().map(|agent| agent.name.clone()).collect(),
+                names: problem.agents.iter().map(|agent| problem.labels.member(&agent.name).to_string()).collect(),
                 paged,
                 plans: Box::new(move || Ok(Box::new(Schedule::new(Execution::new(problem, settings)?)))),
             })
@@ -370,13 +370,14 @@ fn ready(mission: Served, simulate: &[String]) -> Result<Ready, NoServer> {
         Served::Layers(LayersMission { name, problem, settings }) => {
             let people = layered::people(&problem);
             let names: Vec<String> = people.iter().map(|agent| problem.agents[*agent].name.clone()).collect();
+            let labels = names.iter().map(|name| problem.labels.member(name).to_string()).collect();
             let paged = paged(&names.iter().map(|name| (name.as_str(), true)).collect::<Vec<_>>(), simulate)?;
             let told = people.iter().zip(&paged).filter(|(_, has)| **has).map(|(agent, _)| *agent).collect();
             let settings = layers::execution::Settings { told, ..settings };
             Ok(Ready {
                 name,
                 digest: digest(&("layers", &problem, &settings)),
-                names,
+                names: labels,
                 paged,
                 plans: Box::new(move || Ok(Box::new(Layered::new(LayeredExecution::new(problem, settings)?)))),
             })

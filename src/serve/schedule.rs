@@ -54,7 +54,10 @@ impl World for Schedule {
             Entry::Serve { agent, operation } => {
                 let who = self.execution.problem().agents.get(*agent).ok_or_else(|| nobody(*agent))?;
                 if *operation >= who.operations {
-                    return Err(format!("{} has no operation {operation}", who.name));
+                    return Err(format!(
+                        "{} has no operation {operation}",
+                        self.execution.problem().labels.member(&who.name)
+                    ));
                 }
                 self.diary.page_mut(*agent).ok_or_else(|| nobody(*agent))?.begin(*operation, time);
             }

@@ -15,14 +15,14 @@ pub fn written(seconds: f64) -> String {
     }
 }
 
-/// The name of an agent.
+/// What people read for an agent.
 pub fn agent(problem: &Problem, index: usize) -> &str {
-    problem.agents.get(index).map_or("?", |agent| &agent.name)
+    problem.agent_label(index).unwrap_or("?")
 }
 
-/// The name of a robot.
+/// What people read for a robot.
 pub fn robot(problem: &Problem, index: usize) -> &str {
-    problem.robots.get(index).map_or("?", |robot| &robot.name)
+    problem.robot_label(index).unwrap_or("?")
 }
 
 /// The words of thesis 5.7.1 for a feedback in steps from -2 to 2.

@@ -27,7 +27,7 @@ fn arm(name: &str, x: f64) -> Agent {
 }
 
 /// She opens, all fill, she closes.
-fn mission() -> LayersMission {
+pub fn mission() -> LayersMission {
     let skill = |action: &str| Skill { action: action.into(), duration: 3.0, pace: 1.0 };
     let anna = Agent {
         place: [0.0, 0.5, 0.0],
@@ -65,6 +65,7 @@ fn mission() -> LayersMission {
         start: 0.0,
         begun: vec![],
         places: BTreeMap::from([("box".into(), [0.0, 0.2, 0.1])]),
+        labels: Default::default(),
     };
     let budget = Budget { nodes: 50, ..Budget::default() };
     let planning = choose::Options { budget, ..choose::Options::default() };

@@ -3,7 +3,7 @@
 use stdlib_tasks::dimension::{Dimension, LENGTH, MASS, NONE, TIME, VELOCITY};
 use stdlib_tasks::params::Quantity;
 
-use super::mission::ENERGY;
+use super::mission::{ENERGY, LABEL};
 use super::{Holds, Key, Named, Place, Section};
 
 const PER_MASS: Dimension = Dimension { kg: -1, ..NONE };
@@ -127,6 +127,7 @@ pub static LAYERS_WEIGHTS: Section = Section {
 pub static LAYERS_ROBOT: Section = Section {
     name: "a robot of layers",
     keys: &[
+        LABEL,
         PLACE,
         Key::required(
             "speed",
@@ -156,6 +157,7 @@ pub static LAYERS_ROBOT: Section = Section {
 pub static LAYERS_HUMAN: Section = Section {
     name: "a human of layers",
     keys: &[
+        LABEL,
         PLACE,
         Key::required(
             "speed",
@@ -185,6 +187,7 @@ pub static LAYERS_HUMAN: Section = Section {
 pub static OBJECT: Section = Section {
     name: "an object",
     keys: &[
+        LABEL,
         Key::required("place", Holds::Spot, "Where it is, a position or a place."),
         Key::or("mass", Holds::Number(Quantity::at_least(MASS, 0.0)), "0 kg", "How heavy it is."),
         Key::optional("features", Holds::List(&Holds::NewName), "Words for what it is: `[cube, red]`."),
@@ -193,12 +196,13 @@ pub static OBJECT: Section = Section {
 
 /// A place with a name.
 pub static LAYERS_PLACE: Section =
-    Section { name: "a place", keys: &[Key::required("at", Holds::Vector(LENGTH), "Where it is.")] };
+    Section { name: "a place", keys: &[LABEL, Key::required("at", Holds::Vector(LENGTH), "Where it is.")] };
 
 /// A layer.
 pub static LAYER: Section = Section {
     name: "a layer",
     keys: &[
+        LABEL,
         Key::required("task", Holds::Block(&LAYERS_TASK), "Something to do: `task NAME = SKILL { features [cube] }`.")
             .at(Place::Hq),
         Key::required("tasks", Holds::Each(&Holds::Block(&LAYERS_TASK)), "What is to do: `NAME: { SKILL: { .. } }`.")
@@ -210,6 +214,7 @@ pub static LAYER: Section = Section {
 pub static LAYERS_TASK: Section = Section {
     name: "a task of a layer",
     keys: &[
+        LABEL,
         Key::optional(
             "features",
             Holds::List(&Holds::NewName),

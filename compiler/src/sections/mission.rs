@@ -16,6 +16,13 @@ const SPEEDS: Holds = Holds::Range(Quantity::above(VELOCITY, 0.0));
 const A_SHARE: Holds = Holds::Number(Quantity::between(NONE, 0.0, 1.0));
 const A_CONFIDENCE: Quantity = Quantity::between(NONE, 1e-6, 1.0 - 1e-6);
 
+/// What people read in place of a name.
+pub(super) const LABEL: Key = Key::optional(
+    "label",
+    Holds::Text,
+    "What people read in place of the name, in any script: `label \"Łukasz\"`; the name where left out.",
+);
+
 /// A mission, by its kind.
 pub static MISSION: Section = Section {
     name: "a mission",
@@ -131,6 +138,7 @@ pub static ADAPTATION: Section = Section {
 pub static SCHEDULE_ROBOT: Section = Section {
     name: "a robot of a schedule",
     keys: &[
+        LABEL,
         Key::required("depot", Holds::Pair(LENGTH), "Where it starts, and where every service ends."),
         Key::required("speed", SPEEDS, "How fast it may go, `[least, greatest]`; one number for a fixed speed."),
         Key::optional(
@@ -205,6 +213,7 @@ const EACH_APPROACH: &Holds = &Holds::Block(&APPROACH);
 pub static SCHEDULE_HUMAN: Section = Section {
     name: "a human of a schedule",
     keys: &[
+        LABEL,
         PLACE,
         OPERATIONS,
         DURATION,
@@ -230,6 +239,7 @@ pub static SCHEDULE_HUMAN: Section = Section {
 pub static SCHEDULE_WORKER: Section = Section {
     name: "a worker of a schedule",
     keys: &[
+        LABEL,
         PLACE,
         OPERATIONS,
         DURATION,

@@ -236,8 +236,14 @@ impl Potentials {
                 return Err(Refusal::Narrow { first: *first, second: *obstacle });
             }
             let covers = |place: [f64; 2]| self.covers(obstacle, place);
-            let depots = problem.robots.iter().map(|robot| (robot.depot, format!("the depot of {}", robot.name)));
-            let places = problem.agents.iter().map(|who| (who.place, format!("the place of {}", who.name)));
+            let depots = problem
+                .robots
+                .iter()
+                .map(|robot| (robot.depot, format!("the depot of {}", problem.labels.member(&robot.name))));
+            let places = problem
+                .agents
+                .iter()
+                .map(|who| (who.place, format!("the place of {}", problem.labels.member(&who.name))));
             if let Some((_, what)) = depots.chain(places).find(|(place, _)| covers(*place)) {
                 return Err(Refusal::Covered { obstacle: *obstacle, what });
             }

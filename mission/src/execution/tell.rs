@@ -113,7 +113,7 @@ impl Execution {
     }
 
     fn name(&self, agent: usize) -> String {
-        self.problem.agents.get(agent).map_or_else(String::new, |who| who.name.clone())
+        self.problem.agent_label(agent).unwrap_or_default().to_string()
     }
 
     fn require(&self, agent: usize, doing: &[Doing], or: impl Fn(String) -> EventError) -> Result<(), EventError> {
@@ -248,7 +248,7 @@ impl Execution {
         let (lost, name) = match who {
             Actor::Robot(robot) => {
                 let state = self.robots.get(robot).ok_or(EventError::NoRobot { robot })?;
-                (state.stage == Stage::Lost, self.problem.robots[robot].name.clone())
+                (state.stage == Stage::Lost, self.problem.robot_label(robot).unwrap_or_default().to_string())
             }
             Actor::Agent(agent) => {
                 let state = self.agents.get(agent).ok_or(EventError::NoAgent { agent })?;

@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::schedule::problem::{Energy, Range};
 
+use crate::labels::Labels;
+
 /// A primitive action that an agent is able to perform, an element of `S_a`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Skill {
@@ -141,6 +143,9 @@ pub struct Problem {
     pub layers: Vec<String>,
     /// The tasks, in any order.
     pub tasks: Vec<Task>,
+    /// What people read in place of names.
+    #[serde(default, skip_serializing_if = "Labels::is_empty")]
+    pub labels: Labels,
     /// Weights of the cost.
     pub weights: Weights,
     /// Whether the way back to the base is part of a task. The thesis does not say; every action begins at the base, so
@@ -230,10 +235,30 @@ impl Problem {
         object.and_then(|object| self.objects.get(object)).map(|thing| thing.mass)
     }
 
-    /// A position (m) as people call it: by the name of the place there, the first in the alphabet, or by its numbers.
+    /// What people read for an agent; none if there is none of this index.
+    pub fn agent_label(&self, agent: usize) -> Option<&str> {
+        self.agents.get(agent).map(|who| self.labels.member(&who.name))
+    }
+
+    /// What people read for an object; none if there is none of this index.
+    pub fn object_label(&self, object: usize) -> Option<&str> {
+        self.objects.get(object).map(|thing| self.labels.member(&thing.name))
+    }
+
+    /// What people read for a task; none if there is none of this index.
+    pub fn task_label(&self, task: usize) -> Option<&str> {
+        self.tasks.get(task).map(|what| self.labels.task(&what.name))
+    }
+
+    /// What people read for a layer; none if there is none of this index.
+    pub fn layer_label(&self, layer: usize) -> Option<&str> {
+        self.layers.get(layer).map(|name| self.labels.layer(name))
+    }
+
+    /// A position (m) as people call it: by the label of the place there, the first in the alphabet, or by its numbers.
     pub fn called(&self, position: &[f64; 3]) -> String {
         match self.places.iter().find(|(_, at)| *at == position) {
-            Some((name, _)) => name.clone(),
+            Some((name, _)) => self.labels.member(name).to_string(),
             None => format!("({:.2}, {:.2}, {:.2}) m", position[0], position[1], position[2]),
         }
     }

@@ -76,6 +76,7 @@ pub(super) fn with_cost(
     let mut plan = Plan {
         robots: names(false),
         agents: names(true),
+        labels: problem.labels.clone(),
         activities: steps.iter().map(|step| activity(problem, step)).collect(),
         cost,
         status,
@@ -105,7 +106,7 @@ fn activity(problem: &Problem, step: &Step) -> Activity {
         start,
         end,
         speed: moves.then_some(speed),
-        place: last.map(|[x, y, _]| [x, y]),
+        place: last,
         begun,
         work: Some(Work { task, object }),
     }

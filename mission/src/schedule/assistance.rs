@@ -64,6 +64,7 @@ pub fn to_plan(
     let mut plan = Plan {
         robots: problem.robots.iter().map(|robot| robot.name.clone()).collect(),
         agents: problem.agents.iter().map(|agent| agent.name.clone()).collect(),
+        labels: problem.labels.clone(),
         activities: schedule.iter().flat_map(|assistance| activities(problem, assistance)).collect(),
         cost,
         status,
@@ -82,9 +83,10 @@ fn activities(problem: &Problem, assistance: &Assistance) -> [Activity; 6] {
     let lengths = problem.lengths(agent, robot);
     let deposit = problem.robots.get(robot).map_or(0.0, |machine| machine.deposit);
     let speed = |length: f64, time: f64| (length > 0.0 && time > 0.0).then(|| length / time);
-    let place = problem.agents.get(agent).map(|who| who.place);
-    let wait = problem.waiting_place(agent, robot);
-    let depot = problem.robots.get(robot).map(|machine| machine.depot);
+    let on_ground = |[x, y]: [f64; 2]| [x, y, 0.0];
+    let place = problem.agents.get(agent).map(|who| on_ground(who.place));
+    let wait = problem.waiting_place(agent, robot).map(on_ground);
+    let depot = problem.robots.get(robot).map(|machine| on_ground(machine.depot));
     let service = |phase, start, end, speed, place| Activity {
         actor: Actor::Robot(robot),
         phase,

@@ -5,6 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::labels::Labels;
+
 /// A closed interval of speeds (m/s). A point is a fixed speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Range {
@@ -224,6 +226,9 @@ pub struct Problem {
     pub robots: Vec<Robot>,
     /// The agents that they serve.
     pub agents: Vec<Agent>,
+    /// What people read in place of names.
+    #[serde(default, skip_serializing_if = "Labels::is_empty")]
+    pub labels: Labels,
     /// How long the ways are.
     pub distances: Distances,
     /// `pr_min`: an operation ends within its planned duration with this probability. Between 0 and 1, both excluded.
@@ -259,6 +264,16 @@ impl Problem {
             Some(absence) => absence.until.map(|until| until.max(self.start)),
             None => Some(self.start),
         }
+    }
+
+    /// What people read for a robot; none if there is none of this index.
+    pub fn robot_label(&self, robot: usize) -> Option<&str> {
+        self.robots.get(robot).map(|machine| self.labels.member(&machine.name))
+    }
+
+    /// What people read for an agent; none if there is none of this index.
+    pub fn agent_label(&self, agent: usize) -> Option<&str> {
+        self.agents.get(agent).map(|who| self.labels.member(&who.name))
     }
 
     /// Number of operations of all agents `|O|`.

@@ -238,6 +238,7 @@ mod tests {
         Problem {
             robots: vec![robot],
             agents: vec![agent(0), agent(1)],
+            labels: Default::default(),
             distances: Distances::Table(vec![lengths.to_vec()]),
             confidence: 0.9,
             weights: Weights { worker_wait: 1.0, energy: 1.0, makespan: 1.0 },

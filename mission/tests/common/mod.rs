@@ -59,6 +59,7 @@ pub fn problem(robots: Vec<Robot>, agents: Vec<Agent>) -> Problem {
     Problem {
         robots,
         agents,
+        labels: Default::default(),
         distances: Distances::Straight,
         confidence: 0.9,
         weights: Weights { worker_wait: 1.0, energy: 1.0, makespan: 1.0 },

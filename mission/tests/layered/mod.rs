@@ -94,6 +94,7 @@ pub fn bench(set: u64) -> Problem {
         start: 0.0,
         begun: vec![],
         places: BTreeMap::new(),
+        labels: Default::default(),
     }
 }
 

@@ -7,7 +7,7 @@ use super::words::changed;
 use crate::text::number;
 
 fn name(problem: &Problem, agent: usize) -> &str {
-    problem.agents.get(agent).map_or("somebody", |who| &who.name)
+    problem.agent_label(agent).unwrap_or("somebody")
 }
 
 /// The word for what an agent does.
@@ -36,10 +36,10 @@ pub fn of_event(event: &Event, problem: &Problem) -> String {
 /// Something that happened, in words.
 pub fn of_happening(what: &Happening, problem: &Problem) -> String {
     let by = |agent: usize| name(problem, agent);
-    let task = |task: usize| problem.tasks.get(task).map_or("a task", |what| &what.name);
+    let task = |task: usize| problem.task_label(task).unwrap_or("a task");
     match what {
-        Happening::Began { agent, task: of, object } => match object.and_then(|object| problem.objects.get(object)) {
-            Some(thing) => format!("{} begins {} with {}", by(*agent), task(*of), thing.name),
+        Happening::Began { agent, task: of, object } => match object.and_then(|object| problem.object_label(object)) {
+            Some(thing) => format!("{} begins {} with {}", by(*agent), task(*of), thing),
             None => format!("{} begins {}", by(*agent), task(*of)),
         },
         Happening::TaskLate { agent, task: of, expected } => {
@@ -50,7 +50,7 @@ pub fn of_happening(what: &Happening, problem: &Problem) -> String {
             format!("{} drops {}, which is to be done again", by(*agent), task(*of))
         }
         Happening::LayerDone { layer } => {
-            format!("layer {} is done", problem.layers.get(*layer).map_or("", String::as_str))
+            format!("layer {} is done", problem.layer_label(*layer).unwrap_or_default())
         }
         Happening::Told { event } => of_event(event, problem),
         Happening::Rescheduled { index } => {

@@ -250,9 +250,10 @@ impl<'s> World<'s> {
             (Some(Target { agent, .. }), Occurrence::LateBy { by, .. }) => self.tell(Event::Late { agent, by }),
             (Some(Target { agent, .. }), _) => self.tell(Event::Failed { agent }),
             (None, _) => {
-                let name = self.execution.problem().robots.get(robot).map_or("", |m| &m.name);
-                let event = format!("the service that {name} gives {becomes}");
-                self.untaken.push(Untaken { at_s: self.execution.time(), event, why: format!("{name} serves nobody") });
+                let name = self.execution.problem().robot_label(robot).unwrap_or_default();
+                let (event, why) =
+                    (format!("the service that {name} gives {becomes}"), format!("{name} serves nobody"));
+                self.untaken.push(Untaken { at_s: self.execution.time(), event, why });
             }
         }
     }

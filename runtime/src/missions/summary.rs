@@ -95,7 +95,7 @@ fn is_notable(what: &Happening) -> bool {
 
 /// Working robots that broke down and whose loss no expectation speaks of.
 fn broken(scenario: &MissionScenarioProgram, (execution, workers): (&Execution, &Workers)) -> Vec<(f64, String)> {
-    let agents = &execution.problem().agents;
+    let (agents, labels) = (&execution.problem().agents, &execution.problem().labels);
     let spoken = |name: &str| {
         let of = |measure: &MissionMeasure| match measure {
             MissionMeasure::Agent(i, OfAgent::Lost | OfAgent::Faulted) => {
@@ -106,7 +106,8 @@ fn broken(scenario: &MissionScenarioProgram, (execution, workers): (&Execution, 
         scenario.measures.iter().any(of)
     };
     let all = workers.records().into_iter().filter(|w| !spoken(&w.name));
-    all.filter_map(|w| w.broke_down.map(|b| (b.at_s, format!("{} broke down: {}", w.name, b.why)))).collect()
+    all.filter_map(|w| w.broke_down.map(|b| (b.at_s, format!("{} broke down: {}", labels.member(&w.name), b.why))))
+        .collect()
 }
 
 fn is_notable_of_layers(what: &layered::Happening) -> bool {

@@ -10,11 +10,11 @@ use crate::text::number;
 const LARGE: f64 = 1e6;
 
 fn agent_name(problem: &Problem, index: usize) -> &str {
-    problem.agents.get(index).map_or("somebody", |who| &who.name)
+    problem.agent_label(index).unwrap_or("somebody")
 }
 
 fn robot(problem: &Problem, index: usize) -> &str {
-    problem.robots.get(index).map_or("a robot", |machine| &machine.name)
+    problem.robot_label(index).unwrap_or("a robot")
 }
 
 fn who(problem: &Problem, actor: Actor) -> &str {

@@ -66,6 +66,7 @@ enum Standing {
 struct Worker {
     agent: usize,
     name: String,
+    label: String,
     spec: String,
     closed: ClosedLoop,
     go: usize,
@@ -116,6 +117,7 @@ impl Worker {
         Ok(Worker {
             agent: w.agent,
             name: problem.agents.get(w.agent).map(|a| a.name.clone()).unwrap_or_default(),
+            label: problem.agent_label(w.agent).unwrap_or_default().to_string(),
             spec: of.spec.clone(),
             go: w.go,
             ends: (0..machine.states.len()).map(|s| machine.path(s).any(|s| s == w.done)).collect(),
@@ -164,7 +166,7 @@ impl Worker {
         };
         if let Some(text) = text.filter(|_| self.faults < MOST_FAULTS) {
             self.faults += 1;
-            notes.push((now, format!("the controller of {} has a fault: {text}", self.name)));
+            notes.push((now, format!("the controller of {} has a fault: {text}", self.label)));
         }
         self.closed.apply();
         came

@@ -3,6 +3,7 @@
 //! A spec may declare missions beside a robot, or missions alone. A compiled file holds both: the fields of the
 //! [`Program`], if there is one, and `missions`.
 
+use mission::labels::Labels;
 use mission::layers;
 use mission::layers::reason::Reason;
 use mission::schedule::adapt::Adaptation;
@@ -113,12 +114,19 @@ impl MissionProgram {
     }
 }
 
+/// Checks that labels can be shown, and that people can tell these agents apart.
+fn labels<'n>(labels: &Labels, agents: impl Iterator<Item = &'n str>) -> Result<(), ProgramError> {
+    labels.check().map_err(|(name, why)| error(format!("labels.{name}"), why.to_string()))?;
+    ensure(labels.mistaken(agents).is_none(), "labels", "two agents are shown by the same text")
+}
+
 impl LayersProgram {
     fn check(&self) -> Result<(), ProgramError> {
         let waits = |m: &layers::check::Mistake| self.instruction.is_some() && m.reason == Reason::NoTask;
         if let Some(mistake) = self.problem.check().iter().find(|m| !waits(m)) {
             return Err(error("the mission", mistake.describe(&self.problem).0));
         }
+        labels(&self.problem.labels, self.problem.agents.iter().map(|who| who.name.as_str()))?;
         let good = self.batch.is_none_or(|batch| (1..=MAX_BATCH).contains(&batch));
         let usual = self.reallocate_above.is_finite() && self.reallocate_above >= 0.0;
         ensure(usual, "reallocate_above", "it is zero or more")?;
@@ -131,6 +139,8 @@ impl ScheduleProgram {
         if let Some(mistake) = self.problem.check().first() {
             return Err(error(self.place(mistake), mistake.reason.to_string()));
         }
+        let names = self.problem.robots.iter().map(|m| m.name.as_str());
+        labels(&self.problem.labels, names.chain(self.problem.agents.iter().map(|a| a.name.as_str())))?;
         let usual = |x: f64| x.is_finite() && x >= 0.0;
         let Adaptation { memory, wait_gain, approach_gain, margin } = self.adaptation;
         let share = |x: f64| (0.0..=1.0).contains(&x);

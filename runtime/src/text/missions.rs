@@ -86,7 +86,10 @@ pub fn running(of: &ScheduleProgram) -> Vec<String> {
             if w.world.name.is_empty() { String::new() } else { format!(", in the world of \"{}\"", w.world.name) };
         all.push(format!(
             "{} runs {} at {} Hz in scenarios{world}: go is `{go}`, done is `{done}`",
-            who.name,
+            match of.problem.labels.members.get(&who.name) {
+                Some(label) => format!("{label} ({})", who.name),
+                None => who.name.clone(),
+            },
             c.spec,
             number(1.0 / c.program.robot.period)
         ));

@@ -3,14 +3,15 @@
 use std::fmt::Write;
 
 use hierarq::gantt;
+use hierarq::plan_data::{Found, PlanData};
 use hierarq::planned::{self, PlannedLayers};
 use mission::layers::choose::{Formulation, Options};
+use mission::layers::cost::Cost;
 use mission::layers::problem::Problem;
 use runtime::program::{LayersProgram, MissionProgram};
-use serde_json::json;
 
 use super::super::output;
-use super::{Arguments, Pictures, aligned, asked, batch, budget, coloured, refused, status};
+use super::{Arguments, Pictures, aligned, asked, batch, budget, coloured, data, refused, status};
 
 /// Plans layers; what is printed of them.
 pub(super) fn plan(
@@ -35,27 +36,12 @@ pub(super) fn plan(
     let standing = gantt::Standing { styled: true, ..gantt::Standing::default() };
     pictures.draw(&planned.plan, &|| gantt::layered_map(&of.problem, &planned.plan, &standing))?;
     Ok(match a.json {
-        true => format!("{:#}\n", data(a, mission, &planned)),
+        true => {
+            let found = Found { formulation: planned.choice.formulation.name(), why: &planned.choice.why.to_string() };
+            let of_spec = (a.spec.display().to_string(), &mission.name);
+            data(&PlanData::of_layers((&of_spec.0, of_spec.1), &of.problem, (&planned.plan, &planned.cost), found))
+        }
         false => text(mission, &of.problem, &planned),
-    })
-}
-
-/// The plan of layers as data.
-fn data(a: &Arguments, mission: &MissionProgram, p: &PlannedLayers) -> serde_json::Value {
-    let cost = json!({
-        "workload": p.cost.workload, "energy": p.cost.energy, "makespan": p.cost.makespan, "total": p.cost.total(),
-    });
-    json!({
-        "version": 1,
-        "ok": true,
-        "spec": a.spec.display().to_string(),
-        "mission": mission.name,
-        "kind": "layers",
-        "formulation": p.choice.formulation.name(),
-        "why": p.choice.why,
-        "valid": true,
-        "cost": cost,
-        "plan": p.plan,
     })
 }
 
@@ -73,14 +59,14 @@ fn text(mission: &MissionProgram, problem: &Problem, p: &PlannedLayers) -> Strin
     let mut last = "";
     for step in &p.steps {
         let Some(task) = problem.tasks.get(step.task) else { continue };
-        let layer = problem.layers.get(task.layer).map_or("", String::as_str);
-        let who = problem.agents.get(step.agent).map_or("", |a| a.name.as_str());
-        let object = step.object.and_then(|o| problem.objects.get(o)).map_or("-", |o| o.name.as_str());
+        let layer = problem.layer_label(task.layer).unwrap_or_default();
+        let who = problem.agent_label(step.agent).unwrap_or_default();
+        let object = step.object.and_then(|o| problem.object_label(o)).unwrap_or("-");
         let shown = if layer == last { "" } else { layer };
         last = layer;
         rows.push(vec![
             shown.to_string(),
-            task.name.clone(),
+            problem.labels.task(&task.name).to_string(),
             who.to_string(),
             task.action.clone(),
             object.to_string(),
@@ -93,16 +79,19 @@ fn text(mission: &MissionProgram, problem: &Problem, p: &PlannedLayers) -> Strin
             },
         ]);
     }
-    let c = &p.cost;
     let _ = writeln!(out, "\n{}(times in s, speeds in m/s)", aligned(&header, &rows, 5));
-    let _ = writeln!(
-        out,
+    let _ = writeln!(out, "{}", cost(&p.cost));
+    let below = output::plain(&out.split_off(chart));
+    out + &below
+}
+
+/// The cost of a plan of layers, term by term.
+pub fn cost(c: &Cost) -> String {
+    format!(
         "cost {:.4}, from workload {:.4}, energy {:.4} and makespan {:.4}, each before its weight",
         c.total(),
         c.workload,
         c.energy,
         c.makespan
-    );
-    let below = output::plain(&out.split_off(chart));
-    out + &below
+    )
 }

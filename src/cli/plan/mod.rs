@@ -3,6 +3,8 @@
 mod layered;
 mod schedule;
 
+pub use layered::cost;
+
 use std::fmt::Write;
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -11,6 +13,7 @@ use std::time::Duration;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use files::{Target, is_same};
+use hierarq::plan_data::PlanData;
 use hierarq::planned::{self, Unplanned};
 use hierarq::{gantt, outputs, project};
 use mission::engine::{Budget, EngineError};
@@ -131,7 +134,7 @@ fn budget(a: &Arguments) -> Result<Budget, String> {
 }
 
 /// Why there is no plan.
-fn refused(why: &Unplanned) -> String {
+pub fn refused(why: &Unplanned) -> String {
     match why {
         Unplanned::Refused(Refusal::Engine(e @ EngineError::Missing { .. }))
         | Unplanned::Layers(layers::choose::Refusal::Engine(e @ EngineError::Missing { .. })) => {
@@ -157,6 +160,12 @@ fn refused(why: &Unplanned) -> String {
             text
         }
     }
+}
+
+/// A plan as JSON.
+pub fn data(plan: &PlanData) -> String {
+    // Names, numbers and lists of them, which JSON has.
+    serde_json::to_string_pretty(plan).unwrap_or_default() + "\n"
 }
 
 /// Where pictures of the plan are to be written.
@@ -217,15 +226,18 @@ fn status(status: &Status) -> String {
 }
 
 /// Rows below a header, each column as wide as its longest cell, the first `left` to the left and numbers to the right.
-fn aligned(header: &[&str], rows: &[Vec<String>], left: usize) -> String {
+pub fn aligned(header: &[&str], rows: &[Vec<String>], left: usize) -> String {
     let width = |i: usize| {
-        let cells = rows.iter().filter_map(|row| row.get(i)).map(|cell| cell.chars().count());
-        cells.chain(header.get(i).map(|h| h.chars().count())).max().unwrap_or(0)
+        let cells = rows.iter().filter_map(|row| row.get(i)).map(|cell| gantt::columns(cell));
+        cells.chain(header.get(i).map(|h| gantt::columns(h))).max().unwrap_or(0)
     };
     let widths: Vec<usize> = (0..header.len()).map(width).collect();
     let line = |cells: Vec<&str>| {
         let all = cells.iter().zip(&widths).enumerate();
-        let all = all.map(|(i, (cell, w))| if i < left { format!("{cell:<w$}") } else { format!("{cell:>w$}") });
+        let all = all.map(|(i, (cell, w))| {
+            let space = " ".repeat(w.saturating_sub(gantt::columns(cell)));
+            if i < left { format!("{cell}{space}") } else { format!("{space}{cell}") }
+        });
         all.collect::<Vec<_>>().join("  ").trim_end().to_string() + "\n"
     };
     let body = rows.iter().map(|row| line(row.iter().map(String::as_str).collect()));

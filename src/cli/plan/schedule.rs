@@ -3,14 +3,14 @@
 use std::fmt::Write;
 
 use hierarq::gantt;
+use hierarq::plan_data::PlanData;
 use hierarq::planned::{self, Planned};
 use mission::schedule::choose::{Formulation, Options};
 use mission::schedule::cost::Cost;
 use runtime::program::{MissionProgram, ScheduleProgram};
-use serde_json::json;
 
 use super::super::output;
-use super::{Arguments, Pictures, aligned, asked, batch, budget, coloured, refused, status};
+use super::{Arguments, Pictures, aligned, asked, batch, budget, coloured, data, refused, status};
 
 /// Plans a schedule; what is printed of it.
 pub(super) fn plan(
@@ -25,28 +25,9 @@ pub(super) fn plan(
     let standing = gantt::Standing { styled: true, ..gantt::Standing::default() };
     pictures.draw(&planned.plan, &|| gantt::map(&of.problem, &planned.plan, &standing))?;
     Ok(if a.json {
-        format!("{:#}\n", data(a, mission, &planned))
+        data(&PlanData::of_schedule(&a.spec.display().to_string(), &mission.name, &of.problem, &planned))
     } else {
         text(mission, &planned, &runtime::text::running(of))
-    })
-}
-
-/// The plan as data.
-fn data(a: &Arguments, mission: &MissionProgram, p: &Planned) -> serde_json::Value {
-    let mut cost = json!(p.cost);
-    cost["total"] = json!(p.cost.total());
-    json!({
-        "version": 1,
-        "ok": true,
-        "spec": a.spec.display().to_string(),
-        "mission": mission.name,
-        "kind": "schedule",
-        "formulation": p.choice.formulation.name(),
-        "why": p.choice.why,
-        "valid": true,
-        "cost": cost,
-        "services": p.services,
-        "plan": p.plan,
     })
 }
 
@@ -80,11 +61,11 @@ fn services(p: &Planned) -> String {
     let mut last = "";
     let mut rows = Vec::new();
     for s in &p.services {
-        let robot = if s.robot == last { String::new() } else { s.robot.clone() };
+        let robot = if s.robot == last { String::new() } else { p.plan.labels.member(&s.robot).to_string() };
         last = &s.robot;
         rows.push(vec![
             robot,
-            format!("{}.{}", s.agent, s.operation),
+            format!("{}.{}", p.plan.labels.member(&s.agent), s.operation),
             time(s.leaves),
             time(s.waits),
             time(s.approaches),

@@ -41,6 +41,8 @@ impl Lowerer<'_> {
         let instruction = keys.entry("instruction").and_then(|e| self.sentence(&e.value, "instruction"));
         let directives = keys.entry("directives").map_or(&[][..], |e| items_of(&e.value));
         let directives = directives.iter().filter_map(|item| self.sentence(item, "directives")).collect();
+        let labels = self.labels(m, &tasks);
+        self.mistaken_labels(m, agents.iter().map(|a| &a.name), &labels);
         let mut problem = Problem {
             agents,
             objects,
@@ -51,6 +53,7 @@ impl Lowerer<'_> {
             start: 0.0,
             begun: Vec::new(),
             places: spots,
+            labels,
         };
         if let Some(e) = keys.entry("layers_from") {
             // The file is held against the team, which must be good for that.

@@ -6,6 +6,7 @@ mod executed;
 mod expectations;
 mod happenings;
 mod happenings_layers;
+mod labels;
 mod layers;
 mod layers_file;
 mod layers_mistakes;

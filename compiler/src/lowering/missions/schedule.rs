@@ -43,9 +43,12 @@ impl Lowerer<'_> {
         let batch = self.batch(keys);
         let (robots, agents) = self.team(m, &mut places);
         let distances = self.distances(keys, &robots, &agents, &mut places);
+        let labels = self.labels(m, &[]);
+        self.mistaken_labels(m, robots.iter().map(|r| &r.name).chain(agents.iter().map(|a| &a.name)), &labels);
         let problem = Problem {
             robots,
             agents,
+            labels,
             distances,
             confidence: confidence.unwrap_or(0.5),
             weights,

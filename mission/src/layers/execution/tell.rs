@@ -82,7 +82,7 @@ impl LayeredExecution {
     }
 
     fn name(&self, agent: usize) -> String {
-        self.problem.agents.get(agent).map_or_else(String::new, |who| who.name.clone())
+        self.problem.agent_label(agent).unwrap_or_default().to_string()
     }
 
     /// Somebody exists and takes part.

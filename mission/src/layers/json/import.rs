@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::labels::Labels;
 use crate::layers::check::{Item, Key, MAX_TASKS, Mistake};
 use crate::layers::problem::Problem;
 use crate::plan::Plan;
@@ -38,6 +39,8 @@ pub fn import(text: &str, problem: &Problem, mode: Mode) -> Result<Imported, Vec
         let problem = Problem {
             layers: tree.layers.iter().map(|(name, ..)| name.clone()).collect(),
             tasks: tree.tasks.iter().map(|read| read.task.clone()).collect(),
+            // The tasks of a text have names of any script.
+            labels: Labels { members: problem.labels.members.clone(), ..Labels::default() },
             begun: Vec::new(),
             ..problem.clone()
         };

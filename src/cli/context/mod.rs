@@ -1,5 +1,8 @@
 //! `hierarq context SPEC [MISSION]`
 
+mod trials;
+
+use std::fs::File;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -11,11 +14,14 @@ use context::layers::layers;
 use context::prompt::{Wish, prompt};
 use context::transcript::{self, Exchange, Replay};
 use files::Target;
+use hierarq::plan_data::{Found, PlanData};
 use hierarq::{outputs, planned, project};
+use mission::layers::cost::cost;
 use mission::layers::json::{Imported, Mode, export, export_plan};
+use mission::layers::steps::from_plan;
 use runtime::program::MissionKind;
 
-use super::{Outcome, SpecOptions, output};
+use super::{Outcome, SpecOptions, output, plan};
 
 /// The variable in which a key is looked for.
 const KEY: &str = "HIERARQ_API_KEY";
@@ -47,9 +53,9 @@ pub struct Arguments {
     /// What the mission is, instead of the `instruction` of the spec.
     #[arg(long, value_name = "TEXT")]
     instruction: Option<String>,
-    /// What the model decides.
-    #[arg(long, value_enum, default_value_t = Decides::Layers)]
-    decides: Decides,
+    /// What the model decides; with --trials several, one after the other: `layers,allocation,everything`.
+    #[arg(long, value_enum, default_value = "layers", value_delimiter = ',')]
+    decides: Vec<Decides>,
     /// Write the layers into this file instead of printing them: `layers_from` reads it, unless the model decided everything.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -57,9 +63,15 @@ pub struct Arguments {
     /// already, a number is put into the name.
     #[arg(long, value_name = "FILE")]
     transcript: Option<PathBuf>,
-    /// Answers that are looked at.
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100))]
-    attempts: u32,
+    /// Answers that are looked at [default: 5, with --trials 1].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
+    attempts: Option<u32>,
+    /// Ask anew so many times, plan each answer, and print a table: valid plans, cost and its parts, times.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), conflicts_with_all = ["out", "prompt", "json"])]
+    trials: Option<u32>,
+    /// Print the plan of a model that decided everything as JSON, as `hierarq plan --json` does.
+    #[arg(long)]
+    json: bool,
     /// The longest time that one answer may take.
     #[arg(long, value_name = "TIME", default_value = "120s", value_parser = super::duration)]
     timeout: f64,
@@ -69,7 +81,7 @@ pub struct Arguments {
 }
 
 /// How much is left to the model.
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Decides {
     /// Tasks and their layers; the rest is optimised.
     Layers,
@@ -113,7 +125,24 @@ pub fn run(a: &Arguments) -> Outcome {
         );
         return Outcome::Trouble(text);
     };
-    let wish = Wish { problem: &program.problem, instruction, directives: &program.directives, mode: a.decides.mode() };
+    let wish_of = |decides: Decides| Wish {
+        problem: &program.problem,
+        instruction,
+        directives: &program.directives,
+        mode: decides.mode(),
+    };
+    if let Some(trials) = a.trials {
+        return trials::run(a, (&mission.name, program), trials, &wish_of);
+    }
+    let [decides] = a.decides[..] else {
+        let text = "`--decides` takes several only with `--trials N`, which compares them";
+        return Outcome::Trouble(text.to_string());
+    };
+    if a.json && decides != Decides::Everything {
+        let text = "`--json` prints a plan, which there is with `--decides everything`; else plan the layers, `hierarq plan --json`";
+        return Outcome::Trouble(text.to_string());
+    }
+    let wish = wish_of(decides);
     if a.prompt {
         for message in prompt(&wish) {
             output::print(&format!("--- {:?}\n{}\n", message.role, message.content));
@@ -128,14 +157,60 @@ pub fn run(a: &Arguments) -> Outcome {
         Err(trouble) => return Outcome::Trouble(trouble),
     };
     match ask(a, &mission.name, &wish) {
-        Ok(imported) => finish(target, &imported),
+        Ok(imported) => finish(a, target, &mission.name, &imported),
         Err(outcome) => outcome,
     }
 }
 
 /// Asks the server, or the transcript.
 fn ask(a: &Arguments, mission: &str, wish: &Wish) -> Result<Imported, Outcome> {
-    let mut chat: Box<dyn Chat> = match (&a.replay, &a.endpoint) {
+    let mut talk = talk(a, mission)?;
+    let answered = layers(talk.chat.as_mut(), wish, &bounds(a, 5), |exchange| talk.kept.keep(exchange));
+    talk.kept.tell();
+    answered.map_err(|error| {
+        let reasons = match &error {
+            GenerateError::Refused { reasons, .. } => reasons.iter().map(|reason| format!("\n  {reason}")).collect(),
+            _ => String::new(),
+        };
+        output::eprint(&format!("{error}{reasons}\n"));
+        Outcome::Failed
+    })
+}
+
+/// Who is asked, and where what is said is kept.
+struct Talk {
+    chat: Box<dyn Chat>,
+    kept: Kept,
+}
+
+/// The transcript that is written, if one is.
+struct Kept(Option<(File, PathBuf)>);
+
+impl Kept {
+    /// Says what became of an exchange, and keeps it.
+    fn keep(&mut self, exchange: &Exchange) -> std::io::Result<()> {
+        say(exchange);
+        self.0.as_mut().map_or(Ok(()), |(file, _)| transcript::write(file, exchange))
+    }
+
+    /// Says where everything is.
+    fn tell(&self) {
+        if let Some((_, path)) = &self.0 {
+            output::eprint(&format!("everything that was said: {}\n", path.display()));
+        }
+    }
+}
+
+/// How often is asked; `usual` answers are looked at where nothing is said.
+fn bounds(a: &Arguments, usual: u32) -> Bounds {
+    let attempts = usize::try_from(a.attempts.unwrap_or(usual)).unwrap_or(usize::MAX);
+    let pause = if a.replay.is_some() { Duration::ZERO } else { Bounds::default().pause };
+    Bounds { attempts, pause, ..Bounds::default() }
+}
+
+/// The server or the transcript, and the file for a new transcript.
+fn talk(a: &Arguments, mission: &str) -> Result<Talk, Outcome> {
+    let chat: Box<dyn Chat> = match (&a.replay, &a.endpoint) {
         (Some(path), _) => {
             let said = files::read(path, MAX_TRANSCRIPT)
                 .map_err(|e| Outcome::Trouble(format!("cannot read `{}`: {e}", path.display())))?;
@@ -154,25 +229,8 @@ fn ask(a: &Arguments, mission: &str, wish: &Wish) -> Result<Imported, Outcome> {
         (None, Some(_)) => None,
         (None, None) => Some(PathBuf::from(format!("{mission}.transcript.jsonl"))),
     };
-    let mut kept = path.map(|path| files::begin(&path)).transpose().map_err(Outcome::Trouble)?;
-    let attempts = usize::try_from(a.attempts).unwrap_or(usize::MAX);
-    let pause = if a.replay.is_some() { Duration::ZERO } else { Bounds::default().pause };
-    let bounds = Bounds { attempts, pause, ..Bounds::default() };
-    let answered = layers(chat.as_mut(), wish, &bounds, |exchange| {
-        say(exchange);
-        kept.as_mut().map_or(Ok(()), |(file, _)| transcript::write(file, exchange))
-    });
-    if let Some((_, path)) = &kept {
-        output::eprint(&format!("everything that was said: {}\n", path.display()));
-    }
-    answered.map_err(|error| {
-        let reasons = match &error {
-            GenerateError::Refused { reasons, .. } => reasons.iter().map(|reason| format!("\n  {reason}")).collect(),
-            _ => String::new(),
-        };
-        output::eprint(&format!("{error}{reasons}\n"));
-        Outcome::Failed
-    })
+    let kept = path.map(|path| files::begin(&path)).transpose().map_err(Outcome::Trouble)?;
+    Ok(Talk { chat, kept: Kept(kept) })
 }
 
 fn server(a: &Arguments, address: &str) -> Result<Endpoint, Outcome> {
@@ -203,14 +261,29 @@ fn say(exchange: &Exchange) {
     output::eprint(&(text + "\n"));
 }
 
-/// Writes the layers, or the whole plan.
-fn finish(target: Option<Target>, imported: &Imported) -> Outcome {
+/// Why a plan that a model gave was not planned.
+const GIVEN: Found<'static> = Found { formulation: "given", why: "the model decided everything" };
+
+/// Writes the layers, or the whole plan with what it costs.
+fn finish(a: &Arguments, target: Option<Target>, mission: &str, imported: &Imported) -> Outcome {
+    let problem = &imported.problem;
     let text = match &imported.plan {
-        None => export(&imported.problem),
-        Some(plan) => export_plan(&imported.problem, plan),
+        None => export(problem),
+        Some(plan) => export_plan(problem, plan),
     };
+    if let Some(plan) = &imported.plan {
+        let cost = cost(problem, &from_plan(problem, plan));
+        let end = plan.end().unwrap_or(0.0);
+        output::eprint(&format!("all done after {end:.1} s; {}\n", plan::cost(&cost)));
+        if a.json {
+            let of_spec = a.spec.display().to_string();
+            output::data(&plan::data(&PlanData::of_layers((&of_spec, mission), problem, (plan, &cost), GIVEN)));
+        }
+    }
     let Some(target) = target else {
-        output::data(&text);
+        if !a.json {
+            output::data(&text);
+        }
         return Outcome::Good;
     };
     let path = target.path().to_path_buf();

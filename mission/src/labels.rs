@@ -1,0 +1,179 @@
+//! Labels: text in any script that people read in place of the names of the language.
+//!
+//! A name identifies and is written with the letters of the language; a label is only shown. Nothing is looked up by a
+//! label, so that two scripts with letters that look alike confuse no program. Agents (robots, people, working robots),
+//! objects and places share their names, and tasks and layers have names of their own; labels are kept the same way.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::characters::commands;
+
+/// The longest label, in characters.
+pub const LONGEST: usize = 60;
+
+/// Labels of a mission by name; what has none is shown by its name.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Labels {
+    /// Of agents, objects and places.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub members: BTreeMap<String, String>,
+    /// Of tasks.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub tasks: BTreeMap<String, String>,
+    /// Of layers.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub layers: BTreeMap<String, String>,
+}
+
+/// Why a text is no label.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Unfit {
+    /// Nothing of it is seen.
+    #[error("nothing of it is seen")]
+    Empty,
+    /// It begins or ends with space.
+    #[error("it begins or ends with space")]
+    Edge,
+    /// A character commands a terminal or a page, or turns the direction of writing.
+    #[error("the character U+{:04X} is not shown: it commands what shows the text", u32::from(*.0))]
+    Command(char),
+    /// It is longer than [`LONGEST`].
+    #[error("it has {0} characters, and {LONGEST} is the most that pages and charts have room for")]
+    Long(usize),
+}
+
+/// Checks that a text can be shown as a label.
+///
+/// # Errors
+/// The first reason against it.
+pub fn check(text: &str) -> Result<(), Unfit> {
+    if let Some(c) = text.chars().find(|c| commands(*c)) {
+        return Err(Unfit::Command(c));
+    }
+    if folded(text).is_empty() {
+        return Err(Unfit::Empty);
+    }
+    if text.trim() != text {
+        return Err(Unfit::Edge);
+    }
+    let length = text.chars().count();
+    if length > LONGEST { Err(Unfit::Long(length)) } else { Ok(()) }
+}
+
+/// True if people cannot tell two texts apart when they hear them: case, width of spaces and characters that are not seen
+/// make no difference.
+pub fn alike(a: &str, b: &str) -> bool {
+    folded(a) == folded(b)
+}
+
+fn folded(text: &str) -> String {
+    let seen: String = text.chars().filter(|c| !unseen(*c)).collect();
+    seen.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
+}
+
+/// Characters without a form of their own: soft hyphens, joiners, fillers, selectors of variants.
+fn unseen(c: char) -> bool {
+    matches!(c, '\u{ad}' | '\u{34f}' | '\u{115f}' | '\u{1160}' | '\u{17b4}' | '\u{17b5}' | '\u{180b}'..='\u{180f}')
+        || matches!(c, '\u{200b}'..='\u{200d}' | '\u{2060}'..='\u{2065}' | '\u{2800}' | '\u{3164}' | '\u{fe00}'..='\u{fe0f}')
+        || matches!(c, '\u{feff}' | '\u{ffa0}' | '\u{e0000}'..='\u{e0fff}')
+}
+
+impl Labels {
+    /// True where everything is shown by its name.
+    pub fn is_empty(&self) -> bool {
+        self.members.is_empty() && self.tasks.is_empty() && self.layers.is_empty()
+    }
+
+    /// The text that people read for an agent, an object or a place.
+    pub fn member<'a>(&'a self, name: &'a str) -> &'a str {
+        self.members.get(name).map_or(name, String::as_str)
+    }
+
+    /// The text that people read for a task.
+    pub fn task<'a>(&'a self, name: &'a str) -> &'a str {
+        self.tasks.get(name).map_or(name, String::as_str)
+    }
+
+    /// The text that people read for a layer.
+    pub fn layer<'a>(&'a self, name: &'a str) -> &'a str {
+        self.layers.get(name).map_or(name, String::as_str)
+    }
+
+    /// Checks each label by itself.
+    ///
+    /// # Errors
+    /// The first that cannot be shown: the name that it is for, and why.
+    pub fn check(&self) -> Result<(), (String, Unfit)> {
+        let mut all = self.members.iter().chain(&self.tasks).chain(&self.layers);
+        all.try_for_each(|(name, text)| check(text).map_err(|why| (name.clone(), why)))
+    }
+
+    /// The first agent of this list whose label, or whose name in place of one, people cannot tell from that of one before:
+    /// both, as positions in the list. Names alone are the language's to tell apart.
+    pub fn mistaken<'n>(&self, agents: impl Iterator<Item = &'n str>) -> Option<(usize, usize)> {
+        let mut shown: BTreeMap<String, (usize, bool)> = BTreeMap::new();
+        for (index, name) in agents.enumerate() {
+            let labelled = self.members.contains_key(name);
+            match shown.get(&folded(self.member(name))) {
+                Some((first, other)) if labelled || *other => return Some((*first, index)),
+                Some(_) => {}
+                None => drop(shown.insert(folded(self.member(name)), (index, labelled))),
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_people_in_many_scripts_are_labels() {
+        let all = [
+            "Łukasz",
+            "Ann-Marie",
+            "O'Brien",
+            "李小龙",
+            "שרה",
+            "محمد",
+            "Ёлка",
+            "José María",
+            "नेहा",
+            "👩‍🌾 Ana",
+            "می‌خواهم",
+        ];
+        for text in all {
+            assert_eq!(check(text), Ok(()), "{text}");
+        }
+        assert_eq!(check(&"ł".repeat(LONGEST)), Ok(()));
+    }
+
+    #[test]
+    fn texts_that_cannot_be_shown_are_none() {
+        assert_eq!(check("a\u{1b}[2J"), Err(Unfit::Command('\u{1b}')));
+        assert_eq!(check("a\nb"), Err(Unfit::Command('\n')));
+        assert_eq!(check("Ana\u{202e}"), Err(Unfit::Command('\u{202e}')));
+        for text in ["", " ", "\u{a0}", "\u{200b}", "\u{feff}\u{3164}"] {
+            assert_eq!(check(text), Err(Unfit::Empty), "{text:?}");
+        }
+        assert_eq!(check(" Ana"), Err(Unfit::Edge));
+        assert_eq!(check(&"ł".repeat(LONGEST + 1)), Err(Unfit::Long(LONGEST + 1)));
+    }
+
+    #[test]
+    fn case_space_and_the_unseen_tell_nobody_apart() {
+        assert!(alike("Anna Maria", "anna\u{2003}maria"));
+        assert!(alike("Łukasz", "łu\u{200b}kasz"));
+        assert!(!alike("Łukasz", "Lukasz"));
+        let members = [("h2", "Ana"), ("h3", "ANA")].map(|(name, text)| (name.to_string(), text.to_string()));
+        let mut labels = Labels { members: BTreeMap::from(members), ..Labels::default() };
+        assert_eq!(labels.mistaken(["h1", "H1", "h2", "h3"].into_iter()), Some((2, 3)));
+        labels.members.insert("h3".into(), "H1".into());
+        assert_eq!(labels.mistaken(["h1", "H1", "h2", "h3"].into_iter()), Some((0, 3)));
+        labels.members.remove("h3");
+        assert_eq!(labels.mistaken(["h1", "H1", "h2", "h3"].into_iter()), None);
+    }
+}

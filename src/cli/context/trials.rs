@@ -1,0 +1,211 @@
+//! `hierarq context --trials N`: the same question asked anew, each answer planned, and the table of thesis 6.4.4 (Tables 6.3
+//! to 6.8): valid plans, times, relative errors (6.17) against the plans of the layers alone, the cost J and its parts.
+
+use std::time::Instant;
+
+use context::endpoint::AskError;
+use context::generate::{Bounds, GenerateError};
+use context::layers::layers;
+use context::prompt::{VERSION, Wish};
+use hierarq::planned;
+use mission::layers::choose::Options;
+use mission::layers::cost::{Cost, cost};
+use mission::layers::json::Imported;
+use mission::layers::steps::from_plan;
+use runtime::program::LayersProgram;
+
+use super::super::{Outcome, output, plan};
+use super::{Arguments, Decides, Kept, Talk, bounds, talk};
+
+/// What came of one trial.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Trial {
+    /// The cost of its plan; none: no answer could be used.
+    cost: Option<Cost>,
+    /// How long the model took (s).
+    model: f64,
+    /// How long the planner took (s).
+    planner: f64,
+}
+
+/// What came of all trials in which a model decides so much.
+#[derive(Clone, Debug, PartialEq)]
+struct Case {
+    decides: Decides,
+    trials: Vec<Trial>,
+}
+
+/// Runs the trials of each case, and prints the table.
+pub(super) fn run<'w>(
+    a: &Arguments,
+    (mission, program): (&str, &LayersProgram),
+    count: u32,
+    wish: &impl Fn(Decides) -> Wish<'w>,
+) -> Outcome {
+    for (index, decides) in a.decides.iter().enumerate() {
+        if a.decides[..index].contains(decides) {
+            return Outcome::Trouble("`--decides` names the same twice".to_string());
+        }
+    }
+    let mut talk = match talk(a, mission) {
+        Ok(talk) => talk,
+        Err(outcome) => return outcome,
+    };
+    let bounds = bounds(a, 1);
+    let mut cases: Vec<Case> = Vec::new();
+    for decides in a.decides.iter().copied() {
+        let mut case = Case { decides, trials: Vec::new() };
+        for number in 1..=count {
+            output::eprint(&format!("{}, trial {number} of {count}\n", word(decides)));
+            match trial(&mut talk, &wish(decides), &bounds, program) {
+                Ok(trial) => case.trials.push(trial),
+                Err(error) => {
+                    talk.kept.tell();
+                    output::eprint(&format!("{error}: {} trials of `{}` are done\n", number - 1, word(decides)));
+                    return Outcome::Failed;
+                }
+            }
+        }
+        cases.push(case);
+    }
+    talk.kept.tell();
+    output::print(&table(mission, talk.chat.model(), &bounds, &cases));
+    Outcome::Good
+}
+
+/// One conversation, and the plan of what came of it.
+fn trial(talk: &mut Talk, wish: &Wish, bounds: &Bounds, program: &LayersProgram) -> Result<Trial, GenerateError> {
+    let Talk { chat, kept } = talk;
+    chat.begin();
+    let (mut model, mut exchanges) = (0.0, 0);
+    let answered = layers(chat.as_mut(), wish, bounds, |exchange| {
+        model += exchange.seconds;
+        exchanges += usize::from(exchange.answered != Err(AskError::RecordingEnds));
+        Kept::keep(kept, exchange)
+    });
+    match answered {
+        Ok(imported) => {
+            let begun = Instant::now();
+            let cost = priced(&imported, program);
+            let planner = if imported.plan.is_some() { 0.0 } else { begun.elapsed().as_secs_f64() };
+            if let Some(cost) = &cost {
+                output::eprint(&format!("{}\n", plan::cost(cost)));
+            }
+            Ok(Trial { cost, model, planner })
+        }
+        // A conversation that was recorded with fewer answers ends there.
+        Err(GenerateError::Refused { .. }) => Ok(Trial { model, ..Trial::default() }),
+        Err(GenerateError::Server(AskError::RecordingEnds)) if exchanges > 0 => Ok(Trial { model, ..Trial::default() }),
+        Err(error) => Err(error),
+    }
+}
+
+/// The cost of the plan: the one that was given, or the one that is made of the layers.
+fn priced(imported: &Imported, program: &LayersProgram) -> Option<Cost> {
+    let problem = &imported.problem;
+    if let Some(plan) = &imported.plan {
+        return Some(cost(problem, &from_plan(problem, plan)));
+    }
+    match planned::layers(problem, &Options { batch: program.batch, ..Options::default() }) {
+        Ok(planned) => Some(planned.cost),
+        Err(why) => {
+            output::eprint(&format!("no plan: {}\n", plan::refused(&why)));
+            None
+        }
+    }
+}
+
+fn word(decides: Decides) -> &'static str {
+    match decides {
+        Decides::Layers => "layers",
+        Decides::Allocation => "allocation",
+        Decides::Everything => "everything",
+    }
+}
+
+/// The table, with what it needs to be read.
+fn table(mission: &str, model: &str, bounds: &Bounds, cases: &[Case]) -> String {
+    let header = ["decides", "trials", "f %", "CP s", "LLM s", "eps_m", "eps_M", "J", "mu", "omega", "e"];
+    let reference = cases.iter().find(|case| case.decides == Decides::Layers);
+    let rows: Vec<Vec<String>> = cases.iter().map(|case| row(case, reference)).collect();
+    let answers = match bounds.attempts {
+        1 => "the first answer counts".to_string(),
+        n => format!("up to {n} answers are looked at, with what was wrong with those before"),
+    };
+    format!(
+        "mission {mission}, model {model}, prompt {VERSION}; {answers}\n\n{}\n\
+         f: valid plans; CP, LLM: time of planner and model; eps: least and greatest relative error of J against `layers`, trial by \
+         trial;\nJ: cost; mu, omega, e: makespan, workload, energy, normalised, each before its weight.\n\
+         Means over valid plans ± standard deviation (n - 1).\n",
+        plan::aligned(&header, &rows, 1)
+    )
+}
+
+fn row(case: &Case, reference: Option<&Case>) -> Vec<String> {
+    let all = &case.trials;
+    let valid: Vec<(&Trial, &Cost)> = all.iter().filter_map(|trial| Some((trial, trial.cost.as_ref()?))).collect();
+    let of = |value: &dyn Fn(&Trial, &Cost) -> f64| -> Vec<f64> { valid.iter().map(|(t, c)| value(t, c)).collect() };
+    let errors = match reference.filter(|reference| reference.decides != case.decides) {
+        Some(reference) => errors(all, &reference.trials),
+        None => Vec::new(),
+    };
+    let least = errors.iter().copied().reduce(f64::min);
+    let most = errors.iter().copied().reduce(f64::max);
+    let share = 100.0 * valid.len() as f64 / all.len().max(1) as f64;
+    let short = |x: Option<f64>| x.map_or_else(|| "-".to_string(), |x| format!("{x:.2}"));
+    vec![
+        word(case.decides).to_string(),
+        all.len().to_string(),
+        format!("{share:.0}"),
+        short(mean(&of(&|t, _| t.planner))),
+        short(mean(&of(&|t, _| t.model))),
+        short(least),
+        short(most),
+        spread(&of(&|_, c| c.total())),
+        spread(&of(&|_, c| c.makespan)),
+        spread(&of(&|_, c| c.workload)),
+        spread(&of(&|_, c| c.energy)),
+    ]
+}
+
+/// (6.17) for each trial in which both have a plan.
+fn errors(of: &[Trial], reference: &[Trial]) -> Vec<f64> {
+    let both = of.iter().zip(reference).filter_map(|(one, other)| Some((one.cost.as_ref()?, other.cost.as_ref()?)));
+    let all = both.map(|(one, other)| (one.total() - other.total()) / other.total());
+    all.filter(|error| error.is_finite()).collect()
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+/// Mean and standard deviation; of one value there is no deviation.
+fn spread(values: &[f64]) -> String {
+    let Some(mean) = mean(values) else { return "-".to_string() };
+    if values.len() < 2 {
+        return format!("{mean:.2}");
+    }
+    let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
+    format!("{mean:.2} ± {:.2}", (squares / (values.len() - 1) as f64).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn means_and_deviations() {
+        assert_eq!(spread(&[]), "-");
+        assert_eq!(spread(&[2.0]), "2.00");
+        // 2, 4, 4, 4, 5, 5, 7, 9: mean 5, sum of squares 32.
+        assert_eq!(spread(&[2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]), "5.00 ± 2.14");
+    }
+
+    #[test]
+    fn a_case_without_a_valid_plan_has_a_row() {
+        let case = Case { decides: Decides::Everything, trials: vec![Trial::default(); 2] };
+        let row = row(&case, None);
+        assert_eq!(row[1..4], ["2", "0", "-"]);
+        assert!(row[4..].iter().all(|cell| cell == "-"));
+    }
+}
