@@ -201,6 +201,8 @@ mod tests {
             wait_distance: 1.0,
             approaches: Vec::new(),
             wait_weights: Vec::new(),
+            wait_limit: 60.0,
+            limit_weights: Vec::new(),
             approach_weights: Vec::new(),
         };
         Problem {

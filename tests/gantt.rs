@@ -80,6 +80,8 @@ fn problem() -> Problem {
         wait_distance: 1.0,
         approaches: Vec::new(),
         wait_weights: Vec::new(),
+        wait_limit: 60.0,
+        limit_weights: Vec::new(),
         approach_weights: Vec::new(),
     };
     Problem {

@@ -53,6 +53,8 @@ fn agent(name: &str, kind: AgentKind, place: [f64; 2]) -> Agent {
         wait_distance: 1.0,
         approaches: Vec::new(),
         wait_weights: Vec::new(),
+        wait_limit: 60.0,
+        limit_weights: Vec::new(),
         approach_weights: Vec::new(),
     }
 }

@@ -4,8 +4,8 @@
 //! For each person the wait after the first operation, what the plan says of the wait and the approach of the second
 //! before and after what was said is taken in, and what they become.
 //!
-//! `cargo run --release -p hierarq-mission --example feedback -- [THRESHOLD] [SEED]`; without a seed operations take as long
-//! as planned.
+//! `cargo run --release -p hierarq-mission --example feedback -- [THRESHOLD] [SEED or planned] [LIMIT]`; without a seed operations take
+//! as long as planned, without a limit of waits (s) there is none, as in the thesis.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -55,9 +55,14 @@ fn main() {
     let seed = std::env::args().nth(2).and_then(|word| word.parse().ok());
     let reallocate_above = std::env::args().nth(1).and_then(|word| word.parse().ok()).unwrap_or(THRESHOLD);
     let durations = seed.map_or(Durations::Planned, |seed| Durations::Sampled { seed });
-    let budget = Budget { time: Duration::from_secs(120), ..Budget::default() };
+    // With limits most plans are not proven: work ends the search.
+    let nodes = if std::env::args().nth(3).is_some() { 2000 } else { Budget::default().nodes };
+    let budget = Budget { time: Duration::from_secs(120), nodes, ..Budget::default() };
     let planning = Options { budget, ..Options::default() };
-    let problem = vineyard();
+    let mut problem = vineyard();
+    if let Some(limit) = std::env::args().nth(3).and_then(|word| word.parse().ok()) {
+        problem.agents.iter_mut().for_each(|who| who.wait_limit = limit);
+    }
     let settings = Settings { durations, planning, reallocate_above, ..Settings::default() };
     let mut execution = match Execution::new(problem, settings) {
         Ok(execution) => execution,

@@ -157,9 +157,9 @@ pub enum Status {
         /// What ended the search.
         stopped: Limit,
     },
-    /// A valid plan without a bound: from batches, or repaired from another.
+    /// A valid plan without a bound: repaired from another, or given.
     Unbounded {
-        /// What ended the search of a part before its proof; none: nothing did.
+        /// What ended a search before its proof; none: nothing did.
         stopped: Option<Limit>,
     },
 }

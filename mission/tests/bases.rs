@@ -5,24 +5,57 @@
 mod common;
 
 use common::execution::{count, keeps, settings};
-use hierarq_mission::execution::{Execution, Happening, Obstacle, Potentials, Settings, Stage, Travel};
+use hierarq_mission::execution::{Event, Execution, Happening, Obstacle, Potentials, Settings, Stage, Travel};
+use hierarq_mission::plan::Actor;
 use hierarq_mission::schedule::problem::{AgentKind, Problem, Range};
 use hierarq_mission::schedule::validate::validate;
 use proptest::prelude::*;
 
-/// Bases of a mission watched at every step: the smallest distance between two that are not lost, and whether it ended.
+/// Bases of a mission watched at every step: the smallest distance between two, or to a thing, and how it ended.
 fn watched(problem: &Problem, potentials: &Potentials, until: f64) -> (f64, Execution) {
+    watched_with(problem, potentials, until, &mut Vec::new())
+}
+
+/// Where a robot waits for the one it is for.
+fn waits(execution: &Execution, robot: usize) -> Option<[f64; 2]> {
+    let target = execution.robot(robot)?.target?;
+    execution.problem().waiting_place(target.agent, robot)
+}
+
+/// The same with what happens, the last first; an event that cannot happen at its time does not.
+fn watched_with(
+    problem: &Problem,
+    potentials: &Potentials,
+    until: f64,
+    events: &mut Vec<(f64, Event)>,
+) -> (f64, Execution) {
     let travel = Travel::Bases(potentials.clone());
     let mut execution = Execution::new(problem.clone(), Settings { travel, ..settings() }).unwrap();
     let (mut closest, mut time) = (f64::INFINITY, 0.0);
-    while !execution.done() && time < until {
+    while (!execution.done() || !events.is_empty()) && time < until {
         time += potentials.step;
+        while let Some((at, event)) = events.pop_if(|(at, _)| *at <= time) {
+            execution.advance(at);
+            let _ = execution.tell(event);
+        }
         execution.advance(time);
         let robots: Vec<_> = (0..execution.plan().robots.len()).map(|m| execution.robot(m).unwrap()).collect();
         for (m, robot) in robots.iter().enumerate() {
-            for other in robots[..m].iter().filter(|other| other.stage != Stage::Lost && robot.stage != Stage::Lost) {
+            for other in &robots[..m] {
                 let apart = f64::hypot(robot.position[0] - other.position[0], robot.position[1] - other.position[1]);
                 closest = closest.min(apart);
+            }
+            for (agent, who) in execution.problem().agents.iter().enumerate() {
+                // A base keeps away from whom it is not for, unless others stand too near to it.
+                let alone = |other: [f64; 2]| f64::hypot(other[0] - who.place[0], other[1] - who.place[1]) > 0.8;
+                let others = execution.problem().agents.iter().enumerate().filter(|(other, _)| *other != agent);
+                let depots = execution.problem().robots.iter().map(|robot| robot.depot);
+                if robot.target.is_some_and(|target| target.agent != agent)
+                    && others.map(|(_, who)| who.place).chain(depots).chain(waits(&execution, m)).all(alone)
+                {
+                    let [x, y] = robot.position;
+                    closest = closest.min(f64::hypot(x - who.place[0], y - who.place[1]));
+                }
             }
             for thing in &potentials.obstacles {
                 let [x, y] = robot.position;
@@ -121,4 +154,88 @@ fn bases_take_turns_where_they_share_a_place() {
         assert!(execution.done(), "{views:#?}");
         assert!(execution.statistics().agents.iter().all(|agent| agent.served == 2));
     }
+}
+
+/// A team in a small place on a random day; agents at least two metres apart and away from depots.
+fn day(seed: u64, robots: usize, agents: usize, size: f64) -> (Problem, common::Random) {
+    let mut problem = common::random(seed, agents, robots, 2);
+    let mut random = common::Random(seed);
+    random.unit();
+    for (m, robot) in problem.robots.iter_mut().enumerate() {
+        robot.depot = [2.0 * m as f64, -size];
+    }
+    let mut places: Vec<[f64; 2]> = problem.robots.iter().map(|robot| robot.depot).collect();
+    for agent in &mut problem.agents {
+        let clear = |p: [f64; 2]| places.iter().all(|q| f64::hypot(p[0] - q[0], p[1] - q[1]) > 2.0);
+        let mut place = || [random.within(-size, size), random.within(-size, size) + 2.0];
+        let place = std::iter::from_fn(|| Some(place())).find(|place| clear(*place)).unwrap();
+        places.push(place);
+        (agent.place, agent.duration.mean, agent.duration.sigma) = (place, random.within(30.0, 120.0), 0.0);
+    }
+    (problem, random)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+
+    /// Robots break down anywhere and come back at any time: nobody comes nearer to them than to others, and who
+    /// is held up says so. When all are back, everybody is served.
+    #[test]
+    fn who_breaks_down_is_kept_away_from(
+        seed in 0_u64..100_000, robots in 2_usize..6, agents in 1_usize..6, losses in 1_usize..4, crowded in any::<bool>(),
+    ) {
+        let (problem, mut random) = day(seed, robots, agents, if crowded { 5.0 } else { 12.0 });
+        let mut events = Vec::new();
+        for _ in 0..losses {
+            let who = Actor::Robot(random.below(robots));
+            let at = random.within(0.0, 500.0);
+            events.push((at, Event::Lost { who }));
+            events.push((at + random.within(1.0, 600.0), Event::Back { who }));
+        }
+        for m in 0..robots {
+            events.push((4000.0, Event::Back { who: Actor::Robot(m) }));
+        }
+        events.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let (closest, execution) = watched_with(&problem, &Potentials::default(), 20_000.0, &mut events);
+        prop_assert!(closest >= 0.8 - 1e-9, "{closest}");
+        let robots: Vec<_> = (0..robots).map(|m| execution.robot(m)).collect();
+        prop_assert!(execution.done(), "{robots:#?}");
+    }
+}
+
+/// A robot that breaks down with whom it serves bars the way to that place: the other one stands, says by whom it is held
+/// up, once, and serves when the way is free.
+#[test]
+fn who_is_held_up_stands_and_says_so() {
+    let robots = vec![common::robot("m0", [0.0, 0.0], 1.0), common::robot("m1", [0.0, -3.0], 1.0)];
+    let problem = common::problem(robots, vec![common::agent("a0", AgentKind::Human, [6.0, 0.0], 2, 60.0)]);
+    let travel = Travel::Bases(Potentials::default());
+    let mut execution = Execution::new(problem, Settings { travel, ..settings() }).unwrap();
+    let serves = |execution: &Execution| (0..2).find(|m| execution.robot(*m).unwrap().stage == Stage::Serving);
+    while serves(&execution).is_none() {
+        execution.advance(execution.time() + 0.05);
+    }
+    let lost = serves(&execution).unwrap();
+    execution.tell(Event::Lost { who: Actor::Robot(lost) }).unwrap();
+    let apart = |execution: &Execution| {
+        let [a, b] = [0, 1].map(|m| execution.robot(m).unwrap().position);
+        f64::hypot(a[0] - b[0], a[1] - b[1])
+    };
+    let mut closest = f64::INFINITY;
+    while execution.time() < 1500.0 {
+        execution.advance(execution.time() + 0.05);
+        closest = closest.min(apart(&execution));
+    }
+    assert!((0.8 - 1e-9..1.0).contains(&closest), "{closest}");
+    let held = Happening::HeldUp { robot: 1 - lost, agent: Some(0), by: lost };
+    assert_eq!(count(execution.records(), |what| *what == held), 1);
+    assert_eq!(count(execution.records(), |what| matches!(what, Happening::Served { .. })), 0);
+    assert!(execution.records().len() < 100, "{}", execution.records().len());
+    execution.tell(Event::Back { who: Actor::Robot(lost) }).unwrap();
+    while !execution.done() && execution.time() < 5000.0 {
+        execution.advance(execution.time() + 0.05);
+        closest = closest.min(apart(&execution));
+    }
+    assert!(execution.done() && closest >= 0.8 - 1e-9, "{closest}");
+    assert_eq!(execution.statistics().agents[0].served, 2);
 }

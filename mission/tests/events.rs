@@ -54,6 +54,40 @@ fn a_robot_that_waits_approaches_when_the_operation_ends() {
     near(happened(late.records())[&(other, 0)]["end"], expected + 200.0, 1e-9);
 }
 
+/// A robot on its way goes slowly, as there is time. When the operation ends early, or is said to, it goes as fast as the
+/// wait is worth, and no faster than it can.
+#[test]
+fn a_robot_under_way_speeds_up_for_who_ends_early() {
+    let mut agent = common::agent("h1", AgentKind::Human, [12.0, 0.0], 1, 200.0);
+    agent.duration.sigma = 0.0;
+    let problem = common::problem(vec![common::robot("m1", [0.0, 0.0], 1.0)], vec![agent]);
+    for (event, end) in [(Event::Done { agent: 0 }, 60.0), (Event::Late { agent: 0, by: -60.0 }, 140.0)] {
+        for travel in [Travel::Planned, Travel::Bases(Potentials::default())] {
+            let mut execution = Execution::new(problem.clone(), Settings { travel, ..settings() }).unwrap();
+            execution.advance(60.0);
+            let planned = execution.agent(0).unwrap().coming.unwrap();
+            let view = execution.robot(0).unwrap();
+            assert!(view.stage == Stage::Going && f64::hypot(view.velocity[0], view.velocity[1]) < 0.08, "{view:?}");
+            execution.tell(event).unwrap();
+            let coming = execution.agent(0).unwrap().coming.unwrap();
+            let approach = planned.serves - planned.approaches;
+            near(coming.serves - coming.approaches, approach, 1e-9);
+            // What is left of the way at 0.2 m/s, or the end of the operation if that is later.
+            let there = 60.0 + (11.0 - view.position[0]) / 0.2;
+            near(coming.serves, (there + approach).max(end), 1.0);
+            assert!(coming.serves < planned.serves - 30.0, "{coming:?} {planned:?}");
+            assert!(validate(execution.problem(), execution.plan()).is_empty());
+            while !execution.done() && execution.time() < 2000.0 {
+                execution.advance(execution.time() + 0.5);
+                let [x, y] = execution.robot(0).unwrap().velocity;
+                assert!(f64::hypot(x, y) <= 0.2 + 1e-9);
+            }
+            assert!(execution.done());
+            assert!(execution.statistics().agents[0].waited() <= (coming.serves - end).max(0.0) + 3.0);
+        }
+    }
+}
+
 /// When operations end earlier than planned, no robot stays at home while the one whom it is to serve next waits.
 #[test]
 fn nobody_waits_for_a_robot_at_home() {
@@ -245,6 +279,36 @@ fn a_mission_without_a_plan_finds_one_again() {
     assert!(validate(execution.problem(), execution.plan()).is_empty());
     run(&mut execution);
     assert!(execution.done());
+}
+
+/// Who asks for longer waits gets longer ones, by the step of its limit: weights alone make minutes of them.
+#[test]
+fn longer_waits_have_a_measure() {
+    let waits = |limit: f64, said: i8| {
+        let mut agent = common::agent("h1", AgentKind::Human, [4.0, 0.0], 5, 20.0);
+        (agent.duration.sigma, agent.wait_limit) = (0.0, limit);
+        let mut problem = common::problem(vec![common::robot("m1", [0.0, 0.0], 1.0)], vec![agent]);
+        problem.weights.makespan = 0.0;
+        let mut execution = Execution::new(problem, settings()).unwrap();
+        while execution.statistics().agents[0].served < 1 {
+            let next = execution.next().unwrap();
+            execution.advance(next);
+        }
+        execution.tell(Event::Said { agent: 0, wait: said, approach: 0, distance: 0 }).unwrap();
+        assert!(validate(execution.problem(), execution.plan()).is_empty());
+        run(&mut execution);
+        let waits = execution.statistics().agents[0].waits.clone();
+        waits[1..4].iter().copied().fold(0.0, f64::max)
+    };
+    let before = waits(60.0, 0);
+    assert!(before < 75.0, "{before}");
+    // Half a step for half the feedback, 30 s for all of it.
+    near(waits(60.0, -1), 75.0, 0.5);
+    near(waits(60.0, -2), 90.0, 0.5);
+    near(waits(100.0, -2), 130.0, 0.5);
+    assert!(waits(60.0, 2) <= before + 0.5);
+    let without = waits(1e6, -2);
+    assert!(without > 150.0, "{without}");
 }
 
 /// A person who asks for a slower robot gets one, and the index says so; without replanning,

@@ -138,10 +138,54 @@ proptest! {
             let by_time = match found.status {
                 Status::Gap { stopped, .. } => stopped == Limit::Time,
                 Status::Proven { .. } => true,
-                Status::Unbounded { stopped } => matches!(stopped, Some(Limit::Time) | None),
+                Status::Unbounded { .. } => false,
             };
             prop_assert!(by_time, "{:?}", found.status);
         }
+    }
+
+    /// Of fixed durations, loose or tight, everything that proves them finds the same cost.
+    #[test]
+    fn fixed_durations_are_proven_alike(
+        seed in 0_u64..100_000, agents in 2_usize..4, robots in 1_usize..4, operations in 2_usize..4, loose in 1.0_f64..8.0,
+    ) {
+        let mut problem = small(seed, agents, robots, operations, true, false);
+        problem.agents.iter_mut().for_each(|who| who.duration.mean = (loose * who.duration.mean).round());
+        let full = |formulation| Options { formulation, ..Options::default() };
+        let chosen = plan(&problem, &full(None)).unwrap();
+        valid(&problem, &chosen)?;
+        let orders = plan(&problem, &full(Some(Formulation::Orders))).unwrap();
+        prop_assert!(matches!(chosen.status, Status::Proven { .. }), "{:?}", chosen.status);
+        prop_assert!((chosen.cost - orders.cost).abs() <= 1e-4 * orders.cost, "{} {}", chosen.cost, orders.cost);
+    }
+
+    /// At any confidence and any spread a plan is what the validator wants.
+    #[test]
+    fn confidences_near_certainty_are_valid(seed in 0_u64..100_000, tail in -6.0_f64..-0.1, sigma in -2.0_f64..5.5) {
+        let mut problem = small(seed, 2, 1, 2, false, false);
+        problem.confidence = 1.0 - 10_f64.powf(tail);
+        for agent in &mut problem.agents {
+            let sigma = 10_f64.powf(sigma);
+            agent.duration = hierarq_mission::schedule::problem::Duration { mean: 1.0 + sigma, sigma };
+        }
+        if problem.check().is_empty() {
+            let found = plan(&problem, &quick(Some(Formulation::Batches))).unwrap();
+            valid(&problem, &found)?;
+        }
+    }
+
+    /// The bound of batches is none above what is proven, and some bound, also where weights are uneven.
+    #[test]
+    fn batches_are_bounded(
+        seed in 0_u64..100_000, agents in 1_usize..5, robots in 1_usize..3, operations in 1_usize..4, fixed in any::<bool>(),
+        uneven in any::<bool>(),
+    ) {
+        let problem = small(seed, agents, robots, operations, fixed, uneven);
+        let batches = plan(&problem, &quick(Some(Formulation::Batches))).unwrap();
+        let best = plan(&problem, &quick(None)).unwrap();
+        let bound = batches.status.bound().unwrap();
+        prop_assert!(bound <= best.cost.min(batches.cost) * (1.0 + 1e-9), "{bound} {}", best.cost);
+        prop_assert!(bound > 0.0 && bound >= 0.02 * best.cost, "{bound} {}", best.cost);
     }
 
     #[test]

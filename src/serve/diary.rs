@@ -122,7 +122,10 @@ impl Diary {
         self.events.add(&record.what, false, message(of_happening(&record.what, problem)));
         let outdates = matches!(
             record.what,
-            Happening::Reallocated { .. } | Happening::OperationLate { .. } | Happening::RobotLate { .. }
+            Happening::Reallocated { .. }
+                | Happening::OperationLate { .. }
+                | Happening::RobotLate { .. }
+                | Happening::HeldUp { .. }
         );
         for (who, page) in self.pages.iter_mut().enumerate() {
             if let Some(text) = words::for_one(problem, who, record) {

@@ -57,6 +57,9 @@ pub fn for_one(problem: &Problem, who: usize, record: &Record) -> Option<String>
         Happening::RobotLate { robot, agent, expected, .. } if *agent == who => {
             format!("{} is late: expected at {}.", m(robot), written(*expected))
         }
+        Happening::HeldUp { robot, agent: Some(agent), by } if *agent == who => {
+            format!("{} cannot come to you as long as {}, out of order, stands in its way.", m(robot), m(by))
+        }
         Happening::BrokenOff { robot, agent, .. } if *agent == who => {
             format!("{} had to break off its service.", m(robot))
         }

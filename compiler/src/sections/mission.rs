@@ -131,6 +131,12 @@ pub static ADAPTATION: Section = Section {
             "0.01",
             "The least relative distance that is left between the ends of a range of speeds, `c_epsilon`.",
         ),
+        Key::or(
+            "wait_step",
+            A_TIME,
+            "30 s",
+            "By how much a person's `wait_limit` moves with `too_short` (longer) or `too_long` (shorter); half with `short` and `long`.",
+        ),
     ],
 };
 
@@ -229,6 +235,13 @@ pub static SCHEDULE_HUMAN: Section = Section {
             WEIGHTS,
             "1",
             "Weights of the waits: one for all operations, or a list with one for each, `alpha`.",
+        ),
+        Key::or(
+            "wait_limit",
+            A_TIME,
+            "60 s",
+            "How long waits may become where what the person says makes them count less: what goes beyond counts as much as it \
+             did at first. Feedback on waits moves it by `wait_step`.",
         ),
         APPROACH_WEIGHTS,
         APPROACHES,

@@ -95,7 +95,7 @@ pub static SCENARIO: Section = Section {
             Holds::Choice(&["planned", "bases"]),
             "planned",
             "Of a schedule: robots travel as planned, through each other; or as wheeled bases that follow the plan and keep \
-             out of each other's way.",
+             out of each other's way and that of people.",
         ),
         Key::or(
             "replan",

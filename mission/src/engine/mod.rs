@@ -48,12 +48,49 @@ impl Watch {
 
     /// The time has passed.
     pub fn is_over(&self) -> bool {
+        #[cfg(test)]
+        if looks::count() {
+            return true;
+        }
         self.begun.elapsed() >= self.budget.time
+    }
+
+    /// The same clock, over when this share of what is left now has passed.
+    pub fn share(&self, share: f64) -> Watch {
+        let gone = self.begun.elapsed();
+        let time = gone.saturating_add(self.budget.time.saturating_sub(gone).mul_f64(share));
+        Watch { begun: self.begun, budget: Budget { time, ..self.budget } }
     }
 
     /// The budget with the time that is left.
     pub fn left(&self) -> Budget {
         Budget { time: self.budget.time.saturating_sub(self.begun.elapsed()), ..self.budget }
+    }
+}
+
+/// Looks at the clock, counted, so that tests can let the time end at any of them.
+#[cfg(test)]
+pub(crate) mod looks {
+    use std::cell::Cell;
+
+    thread_local! {
+        static COUNT: Cell<u64> = const { Cell::new(0) };
+        static LAST: Cell<u64> = const { Cell::new(u64::MAX) };
+    }
+
+    /// Counts a look: whether the time has ended by it.
+    pub fn count() -> bool {
+        COUNT.set(COUNT.get() + 1);
+        COUNT.get() > LAST.get()
+    }
+
+    /// How often `run` looks at the clock if its time ends after so many looks, and what it gives.
+    pub fn ended_after<T>(looks: u64, run: impl FnOnce() -> T) -> (u64, T) {
+        COUNT.set(0);
+        LAST.set(looks);
+        let found = run();
+        LAST.set(u64::MAX);
+        (COUNT.get(), found)
     }
 }
 

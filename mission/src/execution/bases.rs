@@ -14,22 +14,20 @@
 //! Of two that go to the same place the later one gives way like one that stands.
 //!
 //! Then `u` is cut so that `n u >= -phi (d - d_min) / 2` for each other base: what is left is never more than half of
-//! the margin for each, so that no pair comes nearer than `d_min`, at any step up to `1 / phi`.
-
-use crate::schedule::problem::Problem;
+//! the margin for each, so that no pair comes nearer than `d_min`, at any step up to `1 / phi`. What does not move, a base
+//! that has broken down among it, leaves the whole margin. Who and what is near a base stands in [`surroundings`](super::surroundings).
 
 use super::Execution;
 use super::motion::distance;
 use super::settings::{Potentials, Travel};
 use super::state::RobotState;
+use super::surroundings::Other;
 use super::view::Stage;
 
 /// How much stronger what turns is than what repels.
 const TURN: f64 = 1.5;
 /// Within this distance of the target repulsion fades (m).
 const FADE: f64 = 1.0;
-/// How fast a margin may be used up `phi` (1/s).
-const PHI: f64 = 2.0;
 /// Share of its greatest speed at which a base comes back to where it stands.
 const BACK: f64 = 0.25;
 /// A base slower than this stands (m/s).
@@ -57,7 +55,7 @@ impl Execution {
             state.heading = turned(state.heading, state.velocity, potentials);
         }
         for robot in 0..self.robots.len() {
-            self.robots[robot].velocity = command(&self.problem, &self.robots, robot, self.time, potentials);
+            self.robots[robot].velocity = self.command(robot, potentials);
         }
         let moves =
             |state: &RobotState| goes(state, self.time) || f64::hypot(state.velocity[0], state.velocity[1]) > STILL;
@@ -100,68 +98,44 @@ fn stands_back(robots: &[RobotState], robot: usize, potentials: &Potentials) -> 
     })
 }
 
-/// What else is near a base: the way to it, and how much nearer the two may come within a second for the part of this one.
-struct Other {
-    /// Unit vector away from it.
-    away: [f64; 2],
-    /// To its edge (m).
-    distance: f64,
-    /// `phi (d - d_min)`, shared if the other moves too (m/s).
-    margin: f64,
-}
-
-fn command(problem: &Problem, robots: &[RobotState], robot: usize, time: f64, potentials: &Potentials) -> [f64; 2] {
-    let state = &robots[robot];
-    if matches!(state.stage, Stage::Lost | Stage::Serving) {
-        return [0.0; 2];
-    }
-    let near = state.target.map(|(agent, _)| problem.approach(&problem.agents[agent], robot).0.high);
-    let fastest = match (state.stage, near) {
-        (Stage::Approaching, Some(near)) => near.max(state.approach),
-        _ => problem.robots[robot].speed.high,
-    };
-    let stands = !is_moving(state) || stands_back(robots, robot, potentials);
-    let (now, then) = (state.leg.at(time), state.leg.at(time + potentials.step));
-    let mut u = [0, 1]
-        .map(|axis| (then[axis] - now[axis]) / potentials.step + potentials.gain * (now[axis] - state.position[axis]));
-    if stands {
-        u = limited(u, BACK * fastest);
-    }
-    let wanted = u;
-    let fade = if stands { 1.0 } else { (distance(state.position, state.leg.to) / FADE).min(1.0) };
-    let others = others(robots, robot, potentials);
-    let mut nearest: Option<(&Other, f64)> = None;
-    for other in others.iter().filter(|other| other.distance < potentials.threshold) {
-        let d = other.distance.max(potentials.clearance / 2.0);
-        let push = fade * potentials.strength * fastest * (1.0 / d - 1.0 / potentials.threshold).max(0.0) / (d * d);
-        u = [u[0] + push * other.away[0], u[1] + push * other.away[1]];
-        let ahead = !stands && dot(wanted, other.away) < 0.0;
-        if ahead && nearest.is_none_or(|(least, _)| other.distance < least.distance) {
-            nearest = Some((other, push));
+impl Execution {
+    fn command(&self, robot: usize, potentials: &Potentials) -> [f64; 2] {
+        let (problem, robots, time) = (&self.problem, &self.robots, self.time);
+        let state = &robots[robot];
+        if matches!(state.stage, Stage::Lost | Stage::Serving) {
+            return [0.0; 2];
         }
-    }
-    if let Some((Other { away: [x, y], .. }, push)) = nearest {
-        u = [u[0] - TURN * push * y, u[1] + TURN * push * x];
-    }
-    guarded(limited(u, fastest), fastest, &others)
-}
-
-fn others(robots: &[RobotState], robot: usize, potentials: &Potentials) -> Vec<Other> {
-    let here = robots[robot].position;
-    let other = |place: [f64; 2], radius: f64, first: bool, share: f64| {
-        let centre = distance(here, place);
-        // In the same place, the first goes one way and the second the other.
-        let away = match centre > 1e-9 {
-            true => [(here[0] - place[0]) / centre, (here[1] - place[1]) / centre],
-            false => [if first { 1.0 } else { -1.0 }, 0.0],
+        let near = state.target.map(|(agent, _)| problem.approach(&problem.agents[agent], robot).0.high);
+        let fastest = match (state.stage, near) {
+            (Stage::Approaching, Some(near)) => near.max(state.approach),
+            _ => problem.robots[robot].speed.high,
         };
-        let distance = centre - radius;
-        Other { away, distance, margin: (share * PHI * (distance - potentials.clearance)).max(0.0) }
-    };
-    let bases = robots.iter().enumerate().filter(|(index, state)| *index != robot && state.stage != Stage::Lost);
-    let bases = bases.map(|(index, state)| other(state.position, 0.0, robot < index, 0.5));
-    let things = potentials.obstacles.iter().map(|thing| other(thing.place, thing.radius, true, 1.0));
-    bases.chain(things).collect()
+        let stands = !is_moving(state) || stands_back(robots, robot, potentials);
+        let (now, then) = (state.leg.at(time), state.leg.at(time + potentials.step));
+        let mut u = [0, 1].map(|axis| {
+            (then[axis] - now[axis]) / potentials.step + potentials.gain * (now[axis] - state.position[axis])
+        });
+        if stands {
+            u = limited(u, BACK * fastest);
+        }
+        let wanted = u;
+        let fade = if stands { 1.0 } else { (distance(state.position, state.leg.to) / FADE).min(1.0) };
+        let others = self.others(robot, potentials);
+        let mut nearest: Option<(&Other, f64)> = None;
+        for other in others.iter().filter(|other| other.distance < potentials.threshold) {
+            let d = other.distance.max(potentials.clearance / 2.0);
+            let push = fade * potentials.strength * fastest * (1.0 / d - 1.0 / potentials.threshold).max(0.0) / (d * d);
+            u = [u[0] + push * other.away[0], u[1] + push * other.away[1]];
+            let ahead = !stands && dot(wanted, other.away) < 0.0;
+            if ahead && nearest.is_none_or(|(least, _)| other.distance < least.distance) {
+                nearest = Some((other, push));
+            }
+        }
+        if let Some((Other { away: [x, y], .. }, push)) = nearest {
+            u = [u[0] - TURN * push * y, u[1] + TURN * push * x];
+        }
+        guarded(limited(u, fastest), fastest, &others)
+    }
 }
 
 /// The command nearest to `u`, or a shorter one, that uses up no margin too fast.

@@ -3,43 +3,76 @@
 //! Algorithm 3 lets every service keep its times where it can. At a confidence of 0.9 nine operations of ten end earlier
 //! than planned: a robot would stand and wait near a person who waits for it, another would stand at its depot, and after
 //! ten operations everybody would wait for what was saved. So the approach begins when the operation ends, if the robot is
-//! there, and services that follow leave earlier, by the same robots in the same order at the planned speeds. A wait that
-//! the plan has on purpose stays.
+//! there, and services that follow leave earlier, by the same robots in the same order at the planned speeds. A robot under
+//! way that has time until the operation ends goes slowly: when it ends early, the robot goes as fast as the wait is worth.
+//! A wait that the plan has on purpose stays.
 
 use crate::schedule::assistance::Assistance;
-use crate::schedule::problem::ServiceTimes;
+use crate::schedule::cost::scaled;
+use crate::schedule::instance::going;
+use crate::schedule::problem::{Scales, ServiceTimes};
 
 use super::Execution;
+use super::motion::distance;
 use super::view::Stage;
 
 /// A plan that serves later than it must by more than this does so on purpose (s).
 const ON_PURPOSE: f64 = 1e-6;
 
 impl Execution {
-    /// The operation of an agent has ended now, and was expected to end at `expected` (s).
-    pub(super) fn serve_early(&mut self, agent: usize, expected: f64) {
+    /// The operation of an agent ends at `end`, now or later, and was expected to end at `expected` (s).
+    pub(super) fn serve_early(&mut self, agent: usize, expected: f64, end: f64) {
         let operation = self.agents[agent].operation;
         let Some(robot) = self.robots.iter().position(|robot| robot.target == Some((agent, operation))) else { return };
         let Some(at) = self.service(agent, operation) else { return };
         let (was, state) = (at.times, &self.robots[robot]);
         let approach = was.serving - was.proximity;
         let possible = expected.max(was.waiting + approach);
-        let serving = match state.stage {
+        let (waiting, serving) = match state.stage {
             Stage::Going | Stage::Waiting if was.serving <= possible + ON_PURPOSE => {
-                was.waiting.max(state.leg.until).max(self.time) + approach
+                let waiting = if state.stage == Stage::Going {
+                    self.sooner(robot, (agent, operation), &was).max(end - approach).min(was.waiting)
+                } else {
+                    was.waiting
+                };
+                (waiting, end.max(waiting.max(self.time) + approach))
             }
-            Stage::Approaching => state.leg.until.max(self.time),
+            Stage::Approaching => (was.waiting, end.max(state.leg.until).max(self.time)),
             _ => return,
         };
         if serving < was.serving {
-            let approach = if state.stage == Stage::Approaching { was.proximity } else { serving - approach };
+            let proximity = if state.stage == Stage::Approaching { was.proximity } else { serving - approach };
             self.shift(
                 agent,
                 operation,
-                |times| ServiceTimes { proximity: approach, serving, ..times },
+                |times| ServiceTimes { waiting, proximity, serving, ..times },
                 serving - was.serving,
             );
         }
+    }
+
+    /// When a robot under way to this operation is at the waiting place (s), if it goes as fast from now on as it is worth
+    /// while somebody waits; no later than planned.
+    fn sooner(&self, robot: usize, (agent, operation): (usize, usize), was: &ServiceTimes) -> f64 {
+        let (state, machine) = (&self.robots[robot], &self.problem.robots[robot]);
+        if state.not_before > self.time {
+            return was.waiting.max(state.leg.until);
+        }
+        let whole = was.waiting - was.going;
+        let length = match whole > 0.0 {
+            // Where lengths come from a table, what is left of the way is as its time.
+            true if !self.has_places() => {
+                let left = ((was.waiting - self.time) / whole).clamp(0.0, 1.0);
+                left * self.problem.lengths(agent, robot).going
+            }
+            _ => distance(self.position(robot, self.time), state.leg.to),
+        };
+        let scales = Scales::of(&self.problem);
+        let price = scaled(self.problem.wait_weight(agent, operation), scales.wait);
+        let way = going(&self.problem, &scales, robot, length);
+        let worth = if price > 0.0 { way.shortest_at(price) } else { f64::INFINITY };
+        let least = length / machine.speed.high;
+        (self.time + worth.max(least)).min(was.waiting.max(state.leg.until))
     }
 
     /// The service of an operation is made to begin or end otherwise: `by` (s) is how much later the robot leaves the

@@ -24,6 +24,7 @@ mod settings;
 mod state;
 mod steps;
 mod stream;
+mod surroundings;
 mod tell;
 mod update;
 mod view;

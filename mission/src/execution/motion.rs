@@ -6,9 +6,6 @@ use super::Execution;
 use super::settings::Travel;
 use super::view::Stage;
 
-/// How near to its target a base has arrived (m).
-const ARRIVED: f64 = 0.05;
-
 /// A straight way at one speed, or standing at its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Leg {
@@ -105,20 +102,6 @@ impl Execution {
             state.gone += distance(state.leg.from, from);
         }
         state.leg = Leg { from, to, start: time, until: until.max(time) };
-    }
-
-    /// A robot is where it goes.
-    pub(super) fn is_there(&self, robot: usize) -> bool {
-        let Travel::Bases(potentials) = &self.settings.travel else { return true };
-        let to = self.robots[robot].leg.to;
-        // What an obstacle covers is reached at its edge.
-        let covered = potentials
-            .obstacles
-            .iter()
-            .map(|obstacle| obstacle.radius + potentials.clearance - distance(obstacle.place, to));
-        let inside = covered.fold(0.0, f64::max);
-        let near = if inside > 0.0 { 2.0 * ARRIVED + inside } else { ARRIVED };
-        distance(self.position(robot, self.time), to) <= near
     }
 
     /// A way is given up where the robot is: what it took is counted.

@@ -49,6 +49,14 @@ pub enum Happening {
         /// When it is now expected there (s).
         expected: f64,
     },
+    /// A robot stands, since one that is out of order stands in its way, and it is not known until when.
+    HeldUp {
+        robot: usize,
+        /// To whom it was going; none: home.
+        agent: Option<usize>,
+        /// The robot that is out of order.
+        by: usize,
+    },
     /// A service was broken off; the robot, unless it is lost, goes home.
     BrokenOff { robot: usize, agent: usize, operation: usize },
     /// An event was told.

@@ -205,6 +205,7 @@ impl Settings {
         within("wait_gain", self.adaptation.wait_gain, 0.0, MAX_NUMBER)?;
         within("approach_gain", self.adaptation.approach_gain, 0.0, MAX_NUMBER)?;
         within("margin", self.adaptation.margin, 0.0, 1.0)?;
+        within("wait_step", self.adaptation.wait_step, 0.0, MAX_NUMBER)?;
         match &self.travel {
             Travel::Planned => Ok(()),
             Travel::Bases(potentials) => potentials.check(problem),

@@ -83,6 +83,10 @@ pub(super) struct RobotState {
     pub leg: Leg,
     /// It is where it goes no earlier than this (s), because it is late, or goes another way than that from its depot.
     pub not_before: f64,
+    /// The least that was left of the present leg (m) when it was late, and since when (s).
+    pub nearest: Option<(f64, f64)>,
+    /// The robot out of order that holds it up.
+    pub held_up: Option<usize>,
     /// Where it is (m) at the last step of the bases.
     pub position: [f64; 2],
     /// Its velocity since then (m/s).
@@ -111,6 +115,8 @@ impl RobotState {
             target: None,
             leg: Leg::rest(place, problem.start),
             not_before: f64::NEG_INFINITY,
+            nearest: None,
+            held_up: None,
             position: place,
             velocity: [0.0; 2],
             heading: 0.0,
@@ -127,6 +133,7 @@ impl RobotState {
         self.stage = stage;
         self.since = time;
         self.not_before = f64::NEG_INFINITY;
+        (self.nearest, self.held_up) = (None, None);
     }
 
     /// How many of the six instants of its service have passed.

@@ -16,6 +16,8 @@ use super::view::{Doing, Stage};
 pub(super) const SAME: f64 = 1e-9;
 /// A robot that is late is looked for again after this time at the least and at the most (s).
 const LATE: (f64, f64) = (0.5, 5.0);
+/// One that is held up is looked for again after this time (s).
+const HELD_UP: f64 = 60.0;
 
 impl Execution {
     pub(super) fn perform(&mut self, step: Step) {
@@ -73,7 +75,7 @@ impl Execution {
         self.record(Happening::OperationEnded { agent, operation });
         if (expected - self.time).abs() > SAME || self.stranded.is_some() {
             let before = self.schedule.clone();
-            self.serve_early(agent, expected);
+            self.serve_early(agent, expected, self.time);
             self.bring_forward(&before);
             self.update(self.problem.clone());
         }
@@ -196,22 +198,35 @@ impl Execution {
     /// A robot is not where it should be: it goes on, and the plan learns when it is expected.
     fn is_late(&mut self, robot: usize) {
         let state = &self.robots[robot];
-        let (to, stage) = (state.leg.to, state.stage);
+        let (to, stage, since) = (state.leg.to, state.stage, state.since);
         let speed = match stage {
             Stage::Approaching if state.approach > 0.0 => state.approach,
             _ => self.problem.robots[robot].speed.high,
         };
         let left = distance(self.position(robot, self.time), to) / speed;
-        let expected = self.time + left.max((0.2 * (self.time - state.since)).clamp(LATE.0, LATE.1));
+        let was = self.robots[robot].held_up;
+        let held_up = self.held_up_by(robot);
+        // It is sent on when the way is free; until then nobody knows more.
+        let again = if held_up.is_some() { HELD_UP } else { (0.2 * (self.time - since)).clamp(LATE.0, LATE.1) };
+        let expected = self.time + left.max(again);
         self.send(robot, to, expected);
         self.robots[robot].not_before = expected;
-        if let Some((agent, operation)) = self.robots[robot].target {
-            self.record(Happening::RobotLate { robot, agent, operation, expected });
+        self.robots[robot].held_up = held_up;
+        match (held_up, self.robots[robot].target) {
+            (Some(by), target) if was != held_up => {
+                self.record(Happening::HeldUp { robot, agent: target.map(|(agent, _)| agent), by });
+            }
+            (Some(_), _) | (None, None) => {}
+            (None, Some((agent, operation))) => {
+                self.record(Happening::RobotLate { robot, agent, operation, expected });
+            }
         }
         let mut problem = self.problem.clone();
         if stage == Stage::Recalled {
             super::update::set_absence(&mut problem, robot, Some(expected));
         }
-        self.update(problem);
+        // Around one that is still held up no plan is any better.
+        let anew = if was.is_some() && was == held_up { Anew::IfItMust } else { Anew::IfItPays };
+        self.update_or_plan(problem, anew);
     }
 }

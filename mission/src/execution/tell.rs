@@ -48,8 +48,15 @@ impl Execution {
                 } else {
                     let time = self.time;
                     let state = &mut self.agents[agent];
+                    let was = state.expected;
                     state.ends = (state.ends + by).max(time);
                     state.expected = (state.expected + by).max(time);
+                    let expected = state.expected;
+                    if expected < was {
+                        let before = self.schedule.clone();
+                        self.serve_early(agent, was, expected);
+                        self.bring_forward(&before);
+                    }
                     self.update(self.problem.clone());
                 }
             }
@@ -278,10 +285,12 @@ impl Execution {
     }
 
     fn robot_back(&mut self, robot: usize) {
+        let (place, depot) = (self.free_place(robot), self.problem.robots[robot].depot);
         let state = &mut self.robots[robot];
         state.begin(Stage::Home, self.time);
-        state.position = self.problem.robots[robot].depot;
-        state.leg = Leg::rest(state.position, self.time);
+        state.position = place;
+        state.leg = Leg::rest(depot, self.time);
+        self.let_on();
         let mut problem = self.problem.clone();
         problem.absent.retain(|absence| absence.robot != robot);
         self.update_or_plan(problem, Anew::Asked);
@@ -303,6 +312,7 @@ impl Execution {
         self.lost[agent] = Some(who.clone());
         who.operations = served;
         who.wait_weights.truncate(served);
+        who.limit_weights.truncate(served);
         who.approach_weights.truncate(served);
         self.update(problem);
     }

@@ -22,6 +22,8 @@ pub(super) struct Improver<'a> {
     scratch: Vec<Load>,
     /// Layers timed.
     pub tried: u64,
+    /// Nothing is tried after this.
+    deadline: Option<Instant>,
 }
 
 impl<'a> Improver<'a> {
@@ -35,7 +37,8 @@ impl<'a> Improver<'a> {
         }
         let loads = vec![vec![Load::default(); instance.movers.len()]; instance.layers.len()];
         let costs = vec![0.0; instance.layers.len()];
-        let mut improver = Improver { instance, choices, loads, costs, user, scratch: Vec::new(), tried: 0 };
+        let mut improver =
+            Improver { instance, choices, loads, costs, user, scratch: Vec::new(), tried: 0, deadline: None };
         for layer in 0..instance.layers.len() {
             improver.refresh(layer);
         }
@@ -114,10 +117,11 @@ impl<'a> Improver<'a> {
     /// Changes until nothing saves anything, `most` layers have been timed, or the deadline has come.
     pub fn improve(&mut self, most: u64, deadline: Option<Instant>) {
         let mut changed = true;
+        self.deadline = deadline;
         while changed {
             changed = false;
             for job in 0..self.instance.jobs.len() {
-                if self.tried >= most || deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+                if self.tried >= most || self.is_over() {
                     return;
                 }
                 if self.instance.jobs[job].layer.is_some() {
@@ -128,11 +132,18 @@ impl<'a> Improver<'a> {
         }
     }
 
+    fn is_over(&self) -> bool {
+        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
     /// Another agent or another object for a job; an object in use goes to this job for that of this job.
     fn move_job(&mut self, index: usize) -> bool {
         let job = &self.instance.jobs[index];
         let mut changed = false;
         for object in 0..job.objects.len() {
+            if self.is_over() {
+                break;
+            }
             for agent in 0..self.instance.movers.len() {
                 let now = self.choices[index];
                 if job.mode(object, agent).is_none() || now == (agent, object) {
@@ -160,6 +171,9 @@ impl<'a> Improver<'a> {
         let mut changed = false;
         for &other in instance.layers[layer].jobs.iter().filter(|other| **other > index) {
             let (mine, theirs) = (self.choices[index], self.choices[other]);
+            if self.is_over() {
+                break;
+            }
             if mine.0 == theirs.0 {
                 continue;
             }

@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::check::MAX_NUMBER;
 use super::problem::{Agent, AgentKind, Approach, Problem, Range};
 
 /// What a person says of a service.
@@ -46,12 +47,14 @@ pub struct Adaptation {
     pub approach_gain: f64,
     /// `c_eps`: the least relative distance between the ends of a range of speeds.
     pub margin: f64,
+    /// By how much a limit of waits moves at the most at one feedback (s). Zero or more.
+    pub wait_step: f64,
 }
 
 impl Default for Adaptation {
     /// Ours: the thesis prints no values.
     fn default() -> Adaptation {
-        Adaptation { memory: 0.5, wait_gain: 1.0, approach_gain: 1.0, margin: 0.01 }
+        Adaptation { memory: 0.5, wait_gain: 1.0, approach_gain: 1.0, margin: 0.01, wait_step: 30.0 }
     }
 }
 
@@ -87,7 +90,7 @@ pub fn efficiency(problem: &Problem, agent: usize) -> f64 {
 }
 
 /// The problem after a person's feedback, and how satisfied that person is now: later waits and approaches are weighted
-/// by (5.16) and (5.17), speeds follow Algorithm 2, waiting distances (5.18).
+/// by (5.16) and (5.17), speeds follow Algorithm 2, waiting distances (5.18), limits of waits the feedback on waits.
 ///
 /// # Errors
 ///
@@ -105,7 +108,11 @@ pub fn adapt(
     let alpha = problem.wait_weight(feedback.agent, feedback.operation) + constants.wait_gain * priority * now.wait;
     let zeta =
         problem.approach_weight(feedback.agent, feedback.operation) - constants.approach_gain * priority * now.approach;
+    let declared: Vec<f64> = (0..problem.agents[feedback.agent].operations)
+        .map(|operation| problem.wait_weight(feedback.agent, operation))
+        .collect();
     let who = &mut adapted.agents[feedback.agent];
+    limit(who, feedback.wait, declared, constants.wait_step);
     later(&mut who.wait_weights, who.operations, feedback.operation, alpha.max(0.0));
     later(&mut who.approach_weights, who.operations, feedback.operation, zeta.max(0.0));
     speeds(problem, who, feedback, now.approach, constants.margin);
@@ -128,6 +135,19 @@ fn check(problem: &Problem, feedback: &Feedback) -> Result<(), NoFeedback> {
     }
     let outside = [wait, approach].into_iter().find(|value| !(-1.0..=1.0).contains(value));
     outside.map_or(Ok(()), |value| Err(NoFeedback::Outside { value }))
+}
+
+/// Ours: the limit of a person's waits moves by a step, the other way than `f^w`. What goes beyond weighs as much as it did
+/// before the first feedback on waits, or more: weights alone have no measure, and a wait that counts nothing takes minutes
+/// where the person asked for seconds.
+fn limit(who: &mut Agent, wait: f64, declared: Vec<f64>, step: f64) {
+    if wait == 0.0 {
+        return;
+    }
+    if who.limit_weights.is_empty() {
+        who.limit_weights = declared;
+    }
+    who.wait_limit = (who.wait_limit - step * wait).clamp(0.0, MAX_NUMBER);
 }
 
 /// Gives all operations after this one the same weight.

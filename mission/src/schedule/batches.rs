@@ -4,19 +4,24 @@
 //! been finished come in, and everything that has not begun is planned anew. The thesis lets them come in by distance; here
 //! they come in the order in which a schedule built quickly for the whole mission serves them. What comes out is improved by
 //! moving single services, and is never worse than that first schedule. All costs are on the scales of the whole mission.
+//! A [`relaxation`](super::relaxation) of the whole bounds the cost.
 
-use std::time::Instant;
-
-use crate::engine::Budget;
+use crate::engine::Watch;
 use crate::plan::{Limit, Statistics};
 
 use super::assistance::Assistance;
+use super::bounds::Bounds;
 use super::chance;
 use super::choose::{Parts, Refusal, Solver};
 use super::construct::{construct, refine};
+use super::exact::status;
 use super::instance::{Instance, Sequence};
 use super::problem::{Begun, Problem, Scales};
+use super::relaxation::relaxation;
 use super::retime::retime;
+
+/// The share of the time that the first schedule may take.
+const FIRST: f64 = 0.5;
 
 /// Plans a problem without mistakes in batches of `size` operations.
 ///
@@ -24,32 +29,40 @@ use super::retime::retime;
 ///
 /// The planner of a batch refused.
 pub(crate) fn batches(problem: &Problem, size: usize, solver: &Solver) -> Result<Parts, Refusal> {
-    let begun = Instant::now();
+    let budget = solver.budget();
+    let watch = Watch::new(&budget);
     let size = size.max(1);
     let instance = Instance::new(problem);
-    let first = construct(&instance)?;
+    let first = construct(&instance, &watch.share(FIRST))?;
+    let status = |cost: f64, stopped: Option<Limit>| {
+        let bound = relaxation(&instance, &Bounds::new(&instance, cost), cost, &watch);
+        status(cost, bound, budget.gap, stopped.or(Some(Limit::Work)))
+    };
     let mut coming = order(&instance, &first.schedule);
     coming.reverse();
     let mut batch = Batch::new(problem);
     let (mut statistics, mut stopped): (Statistics, Option<Limit>) = (Statistics::default(), None);
     let mut room = size;
     loop {
+        if watch.is_over() {
+            return Ok((status(first.cost, Some(Limit::Time)), first.schedule, statistics));
+        }
         for _ in 0..room {
             let Some(agent) = coming.pop() else { break };
             batch.add(problem, agent);
         }
         if room > 0 {
-            let time = solver.budget().time.saturating_sub(begun.elapsed());
-            let (found, _) = solver.solve(&batch.part, &Budget { time, ..solver.budget() })?;
+            let (found, _) = solver.solve(&batch.part, &watch.left())?;
             statistics = statistics.plus(found.statistics);
             stopped = stopped.or(found.status.stopped().filter(|limit| *limit != Limit::Accuracy));
             batch.schedule = found.timed.schedule;
         }
         if coming.is_empty() {
-            let whole = retime(&instance, &sequence(&instance, &batch.schedule))?;
-            let refined = whole.map(|whole| refine(&instance, whole)).transpose()?;
+            let whole = retime(&instance, &sequence(&instance, &batch.schedule), &watch)?;
+            let refined = whole.map(|whole| refine(&instance, whole, &watch)).transpose()?;
             let best = refined.filter(|refined| refined.cost < first.cost).unwrap_or(first);
-            return Ok((best.schedule, statistics, stopped));
+            let stopped = if watch.is_over() { Some(Limit::Time) } else { stopped };
+            return Ok((status(best.cost, stopped), best.schedule, statistics));
         }
         let ends = batch.schedule.iter().map(|assistance| assistance.times.depositing);
         let now = batch.part.start;
@@ -97,6 +110,7 @@ impl Batch {
             let served = |begun: &&Begun| begun.agent == agent && begun.service.is_some();
             who.operations = problem.begun.iter().filter(served).count();
             who.wait_weights.truncate(who.operations);
+            who.limit_weights.truncate(who.operations);
             who.approach_weights.truncate(who.operations);
         }
         part.begun.retain(|begun| begun.service.is_some());
@@ -110,6 +124,7 @@ impl Batch {
         who.operations += 1;
         let whole = &problem.agents[agent];
         who.wait_weights.extend(whole.wait_weights.get(operation));
+        who.limit_weights.extend(whole.limit_weights.get(operation));
         who.approach_weights.extend(whole.approach_weights.get(operation));
         let same = |begun: &&Begun| begun.agent == agent && begun.operation == operation;
         if let Some(begun) = problem.begun.iter().find(same) {
@@ -155,4 +170,80 @@ pub fn begun_at(schedule: &[Assistance], time: f64) -> Vec<Begun> {
         (start < time || service.is_some()).then_some(Begun { agent, operation, start, end, service })
     };
     schedule.iter().filter_map(begun).collect()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
+mod tests {
+    use super::super::choose::{Formulation, Options, plan};
+    use super::super::problem::{Agent, AgentKind, Distances, Duration, Energy, Range, Robot, WAIT_LIMIT, Weights};
+    use super::*;
+    use crate::engine::looks::ended_after;
+
+    fn large(agents: usize, robots: usize, operations: usize, speed: Range) -> Problem {
+        let robot = |m: usize| Robot {
+            name: format!("m{m}"),
+            depot: [-4.0 * m as f64, 7.0],
+            speed,
+            proximity: Some(speed),
+            serve: 10.0,
+            deposit: 20.0,
+            factor: 1.0,
+            energy: Energy::of_factor(1.0),
+        };
+        let agent = |a: usize| Agent {
+            name: format!("a{a}"),
+            kind: if a.is_multiple_of(3) { AgentKind::Worker } else { AgentKind::Human },
+            place: [2.0 * (a % 7) as f64, -3.0 * (a / 7) as f64],
+            operations,
+            duration: Duration { mean: 150.0 + 37.0 * (a % 5) as f64, sigma: 10.0 },
+            severity: 0.0,
+            wait_distance: 1.0,
+            approaches: Vec::new(),
+            wait_weights: Vec::new(),
+            wait_limit: WAIT_LIMIT,
+            limit_weights: Vec::new(),
+            approach_weights: Vec::new(),
+        };
+        Problem {
+            labels: crate::labels::Labels::default(),
+            robots: (0..robots).map(robot).collect(),
+            agents: (0..agents).map(agent).collect(),
+            distances: Distances::Straight,
+            confidence: 0.9,
+            weights: Weights { worker_wait: 1.0, energy: 1.0, makespan: 1.0 },
+            start: 0.0,
+            begun: Vec::new(),
+            absent: Vec::new(),
+            scales: None,
+        }
+    }
+
+    /// Wherever the time ends, it is looked at a few times more and no further: nobody goes on without.
+    #[test]
+    fn whoever_plans_ends_when_the_time_does() {
+        let ranged = Range::new(0.05, 0.2);
+        let shapes = [
+            (large(12, 3, 3, ranged), Formulation::Batches),
+            (large(12, 3, 3, Range::point(0.1)), Formulation::Batches),
+            (large(9, 2, 1, ranged), Formulation::Subsets),
+            (large(4, 2, 2, ranged), Formulation::Orders),
+            (large(4, 2, 2, Range::point(0.1)), Formulation::Constraint),
+            (large(3, 2, 2, ranged), Formulation::Position),
+        ];
+        for (problem, formulation) in shapes {
+            let options = Options { formulation: Some(formulation), ..Options::default() };
+            let jobs = problem.operations() as u64;
+            for looks in [0, 1, 2, 5, 17, 60, 200, 900, 4000] {
+                let (looked, plan) = ended_after(looks, || plan(&problem, &options).unwrap());
+                assert!(looked <= looks + 4 * jobs + 20, "{formulation:?}: {looked} looks, over at {looks}");
+                let by_time = plan.status.stopped() == Some(Limit::Time);
+                assert!(
+                    by_time || looked <= looks || plan.status.stopped().is_none(),
+                    "{formulation:?} {:?}",
+                    plan.status
+                );
+            }
+        }
+    }
 }

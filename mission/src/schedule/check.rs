@@ -55,6 +55,8 @@ pub enum Key {
     Duration,
     Severity,
     WaitDistance,
+    WaitLimit,
+    LimitWeights,
     Approaches,
     WaitWeights,
     ApproachWeights,
@@ -286,9 +288,12 @@ impl Checker<'_> {
             }
             self.within(of(item, Key::Severity), agent.severity, 0.0, 1.0);
             self.not_negative(of(item, Key::WaitDistance), agent.wait_distance);
-            for (key, weights) in
-                [(Key::WaitWeights, &agent.wait_weights), (Key::ApproachWeights, &agent.approach_weights)]
-            {
+            self.not_negative(of(item, Key::WaitLimit), agent.wait_limit);
+            for (key, weights) in [
+                (Key::WaitWeights, &agent.wait_weights),
+                (Key::LimitWeights, &agent.limit_weights),
+                (Key::ApproachWeights, &agent.approach_weights),
+            ] {
                 if !weights.is_empty() && weights.len() != agent.operations {
                     self.refuse(of(item, key), Reason::Count { found: weights.len(), expected: agent.operations });
                 }

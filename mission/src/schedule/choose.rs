@@ -3,21 +3,21 @@
 //! | problem | formulation | because |
 //! |---|---|---|
 //! | each agent has one service to come | subsets | robots meet in the sharing and the end alone; weights may be uneven |
-//! | several services of an agent, few operations | orders | proves the vineyard, where the position form does not |
+//! | several services of an agent, few operations | orders | proves the vineyard, where the position form does not; with fixed durations the constraint program tries first |
 //! | more of them, or some waits gain by being long, every way takes a fixed time | constraint program | knows the order of an agent's operations; its times are whole |
 //! | some waits gain by being long, few operations | position form | bounds the cost; re-timing is exact |
-//! | more operations than one of these proves | batches | each batch is small; no bound |
+//! | more operations than one of these proves | batches | each batch is small; a relaxation bounds the whole |
 
 use serde::{Deserialize, Serialize};
 
 use crate::engine::{Budget, EngineError, Halt, Highs, Microlp, Milp, Watch};
-use crate::plan::{Limit, Plan, Statistics, Status};
+use crate::plan::{Plan, Statistics, Status};
 
 use super::assistance::{Assistance, to_plan};
 use super::batches::batches;
 use super::check::Mistake;
 use super::constraint::constraint;
-use super::exact::{Found, exact};
+use super::exact::{Found, exact, status};
 use super::instance::Instance;
 use super::problem::Problem;
 use super::{orders, subsets};
@@ -26,6 +26,10 @@ use super::{orders, subsets};
 const MOST_CONSTRAINT: usize = 12;
 /// What solves it.
 const CONSTRAINT: &str = "constraint program, pumpkin";
+/// The steps that it is given before orders are searched.
+const TRIED: u64 = 2000;
+/// What searches orders.
+const ORDERS: &str = "branch and bound";
 /// The most operations that the built-in engine is given at once.
 const MOST_BUILT_IN: usize = 12;
 /// The most operations that HiGHS is given at once.
@@ -207,9 +211,9 @@ pub fn plan(problem: &Problem, options: &Options) -> Result<Plan, Refusal> {
     let choice = choose(problem, options)?;
     let solver = Solver::new(options, choice.formulation)?;
     if choice.formulation == Formulation::Batches {
-        let (schedule, statistics, stopped) = batches(problem, options.batch, &solver)?;
+        let (status, schedule, statistics) = batches(problem, options.batch, &solver)?;
         let engine = format!("batches of {}", options.batch.max(1));
-        return Ok(to_plan(problem, &schedule, Status::Unbounded { stopped }, engine, statistics));
+        return Ok(to_plan(problem, &schedule, status, engine, statistics));
     }
     let (found, engine) = solver.solve(problem, &options.budget)?;
     Ok(to_plan(problem, &found.timed.schedule, found.status, engine, found.statistics))
@@ -260,11 +264,11 @@ impl Solver {
                 found => Ok((found?, CONSTRAINT.into())),
             },
             Formulation::Orders if !orders::fits(&instance) => Err(Refusal::NotOrders),
+            Formulation::Orders if asked.is_none() && instance.is_fixed() => self.fixed(&instance, budget),
             Formulation::Orders => match orders::orders(&instance, budget) {
-                Ok(found) => Ok((found, "branch and bound".into())),
+                Ok(found) => Ok((found, ORDERS.into())),
                 Err(Halt::Engine(error)) => Err(error.into()),
                 Err(_) if asked.is_some() => Err(Refusal::NotOrders),
-                Err(_) if instance.is_fixed() => Ok((constraint(&instance, &watch.left())?, CONSTRAINT.into())),
                 Err(_) => self.position(&instance, &watch.left()),
             },
             Formulation::Subsets if !subsets::fits(&instance) => Err(Refusal::NotSubsets),
@@ -277,6 +281,35 @@ impl Solver {
         }
     }
 
+    /// By the constraint program for a few steps, which prove a mission in which robots hardly get in each other's way, and
+    /// by orders where they do not.
+    fn fixed(&self, instance: &Instance, budget: &Budget) -> Result<(Found, String), Refusal> {
+        let watch = Watch::new(budget);
+        let few = Budget { nodes: budget.nodes.min(TRIED), ..*budget };
+        let tried = match constraint(instance, &few) {
+            Err(EngineError::Overflow { .. }) => None,
+            found => Some(found?),
+        };
+        let tried = match tried {
+            Some(found) if matches!(found.status, Status::Proven { .. }) => return Ok((found, CONSTRAINT.into())),
+            tried => tried,
+        };
+        let mut found = match orders::orders(instance, &watch.left()) {
+            Ok(found) => found,
+            Err(Halt::Engine(error)) => return Err(error.into()),
+            Err(_) => return Ok((constraint(instance, &watch.left())?, CONSTRAINT.into())),
+        };
+        if let Some(tried) = tried {
+            found.statistics = found.statistics.plus(tried.statistics);
+            if tried.timed.cost < found.timed.cost {
+                let (bound, stopped) = (found.status.bound().unwrap_or(0.0), found.status.stopped());
+                found.status = status(tried.timed.cost, bound, budget.gap, stopped);
+                found.timed = tried.timed;
+            }
+        }
+        Ok((found, ORDERS.into()))
+    }
+
     /// By the position form.
     fn position(&self, instance: &Instance, budget: &Budget) -> Result<(Found, String), Refusal> {
         let found = exact(instance, self.milp.as_ref(), budget)?;
@@ -284,5 +317,5 @@ impl Solver {
     }
 }
 
-/// A schedule in parts: what it is, how much work, what ended the search of a part.
-pub(crate) type Parts = (Vec<Assistance>, Statistics, Option<Limit>);
+/// A schedule in parts: how sure, what it is, how much work.
+pub(crate) type Parts = (Status, Vec<Assistance>, Statistics);

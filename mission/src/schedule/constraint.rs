@@ -6,13 +6,14 @@
 //! on the cost; the schedule of its order has the exact cost.
 
 use crate::engine::cp::{Choice, Number, Optional, Outcome, Program, Term};
-use crate::engine::{Budget, EngineError};
-use crate::plan::Statistics;
+use crate::engine::{Budget, EngineError, Watch};
+use crate::plan::{Limit, Statistics};
 
 use super::bounds::Bounds;
 use super::construct::construct;
 use super::exact::{Found, status};
 use super::instance::{Instance, Sequence};
+use super::relaxation::relaxation;
 use super::retime::{Timed, retime};
 
 /// Ticks that are tried, the longest first: one in which all durations are whole keeps them exact (s).
@@ -30,19 +31,25 @@ const REACH: f64 = 5e8;
 ///
 /// The numbers do not fit the engine, or the cone solver failed.
 pub(crate) fn constraint(instance: &Instance, budget: &Budget) -> Result<Found, EngineError> {
-    let known = construct(instance)?;
+    let watch = Watch::new(budget);
+    let known = construct(instance, &watch)?;
     let bounds = Bounds::new(instance, known.cost);
     let mut statistics = Statistics { solves: 1, ..Statistics::default() };
     if known.cost - bounds.cost <= budget.gap * known.cost.abs() {
         let status = status(known.cost, bounds.cost, budget.gap, None);
         return Ok(Found { timed: known, status, statistics });
     }
+    if watch.is_over() {
+        let status = status(known.cost, bounds.cost, budget.gap, Some(Limit::Time));
+        return Ok(Found { timed: known, status, statistics });
+    }
     let model = Model::new(instance, &bounds, &known)?;
     let (program, objective) = (model.program, model.objective);
-    let (outcome, steps) = program.minimise(objective, (&model.asked, &model.chosen), budget);
+    let (outcome, steps) = program.minimise(objective, (&model.asked, &model.chosen), &watch.left());
     statistics.solves += 1;
     statistics.nodes += steps;
-    let (mut timed, mut bound, mut stopped) = (known, bounds.cost, None);
+    let mut bound = relaxation(instance, &bounds, known.cost, &watch);
+    let (mut timed, mut stopped) = (known, None);
     match outcome {
         Outcome::Found(values, ended) => {
             let robots = instance.free.len();
@@ -55,10 +62,10 @@ pub(crate) fn constraint(instance: &Instance, budget: &Budget) -> Result<Found, 
             for jobs in &mut sequence {
                 jobs.sort_by_key(|job| (values.numbers[1 + *job] + model.first[*job], *job));
             }
-            if let Some(next) = retime(instance, &sequence)?.filter(|next| next.cost < timed.cost) {
+            if let Some(next) = retime(instance, &sequence, &watch)?.filter(|next| next.cost < timed.cost) {
                 timed = next;
             }
-            stopped = ended;
+            stopped = ended.or(watch.is_over().then_some(Limit::Time));
             if ended.is_none() {
                 bound = bound.max(model.base + values.numbers[0] as f64 / model.resolution);
             }

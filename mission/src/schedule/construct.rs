@@ -2,9 +2,10 @@
 //! shaken and improved again. It starts the exact planners, and stands in for them where they run out of budget.
 //!
 //! Candidates are compared at fixed durations, the best is re-timed exactly, and its durations are used for the next pass.
-//! The shaking is by a generator with a fixed seed, and all limits are counts: the same problem gives the same sequence.
+//! The shaking is by a generator with a fixed seed, and limits are counts: the same problem gives the same sequence, unless
+//! its time ends first, which is looked at before every sequence.
 
-use crate::engine::EngineError;
+use crate::engine::{EngineError, Watch};
 
 use super::instance::{Instance, Sequence, Way};
 use super::retime::{Timed, retime};
@@ -29,20 +30,41 @@ type Guess = Vec<Vec<[f64; 3]>>;
 /// How slow the first guesses are: from the greatest speeds (0) to those of least energy (1).
 const SLOWNESS: [f64; 3] = [0.0, 0.3, 1.0];
 
-/// A good sequence, re-timed. The same for the same problem.
+/// What may still be done: sequences to compare, until the time is over.
+struct Work<'a> {
+    left: usize,
+    watch: &'a Watch,
+}
+
+impl Work<'_> {
+    /// One more sequence is compared; false if it was the last.
+    fn spend(&mut self) -> bool {
+        self.left = self.left.saturating_sub(1);
+        !self.is_over()
+    }
+
+    fn is_over(&self) -> bool {
+        self.left == 0 || self.watch.is_over()
+    }
+}
+
+/// A good sequence, re-timed. The same for the same problem, unless the time ended the search.
 ///
 /// # Errors
 ///
 /// The cone solver failed.
-pub(crate) fn construct(instance: &Instance) -> Result<Timed, EngineError> {
+pub(crate) fn construct(instance: &Instance, watch: &Watch) -> Result<Timed, EngineError> {
     let nothing = || EngineError::Failed { engine: "construction".into(), message: "no sequence".into() };
     let mut best: Option<Timed> = None;
     let starts = if instance.is_fixed() { &SLOWNESS[..1] } else { &SLOWNESS };
     for slowness in starts {
+        if best.is_some() && watch.is_over() {
+            break;
+        }
         let guess = first_guess(instance, *slowness);
-        let mut left = PLACED / instance.jobs.len().max(1) / starts.len();
-        let timed = retime(instance, &insert(instance, &guess, &mut left))?.ok_or_else(nothing)?;
-        let timed = polish(instance, guess, timed, left)?;
+        let mut work = Work { left: PLACED / instance.jobs.len().max(1) / starts.len(), watch };
+        let timed = retime(instance, &insert(instance, &guess, &mut work), watch)?.ok_or_else(nothing)?;
+        let timed = polish(instance, guess, timed, work)?;
         if best.as_ref().is_none_or(|best| timed.cost < best.cost) {
             best = Some(timed);
         }
@@ -55,8 +77,9 @@ pub(crate) fn construct(instance: &Instance) -> Result<Timed, EngineError> {
 /// # Errors
 ///
 /// The cone solver failed.
-pub(crate) fn refine(instance: &Instance, timed: Timed) -> Result<Timed, EngineError> {
-    polish(instance, first_guess(instance, 0.0), timed, PLACED / instance.jobs.len().max(1))
+pub(crate) fn refine(instance: &Instance, timed: Timed, watch: &Watch) -> Result<Timed, EngineError> {
+    let work = Work { left: PLACED / instance.jobs.len().max(1), watch };
+    polish(instance, first_guess(instance, 0.0), timed, work)
 }
 
 fn first_guess(instance: &Instance, slowness: f64) -> Guess {
@@ -83,10 +106,13 @@ fn next_guess(instance: &Instance, timed: &Timed) -> Guess {
     (0..instance.jobs.len()).map(|index| (0..robots).map(|m| of(index, m)).collect()).collect()
 }
 
-fn polish(instance: &Instance, mut guess: Guess, mut best: Timed, mut left: usize) -> Result<Timed, EngineError> {
+fn polish(instance: &Instance, mut guess: Guess, mut best: Timed, mut work: Work) -> Result<Timed, EngineError> {
     for pass in 0..PASSES {
-        let next = shake(instance, &guess, &best.sequence, &mut left);
-        let Some(next) = retime(instance, &next)? else { break };
+        if work.watch.is_over() {
+            return Ok(best);
+        }
+        let next = shake(instance, &guess, &best.sequence, &mut work);
+        let Some(next) = retime(instance, &next, work.watch)? else { break };
         let better = next.cost < best.cost - 1e-9 * best.cost.abs();
         if better {
             best = next;
@@ -95,11 +121,11 @@ fn polish(instance: &Instance, mut guess: Guess, mut best: Timed, mut left: usiz
         }
         guess = next_guess(instance, &best);
     }
-    if instance.is_fixed() || instance.jobs.len() > EXACT_JOBS { Ok(best) } else { exactly(instance, best) }
+    if instance.is_fixed() || instance.jobs.len() > EXACT_JOBS { Ok(best) } else { exactly(instance, best, work.watch) }
 }
 
 /// Moves and exchanges once more, the most promising ones re-timed exactly.
-fn exactly(instance: &Instance, mut best: Timed) -> Result<Timed, EngineError> {
+fn exactly(instance: &Instance, mut best: Timed, watch: &Watch) -> Result<Timed, EngineError> {
     for _ in 0..PASSES {
         let guess = next_guess(instance, &best);
         let mut candidates: Vec<(f64, Sequence)> = Vec::new();
@@ -108,12 +134,15 @@ fn exactly(instance: &Instance, mut best: Timed) -> Result<Timed, EngineError> {
             if price.is_finite() {
                 candidates.push((price, sequence));
             }
-            true
+            !watch.is_over()
         });
         candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut next: Option<Timed> = None;
         for (_, sequence) in candidates.into_iter().take(EXACT_CANDIDATES) {
-            let timed = retime(instance, &sequence)?;
+            if watch.is_over() {
+                return Ok(next.unwrap_or(best));
+            }
+            let timed = retime(instance, &sequence, watch)?;
             let least = next.as_ref().map_or(best.cost - 1e-9 * best.cost.abs(), |next| next.cost);
             next = timed.filter(|timed| timed.cost < least).or(next);
         }
@@ -162,7 +191,7 @@ fn price(instance: &Instance, guess: &Guess, sequence: &Sequence) -> f64 {
 }
 
 /// Jobs in the order in which they can be served, each given to the robot that serves it first.
-fn insert(instance: &Instance, guess: &Guess, left: &mut usize) -> Sequence {
+fn insert(instance: &Instance, guess: &Guess, work: &mut Work) -> Sequence {
     let mut sequence: Sequence = vec![Vec::new(); instance.free.len()];
     let mut free = instance.free.clone();
     let mut ready: Vec<Option<f64>> =
@@ -181,12 +210,12 @@ fn insert(instance: &Instance, guess: &Guess, left: &mut usize) -> Sequence {
             ready[next] = Some(served + instance.jobs[next].nominal);
         }
     }
-    improve(instance, guess, sequence, left)
+    improve(instance, guess, sequence, work)
 }
 
 /// Improves a sequence, and what becomes of it when some jobs are moved at random, until that helps no more.
-fn shake(instance: &Instance, guess: &Guess, sequence: &Sequence, left: &mut usize) -> Sequence {
-    let mut best = improve(instance, guess, sequence.clone(), left);
+fn shake(instance: &Instance, guess: &Guess, sequence: &Sequence, work: &mut Work) -> Sequence {
+    let mut best = improve(instance, guess, sequence.clone(), work);
     let mut cost = price(instance, guess, &best);
     let mut random: u64 = 0x2545_f491_4f6c_dd1d;
     let mut below = |count: usize| {
@@ -196,7 +225,7 @@ fn shake(instance: &Instance, guess: &Guess, sequence: &Sequence, left: &mut usi
     let mut vain = 0;
     // Few sequences of few jobs: nothing to find by shaking.
     let shakes = SHAKES.min(instance.jobs.len().saturating_sub(3) * 8);
-    while vain < shakes && *left > 0 {
+    while vain < shakes && !work.is_over() {
         let mut shaken = best.clone();
         for _ in 0..2 + below(3) {
             let from = below(shaken.len());
@@ -213,7 +242,7 @@ fn shake(instance: &Instance, guess: &Guess, sequence: &Sequence, left: &mut usi
         if Order::of(instance, &shaken).is_none() {
             continue;
         }
-        let shaken = improve(instance, guess, shaken, left);
+        let shaken = improve(instance, guess, shaken, work);
         let price = price(instance, guess, &shaken);
         if price < cost - 1e-9 {
             (best, cost, vain) = (shaken, price, 0);
@@ -223,7 +252,10 @@ fn shake(instance: &Instance, guess: &Guess, sequence: &Sequence, left: &mut usi
 }
 
 /// Moves a job elsewhere or exchanges two, as long as that makes the sequence cheaper.
-fn improve(instance: &Instance, guess: &Guess, mut sequence: Sequence, left: &mut usize) -> Sequence {
+fn improve(instance: &Instance, guess: &Guess, mut sequence: Sequence, work: &mut Work) -> Sequence {
+    if work.is_over() {
+        return sequence;
+    }
     let mut cost = price(instance, guess, &sequence);
     loop {
         let mut best: Option<(f64, Sequence)> = None;
@@ -232,14 +264,13 @@ fn improve(instance: &Instance, guess: &Guess, mut sequence: Sequence, left: &mu
             if price < best.as_ref().map_or(cost, |(price, _)| *price) - 1e-9 {
                 best = Some((price, candidate));
             }
-            *left = left.saturating_sub(1);
-            *left > 0
+            work.spend()
         });
         match best {
             Some((price, better)) => (cost, sequence) = (price, better),
             None => return sequence,
         }
-        if *left == 0 {
+        if work.is_over() {
             return sequence;
         }
     }

@@ -2,7 +2,8 @@
 //!
 //! `C = sum alpha w (people) + beta sum w (workers) + gamma/3 sum (e^g + zeta e^p + e^d) + kappa Delta`. A wait is measured
 //! from the nominal end of its operation to the start of the next; after an agent's last operation, for which the thesis
-//! gives none, to the start of its service.
+//! gives none, to the start of its service. What goes beyond the limit of an agent's waits counts at least as it did before
+//! anybody said anything: `alpha w` becomes `alpha w + max(0, alpha_0 - alpha) max(0, w - w_limit)`.
 
 use serde::{Deserialize, Serialize};
 
@@ -98,7 +99,9 @@ pub fn cost_where(problem: &Problem, schedule: &[Assistance], counts: impl Fn(&A
     for assistance in schedule.iter().filter(|assistance| counts(assistance)) {
         let Assistance { agent, operation, robot, times, .. } = *assistance;
         let (Some(who), Some(machine)) = (problem.agents.get(agent), problem.robots.get(robot)) else { continue };
-        let wait = problem.wait_weight(agent, operation) * scaled(wait(schedule, assistance), scales.wait);
+        let wait = wait(schedule, assistance);
+        let beyond = problem.limit_weight(agent, operation) * scaled((wait - who.wait_limit).max(0.0), scales.wait);
+        let wait = problem.wait_weight(agent, operation) * scaled(wait, scales.wait) + beyond;
         match who.kind {
             AgentKind::Human => cost.human_wait += wait,
             AgentKind::Worker => cost.worker_wait += wait,

@@ -1,15 +1,14 @@
 //! Schedules with a proof: the position form bounds the cost from below, the re-timing of its sequence gives a schedule,
 //! and tangents are added at the speeds of that schedule until both meet.
 
-use std::time::Instant;
-
-use crate::engine::{Budget, EngineError, Milp};
+use crate::engine::{Budget, EngineError, Milp, Watch};
 use crate::plan::{Limit, Statistics, Status};
 
 use super::bounds::Bounds;
 use super::construct::construct;
 use super::instance::Instance;
 use super::position::{Position, Tangents, alike, first_tangents};
+use super::relaxation::relaxation;
 use super::retime::{Timed, retime};
 
 /// Nodes for each part at first, and how many times as many for the parts that are still open, again and again: by nodes
@@ -56,11 +55,11 @@ struct Part {
 ///
 /// The engine or the cone solver failed.
 pub(crate) fn exact(instance: &Instance, engine: &dyn Milp, budget: &Budget) -> Result<Found, EngineError> {
-    let timed = construct(instance)?;
+    let watch = Watch::new(budget);
+    let timed = construct(instance, &watch)?;
     let statistics = Statistics { solves: 1, ..Statistics::default() };
     let tangents = first_tangents(instance);
-    let mut search =
-        Search { instance, engine, budget, begun: Instant::now(), timed, tangents, statistics, stopped: None };
+    let mut search = Search { instance, engine, budget, watch, timed, tangents, statistics, stopped: None };
     search.add_tangents(&search.timed.clone());
     let mut parts = search.parts()?;
     let mut nodes = FIRST_NODES;
@@ -87,7 +86,7 @@ struct Search<'a, 'b> {
     instance: &'a Instance<'b>,
     engine: &'a dyn Milp,
     budget: &'a Budget,
-    begun: Instant,
+    watch: Watch,
     /// The best schedule so far.
     timed: Timed,
     tangents: Tangents,
@@ -98,9 +97,9 @@ struct Search<'a, 'b> {
 impl Search<'_, '_> {
     /// What is left of the budget; none, with the reason, if nothing is.
     fn left(&mut self) -> Option<Budget> {
-        let time = self.budget.time.saturating_sub(self.begun.elapsed());
+        let time = self.watch.left().time;
         let nodes = self.budget.nodes.saturating_sub(self.statistics.nodes);
-        if time.is_zero() || nodes == 0 {
+        if self.watch.is_over() || nodes == 0 {
             self.stopped = Some(if nodes == 0 { Limit::Work } else { Limit::Time });
             return None;
         }
@@ -114,13 +113,14 @@ impl Search<'_, '_> {
     /// All schedules in parts, bounded by linear programs, the cheapest bound first.
     fn parts(&mut self) -> Result<Vec<Part>, EngineError> {
         let bounds = Bounds::new(self.instance, self.timed.cost);
-        if self.is_closed(bounds.cost) {
-            return Ok(vec![Part { trips: None, bound: bounds.cost, done: true }]);
+        let least = relaxation(self.instance, &bounds, self.timed.cost, &self.watch);
+        if self.is_closed(least) {
+            return Ok(vec![Part { trips: None, bound: least, done: true }]);
         }
         let mut parts = Vec::new();
         let shares = shares(self.instance, &bounds);
         for trips in shares {
-            let mut bound = bounds.cost;
+            let mut bound = least;
             if let (Some(_), Some(left)) = (&trips, self.left()) {
                 let mut model = Position::new(self.instance, &bounds, &self.tangents, trips.as_deref()).model;
                 model.columns.iter_mut().for_each(|column| column.integer = false);
@@ -160,7 +160,7 @@ impl Search<'_, '_> {
             part.bound = part.bound.max(answer.bound);
             let mut added = 0;
             let sequence = answer.values.map(|values| position.sequence(&values));
-            let next = sequence.map(|sequence| retime(self.instance, &sequence)).transpose()?.flatten();
+            let next = sequence.map(|sequence| retime(self.instance, &sequence, &self.watch)).transpose()?.flatten();
             if let Some(next) = next {
                 self.statistics.solves += 1;
                 added = self.add_tangents(&next);
@@ -168,8 +168,8 @@ impl Search<'_, '_> {
                     self.timed = next;
                 }
             }
-            if answer.stopped.is_some() {
-                self.stopped = answer.stopped;
+            self.stopped = answer.stopped.or(self.watch.is_over().then_some(Limit::Time));
+            if self.stopped.is_some() {
                 return Ok(());
             }
             part.done = added == 0;

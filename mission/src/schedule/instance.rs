@@ -4,12 +4,12 @@
 //! Everything an agent does follows from the starts `s` of its services. An operation begins as soon as it may, or, where
 //! the wait after it weighs more than the wait before it, so late that it ends when its service starts: the cost is linear
 //! in that instant, so that one of the two is optimal. So `C = constant + sum c_j s_j + sum d_j delta^s of j's robot +
-//! energy + kappa Delta`.
+//! energy + kappa Delta`, and what waits cost beyond their limits, which the bounds of all planners leave out.
 
 use super::assistance::{Assistance, begun_of};
 use super::chance;
 use super::cost::scaled;
-use super::problem::{Begun, Problem, Robot, Scales, ServiceTimes};
+use super::problem::{Begun, Problem, Range, Robot, Scales, ServiceTimes};
 
 /// One of the three ways of a service by one robot, with what it costs: `rate D + bend / D + constant` for duration `D`.
 #[derive(Clone, Copy, Debug)]
@@ -104,8 +104,22 @@ pub(crate) struct Instance<'a> {
     pub busy: f64,
     /// Cost of what no decision changes.
     pub constant: f64,
+    /// Waits whose excess over a limit costs more.
+    pub limits: Vec<Limited>,
     /// Services that have begun.
     pub done: Vec<Assistance>,
+}
+
+/// A wait whose excess over a limit costs more.
+#[derive(Clone, Debug)]
+pub(crate) struct Limited {
+    /// The jobs on whose starts the wait depends, with their coefficients; and on whose serving.
+    pub starts: Vec<(usize, f64)>,
+    pub serves: Vec<(usize, f64)>,
+    /// The rest of the wait, less its limit (s).
+    pub constant: f64,
+    /// Cost of a second of the excess.
+    pub rate: f64,
 }
 
 /// A linear function of the starts of services.
@@ -129,6 +143,7 @@ impl<'a> Instance<'a> {
             makespan_cost: scaled(problem.weights.makespan, scales.makespan),
             busy: f64::NEG_INFINITY,
             constant: 0.0,
+            limits: Vec::new(),
             done: Vec::new(),
         };
         for begun in &problem.begun {
@@ -212,12 +227,42 @@ impl<'a> Instance<'a> {
             } else {
                 self.service_of(agent, operation)
             };
+            self.limit(agent, operation, (&to, &from), scales);
             for (line, sign) in [(to, weight), (from, -weight)] {
                 line.starts.into_iter().for_each(|(job, c)| self.jobs[job].start_cost += sign * c);
                 line.serves.into_iter().for_each(|(job, c)| self.jobs[job].serve_cost += sign * c);
                 self.constant += sign * line.constant;
             }
         }
+    }
+
+    /// Takes note of what the excess of a wait over its limit costs.
+    fn limit(&mut self, agent: usize, operation: usize, (to, from): (&Linear, &Linear), scales: &Scales) {
+        let rate = scaled(self.problem.limit_weight(agent, operation), scales.wait);
+        if rate <= 0.0 {
+            return;
+        }
+        let constant = to.constant - from.constant - self.problem.agents[agent].wait_limit;
+        let both = |of: fn(&Linear) -> &Vec<(usize, f64)>| -> Vec<(usize, f64)> {
+            let back = of(from).iter().map(|(job, c)| (*job, -c));
+            of(to).iter().copied().chain(back).collect()
+        };
+        let (starts, serves) = (both(|line| &line.starts), both(|line| &line.serves));
+        if starts.is_empty() && serves.is_empty() {
+            self.constant += rate * constant.max(0.0);
+        } else {
+            self.limits.push(Limited { starts, serves, constant, rate });
+        }
+    }
+
+    /// What waits cost beyond their limits, for services that start so, by these robots.
+    pub fn excess(&self, starts: &[f64], robot: &[usize]) -> f64 {
+        let of = |limited: &Limited| {
+            let moved: f64 = limited.starts.iter().map(|(job, c)| c * starts[*job]).sum();
+            let served: f64 = limited.serves.iter().map(|(job, c)| c * self.serve(robot[*job])).sum();
+            limited.rate * (moved + served + limited.constant).max(0.0)
+        };
+        self.limits.iter().map(of).sum()
     }
 
     /// The place of a robot of the problem among those that take services.
@@ -316,27 +361,35 @@ fn done(begun: &Begun, robot: usize, times: ServiceTimes) -> Assistance {
     Assistance { agent, operation, start, end, robot, times }
 }
 
+/// A way at these speeds, with what its energy costs.
+fn way(machine: &Robot, speeds: Range, length: f64, weight: f64, scale: f64) -> Way {
+    let weight = if length > 0.0 { scaled(weight, scale) } else { 0.0 };
+    Way {
+        length,
+        weight,
+        low: length / speeds.high,
+        high: length / speeds.low,
+        rate: weight * machine.energy.standby,
+        bend: weight * machine.energy.drag * length * length,
+        constant: weight * machine.energy.friction * length,
+    }
+}
+
+/// A way of this length (m) from the depot of this robot.
+pub(crate) fn going(problem: &Problem, scales: &Scales, robot: usize, length: f64) -> Way {
+    let machine = &problem.robots[robot];
+    way(machine, machine.speed, length, problem.weights.energy / 3.0, scales.energy[0])
+}
+
 fn ways(problem: &Problem, scales: &Scales, agent: usize, operation: usize, robot: usize) -> [Way; 3] {
     let machine = &problem.robots[robot];
     let lengths = problem.lengths(agent, robot);
     let (near, _) = problem.approach(&problem.agents[agent], robot);
     let third = problem.weights.energy / 3.0;
-    let way = |length: f64, speeds: super::problem::Range, weight: f64, scale: f64| {
-        let weight = if length > 0.0 { scaled(weight, scale) } else { 0.0 };
-        Way {
-            length,
-            weight,
-            low: length / speeds.high,
-            high: length / speeds.low,
-            rate: weight * machine.energy.standby,
-            bend: weight * machine.energy.drag * length * length,
-            constant: weight * machine.energy.friction * length,
-        }
-    };
     let zeta = problem.approach_weight(agent, operation);
     [
-        way(lengths.going, machine.speed, third, scales.energy[0]),
-        way(lengths.proximity, near, third * zeta, scales.energy[1]),
-        way(lengths.depositing, machine.speed, third, scales.energy[2]),
+        going(problem, scales, robot, lengths.going),
+        way(machine, near, lengths.proximity, third * zeta, scales.energy[1]),
+        way(machine, machine.speed, lengths.depositing, third, scales.energy[2]),
     ]
 }

@@ -19,6 +19,7 @@ use super::exact::{Found, status};
 use super::instance::{Instance, Sequence};
 use super::position::alike;
 use super::prices::{Priced, Raised, raise};
+use super::relaxation::relaxation;
 use super::retime::{Prices, Timed, retime};
 use super::routes::{Day, Grid, Routes, Ways, cheapest, shares, subsets};
 
@@ -49,8 +50,14 @@ pub(crate) fn fits(instance: &Instance) -> bool {
 /// The tables would be too large, or the cone solver failed.
 pub(crate) fn orders(instance: &Instance, budget: &Budget) -> Result<Found, Halt> {
     let watch = Watch::new(budget);
-    let best = construct(instance)?;
+    let best = construct(instance, &watch)?;
     let bounds = Bounds::new(instance, best.cost);
+    let statistics = Statistics { solves: 1, ..Statistics::default() };
+    let least = relaxation(instance, &bounds, best.cost, &watch);
+    if best.cost - least <= budget.gap * best.cost.abs() {
+        let status = status(best.cost, least, budget.gap, None);
+        return Ok(Found { timed: best, status, statistics });
+    }
     let ways = ways(instance);
     let robots = instance.free.len();
     // The end is no earlier than any robot's: each has a share in its cost.
@@ -62,12 +69,12 @@ pub(crate) fn orders(instance: &Instance, budget: &Budget) -> Result<Found, Halt
         (0..robots).map(|m| Routes::new(&day, priced, m, end_cost(m))).collect()
     };
     let full = (1_usize << instance.jobs.len()) - 1;
-    let Raised { prices, bound } = raise(instance, &bounds, best.cost, |priced| {
+    let Raised { prices, bound } = raise(instance, &bounds, best.cost, &watch, |priced| {
         let (cost, sequence) = cheapest(&days(priced)?, full);
         Ok((priced.constant + cost, sequence))
     })?;
+    let bound = bound.max(least);
     let priced = Priced::new(instance, &prices);
-    let statistics = Statistics { solves: 1, ..Statistics::default() };
     let days = match days(&priced) {
         Ok(days) => days,
         Err(Halt::Time) => {
@@ -80,8 +87,12 @@ pub(crate) fn orders(instance: &Instance, budget: &Budget) -> Result<Found, Halt
     let last = best.schedule.iter().map(|done| done.times.end).fold(origin, f64::max);
     let step = (BEYOND * (last - origin) / CELLS as f64).max(1e-9);
     let grid = Grid { origin, step, cells: CELLS };
-    let tables = days.iter().map(|routes| routes.table(grid)).collect();
+    let tables: Option<Vec<Vec<f64>>> = days.iter().map(|routes| routes.table(grid, &watch)).collect();
     drop(days);
+    let Some(tables) = tables else {
+        let status = status(best.cost, bound, budget.gap, Some(Limit::Time));
+        return Ok(Found { timed: best, status, statistics });
+    };
     let mut search = Search {
         instance,
         budget,
@@ -210,6 +221,10 @@ impl Search<'_, '_> {
         let mut children = Vec::new();
         for job in 0..self.instance.jobs.len() {
             for robot in 0..self.instance.free.len() {
+                if self.is_over() {
+                    self.lowest = self.lowest.min(node.bound);
+                    return;
+                }
                 children.extend(self.child(node, &days, job, robot));
             }
         }
@@ -226,9 +241,10 @@ impl Search<'_, '_> {
     /// Times an order exactly.
     fn complete(&mut self, node: &Node) {
         self.statistics.solves += 1;
-        match retime(self.instance, &node.sequence) {
+        match retime(self.instance, &node.sequence, &self.watch) {
             Ok(Some(timed)) => {
-                self.lowest = self.lowest.min(timed.cost);
+                // Timed in a hurry, it may cost less than that.
+                self.lowest = self.lowest.min(if self.is_over() { node.bound } else { timed.cost });
                 self.pool.insert(0, timed.prices.clone());
                 self.pool.truncate(SCHEDULES);
                 if timed.cost < self.best.cost {

@@ -6,7 +6,7 @@
 //! the price of the order from the one before. For any prices of zero or more the least cost bounds that of every schedule
 //! from below.
 
-use crate::engine::Halt;
+use crate::engine::{Halt, Watch};
 
 use super::bounds::Bounds;
 use super::instance::{Begin, Instance, Sequence};
@@ -30,7 +30,7 @@ pub(crate) struct Priced {
 
 impl Priced {
     /// `prices[j]` is that of the order between `j` and the job before it of its agent. Prices that would pay for starting
-    /// late are lowered.
+    /// late are lowered, and those that are needed so that none before is paid for that are raised.
     pub fn new(instance: &Instance, prices: &[f64]) -> Priced {
         let jobs = &instance.jobs;
         let mut priced = Priced {
@@ -38,10 +38,16 @@ impl Priced {
             serve: jobs.iter().map(|job| job.serve_cost).collect(),
             constant: instance.constant,
         };
-        // Jobs of an agent stand in order, so that what comes after a job is known before it.
+        // Jobs of an agent stand in order: by what each that gains by starting late must be helped by the one after it.
+        let mut lacks = vec![0.0_f64; jobs.len()];
+        for (index, job) in jobs.iter().enumerate() {
+            let before = job.previous.map_or(0.0, |previous| lacks[previous]);
+            lacks[index] = (before - job.start_cost).max(0.0);
+        }
+        // What comes after a job is known before it.
         for (index, job) in jobs.iter().enumerate().rev() {
             if let Some(previous) = job.previous {
-                let price = prices[index].min(priced.start[index]).max(0.0);
+                let price = prices[index].max(lacks[previous]).min(priced.start[index]).max(0.0);
                 priced.start[index] -= price;
                 priced.start[previous] += price;
                 priced.serve[previous] += price;
@@ -98,6 +104,7 @@ pub(crate) fn raise(
     instance: &Instance,
     bounds: &Bounds,
     known: f64,
+    watch: &Watch,
     mut solve: impl FnMut(&Priced) -> Result<(f64, Sequence), Halt>,
 ) -> Result<Raised, Halt> {
     let mut prices = even(instance);
@@ -113,7 +120,7 @@ pub(crate) fn raise(
             best = Raised { prices: prices.clone(), bound };
         }
         let relaxed = priced.instance(instance, bounds);
-        let Some(timed) = retime(&relaxed, &sequence)? else { break };
+        let Some(timed) = retime(&relaxed, &sequence, watch)? else { break };
         let times = |job: usize| {
             let target = (relaxed.jobs[job].agent, relaxed.jobs[job].operation);
             let found = timed.schedule.iter().find(|done| (done.agent, done.operation) == target);

@@ -121,8 +121,23 @@ pub struct Agent {
     pub approaches: Vec<Approach>,
     /// `alpha_{a,i}` of the wait after each operation, of a person only: one for each operation, or empty: all 1.
     pub wait_weights: Vec<f64>,
+    /// How long a wait may become where what people say makes waits count less (s): what goes beyond counts at least as much as
+    /// `limit_weights` say. Zero or more.
+    #[serde(default = "wait_limit")]
+    pub wait_limit: f64,
+    /// The least weight of what goes beyond `wait_limit` of the wait after each operation, of a person only: one for each
+    /// operation, or empty: 0. The first feedback on a wait writes down here what waits weighed before.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub limit_weights: Vec<f64>,
     /// `zeta_{a,i}` of the energy near the agent: one for each operation, or empty: all 1.
     pub approach_weights: Vec<f64>,
+}
+
+/// How long a wait may become by what people say where nobody declares it (s).
+pub const WAIT_LIMIT: f64 = 60.0;
+
+fn wait_limit() -> f64 {
+    WAIT_LIMIT
 }
 
 /// How long the ways are.
@@ -329,6 +344,13 @@ impl Problem {
             Some(who) if who.kind == AgentKind::Human => who.wait_weights.get(operation).copied().unwrap_or(1.0),
             _ => self.weights.worker_wait,
         }
+    }
+
+    /// By how much more a second of the wait after an operation weighs beyond the agent's `wait_limit`. Zero or more.
+    pub fn limit_weight(&self, agent: usize, operation: usize) -> f64 {
+        let Some(who) = self.agents.get(agent).filter(|who| who.kind == AgentKind::Human) else { return 0.0 };
+        let least = who.limit_weights.get(operation).copied().unwrap_or(0.0);
+        (least - self.wait_weight(agent, operation)).max(0.0)
     }
 
     /// `zeta_{a,i}`, the weight of the energy near the agent.

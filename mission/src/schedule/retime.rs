@@ -7,11 +7,14 @@
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 
-use crate::engine::EngineError;
+use crate::engine::{EngineError, Watch};
 
 use super::assistance::Assistance;
-use super::instance::{Instance, Sequence};
+use super::instance::{Instance, Sequence, Way};
 use super::timing::{self, Durations, Order};
+
+/// Costs that differ by a smaller share are the same.
+const SAME: f64 = 1e-8;
 
 /// A sequence with its best times.
 #[derive(Clone, Debug)]
@@ -49,29 +52,51 @@ impl Timed {
     }
 }
 
-/// The best times of this sequence; none if it contradicts the order of an agent's operations.
+/// The best times of this sequence; none if it contradicts the order of an agent's operations. Where the time ends before
+/// they are known: those of the greatest speeds.
 ///
 /// # Errors
 ///
 /// Clarabel did not reach its tolerances.
-pub(crate) fn retime(instance: &Instance, sequence: &Sequence) -> Result<Option<Timed>, EngineError> {
+pub(crate) fn retime(instance: &Instance, sequence: &Sequence, watch: &Watch) -> Result<Option<Timed>, EngineError> {
     let Some(order) = Order::of(instance, sequence) else { return Ok(None) };
-    if instance.is_fixed() && instance.is_regular() {
-        let only = |(job, robot): (usize, &usize)| instance.jobs[job].ways[*robot].map(|way| way.low);
-        let durations: Durations = order.robot.iter().enumerate().map(only).collect();
-        let starts = timing::starts(instance, &order, &durations, None);
-        let prices = Prices { order: vec![0.0; instance.jobs.len()], end: vec![0.0; instance.free.len()] };
-        return Ok(Some(Timed::new(instance, sequence, &order, durations, &starts, prices)));
+    let early = instance.is_regular() && instance.limits.is_empty();
+    if instance.is_fixed() && early {
+        return Ok(Some(at_once(instance, sequence, &order, |way| way.low)));
+    }
+    let hurried = || at_once(instance, sequence, &order, |way| way.low);
+    if watch.is_over() {
+        return Ok(Some(hurried()));
     }
     let program = Program::new(instance, &order);
-    let (point, dual) = program.solve()?;
+    let Some((point, dual)) = program.solve(watch)? else { return Ok(Some(hurried())) };
     let prices = program.prices(instance, &order, &dual);
     let durations = program.durations(instance, &order, &point);
-    let wanted: Option<Vec<f64>> = (!instance.is_regular())
+    let wanted: Option<Vec<f64>> = (!early)
         .then(|| (0..instance.jobs.len()).map(|job| instance.problem.start + program.unit * point[job]).collect());
-    let starts = timing::starts(instance, &order, &durations, wanted.as_deref());
+    let mut starts = timing::starts(instance, &order, &durations, wanted.as_deref());
+    if instance.is_regular() && wanted.is_some() {
+        // Starting later for the sake of a limit must be worth more than rounding.
+        let soon = timing::starts(instance, &order, &durations, None);
+        let cost = |starts: &[f64]| timing::cost(instance, &order, &durations, starts);
+        if cost(&soon) <= cost(&starts) + SAME * cost(&starts).abs() {
+            starts = soon;
+        }
+    }
     Ok(Some(Timed::new(instance, sequence, &order, durations, &starts, prices)))
 }
+
+/// A sequence at these durations, each service as early as it may, without prices.
+fn at_once(instance: &Instance, sequence: &Sequence, order: &Order, duration: impl Fn(&Way) -> f64) -> Timed {
+    let ways = |(job, robot): (usize, &usize)| instance.jobs[job].ways[*robot].each_ref().map(&duration);
+    let durations: Durations = order.robot.iter().enumerate().map(ways).collect();
+    let starts = timing::starts(instance, order, &durations, None);
+    let prices = Prices { order: vec![0.0; instance.jobs.len()], end: vec![0.0; instance.free.len()] };
+    Timed::new(instance, sequence, order, durations, &starts, prices)
+}
+
+/// Values of the columns of a program, and the duals of its rows.
+type Point = (Vec<f64>, Vec<f64>);
 
 /// The cone program of a sequence. Columns: the starts of the jobs and the makespan, in units of `unit` seconds from the
 /// start of the plan; then for each way that may take longer or shorter its duration in units of `reference` seconds, and
@@ -130,6 +155,15 @@ impl Program {
         for index in 0..count {
             program.limit(instance, order, index);
         }
+        for limited in &instance.limits {
+            // At least what the wait is beyond its limit, and never less than nothing.
+            let excess = program.column(limited.rate * longest);
+            let served: f64 = limited.serves.iter().map(|(job, c)| c * instance.serve(order.robot[*job])).sum();
+            let zero: f64 = limited.starts.iter().map(|(_, c)| c * instance.problem.start).sum();
+            let terms = limited.starts.iter().copied().chain([(excess, -1.0)]).collect();
+            program.rows.push((terms, -(limited.constant + served + zero) / longest));
+            program.rows.push((vec![(excess, -1.0)], 0.0));
+        }
         program.rows.push((vec![(count, -1.0)], -(instance.busy - instance.problem.start).max(0.0) / longest));
         program
     }
@@ -176,8 +210,8 @@ impl Program {
         self.before(instance.serve(robot) + instance.deposit(robot), Some(index), &[back], end);
     }
 
-    /// The point and the duals of the rows.
-    fn solve(&self) -> Result<(Vec<f64>, Vec<f64>), EngineError> {
+    /// The point and the duals of the rows; none where the time ended first.
+    fn solve(&self, watch: &Watch) -> Result<Option<Point>, EngineError> {
         let failed = |message: String| EngineError::Failed { engine: "Clarabel".into(), message };
         let mut entries: Vec<(usize, usize, f64)> = Vec::new();
         let mut bounds = Vec::new();
@@ -205,6 +239,7 @@ impl Program {
             tol_gap_abs: 1e-9,
             tol_gap_rel: 1e-9,
             tol_feas: 1e-9,
+            time_limit: watch.left().time.as_secs_f64(),
             ..DefaultSettings::default()
         };
         let mut solver = DefaultSolver::new(&p, &self.cost, &a, &bounds, &cones, settings)
@@ -212,8 +247,9 @@ impl Program {
         solver.solve();
         match solver.solution.status {
             SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress => {
-                Ok((solver.solution.x.clone(), solver.solution.z.clone()))
+                Ok(Some((solver.solution.x.clone(), solver.solution.z.clone())))
             }
+            SolverStatus::MaxTime => Ok(None),
             status => Err(failed(format!("{status:?} on a sequence that has times"))),
         }
     }

@@ -105,10 +105,13 @@ impl Routes {
         Ok(routes)
     }
 
-    /// The least cost of each set if the robot is free in each cell of a grid, by set and cell.
-    pub fn table(&self, grid: Grid) -> Vec<f64> {
+    /// The least cost of each set if the robot is free in each cell of a grid, by set and cell; none where the time ends first.
+    pub fn table(&self, grid: Grid, watch: &Watch) -> Option<Vec<f64>> {
         let mut table = vec![f64::INFINITY; self.entries.len() * grid.cells];
         for (set, cells) in table.chunks_mut(grid.cells).enumerate() {
+            if watch.is_over() {
+                return None;
+            }
             for entry in &self.entries[set] {
                 let mut along = entry.curve.along();
                 for cell in (0..grid.cells).rev() {
@@ -119,7 +122,7 @@ impl Routes {
                 }
             }
         }
-        table
+        Some(table)
     }
 
     /// The cheapest order of a set from when the robot is free: its cost and its place.
@@ -223,6 +226,8 @@ mod tests {
             wait_distance: 1.0,
             approaches: Vec::new(),
             wait_weights: Vec::new(),
+            wait_limit: 60.0,
+            limit_weights: Vec::new(),
             approach_weights: Vec::new(),
         };
         let robot = Robot {
@@ -287,7 +292,7 @@ mod tests {
             let day = Day { instance: &instance, bounds: &bounds, ways: &ways, watch: &watch };
             let routes = Routes::new(&day, &priced, 0, end_cost).unwrap();
             let grid = Grid { origin: 0.0, step: 37.0, cells: 30 };
-            let table = routes.table(grid);
+            let table = routes.table(grid, &watch).unwrap();
             // Jobs 0 and 1 are the operations of one agent, in this order.
             let orders: [(usize, &[&[usize]]); 5] = [
                 (0b000, &[&[]]),

@@ -16,6 +16,7 @@ use super::construct::construct;
 use super::curve::Curve;
 use super::exact::{Found, status};
 use super::instance::{Instance, Sequence};
+use super::relaxation::relaxation;
 use super::retime::{Timed, retime};
 
 /// The most jobs of two robots.
@@ -26,6 +27,8 @@ const MOST_OF_MORE: usize = 11;
 const FIRST_TANGENTS: usize = 4;
 const MORE_TANGENTS: usize = 5;
 const MOST_TANGENTS: usize = 512;
+/// The most where waits beyond their limits are left out of the bound, which then meets no cost anyway.
+const MOST_LIMITED: usize = 20;
 /// Pieces of all functions that are kept at once at most (16 bytes each), and that are made in all.
 const MOST_KEPT: usize = 6_000_000;
 const MOST_MADE: usize = 400_000_000;
@@ -63,11 +66,16 @@ pub(crate) fn fits(instance: &Instance) -> bool {
 /// It takes too much work, or the cone solver failed.
 pub(crate) fn best(instance: &Instance, budget: &Budget) -> Result<Found, Halt> {
     let (watch, gap) = (Watch::new(budget), budget.gap);
-    let mut timed = construct(instance)?;
+    let mut timed = construct(instance, &watch)?;
     let mut statistics = Statistics { solves: 1, ..Statistics::default() };
     let mut tangents = if instance.is_fixed() { MOST_TANGENTS } else { FIRST_TANGENTS };
+    let most = if instance.limits.is_empty() { MOST_TANGENTS } else { MOST_LIMITED };
     let mut work = 0;
-    let mut known = Bounds::new(instance, timed.cost).cost;
+    let mut known = relaxation(instance, &Bounds::new(instance, timed.cost), timed.cost, &watch);
+    if timed.cost - known <= gap * timed.cost.abs() {
+        let status = status(timed.cost, known, gap, None);
+        return Ok(Found { timed, status, statistics });
+    }
     loop {
         let mut search = Search::new(instance, &timed, tangents, work, &watch);
         let (bound, sequence) = match search.best() {
@@ -82,12 +90,13 @@ pub(crate) fn best(instance: &Instance, budget: &Budget) -> Result<Found, Halt> 
         known = known.max(bound);
         statistics.nodes += search.entries;
         statistics.solves += 1;
-        if let Some(found) = retime(instance, &sequence)?.filter(|found| found.cost < timed.cost) {
+        if let Some(found) = retime(instance, &sequence, &watch)?.filter(|found| found.cost < timed.cost) {
             timed = found;
         }
         let bound = known.min(timed.cost);
-        if tangents >= MOST_TANGENTS || timed.cost - bound <= gap * timed.cost.abs() {
-            let status = status(timed.cost, bound, gap, None);
+        let stopped = watch.is_over().then_some(Limit::Time);
+        if stopped.is_some() || tangents >= most || timed.cost - bound <= gap * timed.cost.abs() {
+            let status = status(timed.cost, bound, gap, stopped);
             return Ok(Found { timed, status, statistics });
         }
         tangents *= MORE_TANGENTS;

@@ -76,7 +76,7 @@ pub(crate) fn cost(instance: &Instance, order: &Order, durations: &Durations, st
         cost += job.start_cost * starts[index] + job.serve_cost * serve;
         cost += job.ways[robot].iter().zip(durations[index]).map(|(way, time)| way.cost(time)).sum::<f64>();
     }
-    cost + instance.makespan_cost * end
+    cost + instance.makespan_cost * end + instance.excess(starts, &order.robot)
 }
 
 /// The schedule of these times, with what has begun, by agent and operation. A robot leaves its depot when it is free and

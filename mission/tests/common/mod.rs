@@ -51,6 +51,9 @@ pub fn agent(name: &str, kind: AgentKind, place: [f64; 2], operations: usize, me
         wait_distance: 1.0,
         approaches: Vec::new(),
         wait_weights: Vec::new(),
+        // The thesis has none.
+        wait_limit: 1e6,
+        limit_weights: Vec::new(),
         approach_weights: Vec::new(),
     }
 }

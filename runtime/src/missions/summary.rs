@@ -89,7 +89,13 @@ fn is_notable(what: &Happening) -> bool {
     use Happening as H;
     matches!(
         what,
-        H::Told { .. } | H::BrokenOff { .. } | H::Reallocated { .. } | H::Refused { .. } | H::Stranded { .. } | H::Done
+        H::Told { .. }
+            | H::HeldUp { .. }
+            | H::BrokenOff { .. }
+            | H::Reallocated { .. }
+            | H::Refused { .. }
+            | H::Stranded { .. }
+            | H::Done
     )
 }
 

@@ -82,6 +82,10 @@ pub fn of_happening(what: &Happening, problem: &Problem) -> String {
         Happening::RobotLate { robot, agent, expected, .. } => {
             format!("{} is late, expected with {} at {} s", by(*robot), agent_name(problem, *agent), number(*expected))
         }
+        Happening::HeldUp { robot, agent, by: lost } => {
+            let to = agent.map_or_else(|| "home".to_string(), |agent| format!("to {}", agent_name(problem, agent)));
+            format!("{} stands on its way {to}: {}, out of order, stands in its way", by(*robot), by(*lost))
+        }
         Happening::BrokenOff { robot, agent, operation } => {
             format!("{} breaks off the service of {}", by(*robot), of(*agent, *operation))
         }

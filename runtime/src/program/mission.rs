@@ -142,9 +142,9 @@ impl ScheduleProgram {
         let names = self.problem.robots.iter().map(|m| m.name.as_str());
         labels(&self.problem.labels, names.chain(self.problem.agents.iter().map(|a| a.name.as_str())))?;
         let usual = |x: f64| x.is_finite() && x >= 0.0;
-        let Adaptation { memory, wait_gain, approach_gain, margin } = self.adaptation;
+        let Adaptation { memory, wait_gain, approach_gain, margin, wait_step } = self.adaptation;
         let share = |x: f64| (0.0..=1.0).contains(&x);
-        let good = share(memory) && share(margin) && usual(wait_gain) && usual(approach_gain);
+        let good = share(memory) && share(margin) && usual(wait_gain) && usual(approach_gain) && usual(wait_step);
         ensure(good, "adaptation", "its numbers are zero or more, memory and margin at most 1")?;
         ensure(usual(self.reallocate_above), "reallocate_above", "it is zero or more")?;
         ensure((1..=MAX_BATCH).contains(&self.batch), "batch", "it is a whole number from 1 to 512")?;

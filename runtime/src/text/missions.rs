@@ -5,7 +5,7 @@ use std::fmt::Write;
 use mission::layers::problem::Problem as Team;
 use mission::schedule::chance::nominal;
 use mission::schedule::choose::{Options, choose};
-use mission::schedule::problem::{AgentKind, Distances, Problem, Range, Scales};
+use mission::schedule::problem::{AgentKind, Distances, Problem, Range, Scales, WAIT_LIMIT};
 
 use super::{layers, number, wrapped};
 use crate::missions::{of_event, of_layered_event};
@@ -64,12 +64,13 @@ fn schedule(name: &str, of: &ScheduleProgram, out: &mut String) -> std::fmt::Res
     let a = of.adaptation;
     writeln!(
         out,
-        "  planned anew above a change of cost of {}; feedback: memory {}, gain of waits {}, of approaches {}, margin {}",
+        "  planned anew above a change of cost of {}; feedback: memory {}, gain of waits {}, of approaches {}, margin {}, step of waits {} s",
         number(of.reallocate_above),
         number(a.memory),
         number(a.wait_gain),
         number(a.approach_gain),
-        number(a.margin)
+        number(a.margin),
+        number(a.wait_step)
     )?;
     running(of).iter().try_for_each(|line| writeln!(out, "  {line}"))
 }
@@ -209,6 +210,9 @@ fn agents(p: &Problem, out: &mut String) -> std::fmt::Result {
             a.operations,
             number(nominal(p, i))
         )?;
+        if a.kind == AgentKind::Human && a.wait_limit != WAIT_LIMIT {
+            writeln!(out, "    waits by what is said: up to {} s", number(a.wait_limit))?;
+        }
         for (what, weights) in [("waits", &a.wait_weights), ("approaches", &a.approach_weights)] {
             if !weights.is_empty() {
                 let all: Vec<String> = weights.iter().map(|w| number(*w)).collect();

@@ -31,7 +31,9 @@ pub(super) fn plan(
     let formulation = asked(a, "layers", Formulation::ALL, Formulation::name)?;
     let mut options = Options { formulation, engine: a.engine, ..Options::default() };
     options.batch = batch(a).or(of.batch);
-    options.budget.time = budget(a)?.time;
+    if a.budget.is_some() {
+        options.budget = budget(a)?;
+    }
     let planned = planned::layers(&of.problem, &options).map_err(|why| refused(&why))?;
     let standing = gantt::Standing { styled: true, ..gantt::Standing::default() };
     pictures.draw(&planned.plan, &|| gantt::layered_map(&of.problem, &planned.plan, &standing))?;

@@ -129,6 +129,8 @@ fn budget(a: &Arguments) -> Result<Budget, String> {
         let time = Duration::try_from_secs_f64(seconds).ok().filter(|t| !t.is_zero() && seconds <= LONGEST);
         budget.time =
             time.ok_or_else(|| format!("--budget {seconds} s: a time above zero, and at most {LONGEST} s"))?;
+        // Who says how long it may take means that, and no count of steps.
+        budget.nodes = u64::MAX;
     }
     Ok(budget)
 }
@@ -201,7 +203,7 @@ fn coloured() -> bool {
 fn limit(stopped: Limit) -> &'static str {
     match stopped {
         Limit::Time => "the time ended the search, and `--budget 60s` gives more of it",
-        Limit::Work => "the search had as many steps as it may",
+        Limit::Work => "the search had as many steps as it may, and `--budget` lets time alone end it",
         Limit::Accuracy => "numbers came too close for the engine to tell apart",
     }
 }

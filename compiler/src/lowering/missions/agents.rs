@@ -3,7 +3,7 @@
 use dsl::Spanned;
 use dsl::tree::MissionMember;
 use mission::schedule::check::{Item, Key, MAX_OPERATIONS};
-use mission::schedule::problem::{Agent, AgentKind, Approach, Duration, Robot};
+use mission::schedule::problem::{Agent, AgentKind, Approach, Duration, Robot, WAIT_LIMIT};
 
 use super::super::Lowerer;
 use super::places::OfSchedule as Places;
@@ -34,6 +34,7 @@ impl Lowerer<'_> {
             ("duration", Key::Duration),
             ("severity", Key::Severity),
             ("wait_distance", Key::WaitDistance),
+            ("wait_limit", Key::WaitLimit),
             ("approaches", Key::Approaches),
             ("wait_weights", Key::WaitWeights),
             ("approach_weights", Key::ApproachWeights),
@@ -46,6 +47,7 @@ impl Lowerer<'_> {
         let duration = self.key_spread(keys, "duration");
         // A worker has neither, and nothing stands for them.
         let severity = if kind == AgentKind::Human { self.key_number(keys, "severity") } else { Ok(None) };
+        let limit = if kind == AgentKind::Human { self.key_number(keys, "wait_limit") } else { Ok(None) };
         let distance = self.key_number(keys, "wait_distance");
         // So many are refused as a whole; what they weigh does not matter then.
         let operations_known = operations.is_ok_and(|n| n <= MAX_OPERATIONS);
@@ -60,6 +62,7 @@ impl Lowerer<'_> {
             (duration.is_none(), Key::Duration),
             (severity.is_err(), Key::Severity),
             (distance.is_err(), Key::WaitDistance),
+            (limit.is_err(), Key::WaitLimit),
             (waits.is_none() || !operations_known, Key::WaitWeights),
             (near.is_none() || !operations_known, Key::ApproachWeights),
             (approaches.is_none(), Key::Approaches),
@@ -75,6 +78,8 @@ impl Lowerer<'_> {
             wait_distance: distance.ok().flatten().unwrap_or(0.0),
             approaches: approaches.unwrap_or_default(),
             wait_weights: waits.unwrap_or_default(),
+            wait_limit: limit.ok().flatten().unwrap_or(WAIT_LIMIT),
+            limit_weights: Vec::new(),
             approach_weights: near.unwrap_or_default(),
         }
     }

@@ -43,6 +43,8 @@ pub(super) fn word(key: Key) -> &'static str {
         Key::Duration => "duration",
         Key::Severity => "severity",
         Key::WaitDistance => "wait_distance",
+        Key::WaitLimit => "wait_limit",
+        Key::LimitWeights => "limit_weights",
         Key::Approaches => "approaches",
         Key::WaitWeights => "wait_weights",
         Key::ApproachWeights => "approach_weights",

@@ -151,7 +151,14 @@ impl Lowerer<'_> {
         let mut one = |name: &str| self.key_number(keys, name).ok().flatten();
         let (memory, wait_gain) = (one("memory"), one("wait_gain"));
         let (approach_gain, margin) = (one("approach_gain"), one("margin"));
-        Some(Adaptation { memory: memory?, wait_gain: wait_gain?, approach_gain: approach_gain?, margin: margin? })
+        let wait_step = one("wait_step")?;
+        Some(Adaptation {
+            memory: memory?,
+            wait_gain: wait_gain?,
+            approach_gain: approach_gain?,
+            margin: margin?,
+            wait_step,
+        })
     }
 
     pub(super) fn batch(&mut self, keys: Keys) -> Option<usize> {
