@@ -20,10 +20,10 @@ scenario day { mission field  duration 900 s  expect eventually done }
 
 const LETTER: &str = "hierarq 1
 mission letter : layers {
-  place shelf { label \"Półka\"  at [0.4, 0.2, 0] m }
   robot left { label \"Ramię\"  place [0, 0, 0] m  speed [0.1, 0.4] m/s  skills { pick 2 s } }
   human h1 { label \"Łukasz\"  place [1, 0, 0] m  speed 0.5 m/s  skills { pick 3 s } }
   object c1 { label \"Klocek\"  place [0.3, 0.1, 0] m  features [cube] }
+  place shelf { label \"Półka\"  at [0.4, 0.2, 0] m }
   layer base { label \"Podstawa\"  task foot = pick { label \"Stopa\"  features [cube]  agent h1  to shelf } }
 }
 scenario day { mission letter  duration 100 s  expect eventually done }
