@@ -1,13 +1,11 @@
 //! Experiment 6.A beside its baselines (thesis 6.4.4, Tables 6.3 to 6.8), with a recorded stand-in for the model.
 //!
 //! The stand-in reads the prompt alone, so that it also shows that the prompt says enough: a plan that was reckoned from its
-//! words is taken. The recordings are made by it (`HIERARQ_UPDATE_DOCS=1 cargo test --test baselines`), and the tables
+//! words is taken. The recordings are made by it (`HIERARQ_UPDATE_DOCS=1 cargo test --test it baselines`), and the tables
 //! of the book by `hierarq context --trials` from the recordings.
 
-#[path = "common/cli.rs"]
-mod cli;
-#[path = "common/reckoner.rs"]
-mod reckoner;
+use crate::common::cli;
+use crate::common::reckoner;
 
 use std::path::{Path, PathBuf};
 
@@ -134,7 +132,7 @@ fn fresh(path: &Path, text: &str) {
         std::fs::write(path, text).expect("writable");
     }
     let there = std::fs::read_to_string(path).unwrap_or_default();
-    assert!(there == text, "{} is not fresh: HIERARQ_UPDATE_DOCS=1 cargo test --test baselines", path.display());
+    assert!(there == text, "{} is not fresh: HIERARQ_UPDATE_DOCS=1 cargo test --test it baselines", path.display());
 }
 
 /// The table of the cases, without the times, which differ from run to run.

@@ -1,8 +1,7 @@
 //! The command line as a user or a script meets it: exit codes, files, JSON.
 
-#[path = "common/cli.rs"]
-mod cli;
-mod common;
+use crate::common;
+use crate::common::cli;
 
 use cli::{folder, hierarq, text};
 

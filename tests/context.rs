@@ -1,7 +1,6 @@
 //! Layers from a language model on the command line, from recorded conversations: no test asks a model.
 
-#[path = "common/cli.rs"]
-mod cli;
+use crate::common::cli;
 
 use std::path::{Path, PathBuf};
 use std::process::Output;

@@ -4,13 +4,9 @@
 //! wherever the examples use them. The figures stand in `docs/src/internals/diagnostics.md`; this test computes them and
 //! compares.
 
-#[path = "corpus/fault.rs"]
 mod fault;
-#[path = "corpus/judge.rs"]
 mod judge;
-#[path = "corpus/read.rs"]
 mod read;
-#[path = "corpus/sweep.rs"]
 mod sweep;
 
 use fault::Fault;
@@ -83,7 +79,7 @@ fn published(figures: &str) {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(PAGE);
         std::fs::write(path, format!("{head}{begin}{figures}{end}{tail}")).expect("writable");
     } else {
-        assert!(is == figures, "{PAGE} is stale: run `HIERARQ_UPDATE_DOCS=1 cargo test --test corpus`");
+        assert!(is == figures, "{PAGE} is stale: run `HIERARQ_UPDATE_DOCS=1 cargo test --test it corpus`");
     }
 }
 

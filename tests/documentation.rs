@@ -1,6 +1,6 @@
 //! The docs say what is: generated pages are fresh, every spec in them compiles, every file that they name exists.
 
-mod common;
+use crate::common;
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ fn generated(file: &str, text: &str) {
         std::fs::write(&path, text).expect("writable");
     }
     let is = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(is == text, "{file} is stale: run `HIERARQ_UPDATE_DOCS=1 cargo test --test documentation`");
+    assert!(is == text, "{file} is stale: run `HIERARQ_UPDATE_DOCS=1 cargo test --test it documentation`");
 }
 
 #[test]

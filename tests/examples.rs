@@ -1,6 +1,6 @@
 //! Every example says the same in both spellings, survives conversion, and compiles to a reviewed program.
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 

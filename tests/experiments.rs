@@ -1,7 +1,7 @@
 //! The experiments of thesis chapter 3 meet their bars. Poses are computed from the recorded joints by the test itself,
 //! and compared with the printed trajectories, not with what the controller says of them.
 
-mod common;
+use crate::common;
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use robot::{Data, LinkId, Model};

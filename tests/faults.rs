@@ -1,6 +1,6 @@
 //! Bad days: whatever the controller is told, its command stays finite and within limits, and a fault keeps the robot still.
 
-mod common;
+use crate::common;
 
 use proptest::prelude::*;
 use runtime::{Controller, Fault, FaultKind, Observation, Program};

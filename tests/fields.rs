@@ -1,7 +1,7 @@
 //! Safety fields: that the number is the mean of the distances, that a limit on it keeps it, whoever measures it, and that
 //! both spellings say the same.
 
-mod common;
+use crate::common;
 
 use compiler::{Input, compile};
 use runtime::program::{Program, ScenarioProgram};

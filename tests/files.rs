@@ -1,18 +1,11 @@
 //! Files of a user: nothing of theirs is lost, and nothing is read that never ends.
 
-#[path = "common/cli.rs"]
-mod cli;
-mod common;
+use crate::common::cli;
 
-#[path = "files/one_place.rs"]
 mod one_place;
-#[path = "files/read.rs"]
 mod read;
-#[path = "files/results.rs"]
 mod results;
-#[path = "files/sweeps.rs"]
 mod sweeps;
-#[path = "files/written.rs"]
 mod written;
 
 use std::path::{Path, PathBuf};

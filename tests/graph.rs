@@ -1,6 +1,6 @@
 //! `hierarq graph`: the three formats of one machine, and what must hold of the picture of any machine.
 
-mod common;
+use crate::common;
 
 use std::collections::BTreeSet;
 use std::process::Command;

@@ -2,7 +2,7 @@
 //! gains and rates, with targets that jump. Walls that are linear in the joints: every hard level is met at every tick. Curved
 //! ones: met, or the robot stops with the fault `infeasible`. The proofs stand in docs/src/mathematics/limits.md.
 
-mod common;
+use crate::common;
 
 use std::fmt::Write;
 

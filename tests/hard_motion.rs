@@ -1,7 +1,7 @@
 //! Hard motion: the specs of `examples/hard` at control rates from 50 Hz to 1 kHz, in both spellings. What they expect holds, no
 //! limit of accelerations is passed, and the tool of an arm that cannot reach its target rests at the nearest point.
 
-mod common;
+use crate::common;
 
 use common::{example, program, program_of};
 use runtime::expect::{Outcome, Verdict};

@@ -1,7 +1,7 @@
 //! People near the robot: that it goes out of the way as fast as they come, what becomes of it when nobody sees them, and
 //! that expectations speak of where they truly are.
 
-mod common;
+use crate::common;
 
 use compiler::{Input, compile};
 use runtime::program::{Lost, Program, ScenarioProgram, Velocity};

@@ -1,6 +1,6 @@
 //! Rows that the compiler leaves out could never have acted: neither at random, nor in a run.
 
-mod common;
+use crate::common;
 
 use runtime::program::Times;
 use runtime::{Controller, Evaluator, Observation, Program, Rest};

@@ -1,7 +1,6 @@
 //! Labels on the command line: plans, charts, maps and reports show them; data keeps names and has labels beside them.
 
-#[path = "common/cli.rs"]
-mod cli;
+use crate::common::cli;
 
 use std::path::Path;
 

@@ -1,37 +1,21 @@
 //! The language server, spoken to by an editor of our own over the pipes of the real process.
 
-mod common;
-#[path = "lsp/document.rs"]
+use crate::common;
 mod document;
-#[path = "lsp/editor.rs"]
 mod editor;
-#[path = "lsp/fields.rs"]
 mod fields;
-#[path = "lsp/files.rs"]
 mod files;
-#[path = "lsp/fixes.rs"]
 mod fixes;
-#[path = "lsp/humans.rs"]
 mod humans;
-#[path = "lsp/imports.rs"]
 mod imports;
-#[path = "lsp/machines.rs"]
 mod machines;
-#[path = "lsp/mission_scenarios.rs"]
 mod mission_scenarios;
-#[path = "lsp/missions.rs"]
 mod missions;
-#[path = "lsp/planners.rs"]
 mod planners;
-#[path = "lsp/reuse.rs"]
 mod reuse;
-#[path = "lsp/told.rs"]
 mod told;
-#[path = "lsp/words.rs"]
 mod words;
-#[path = "lsp/workers.rs"]
 mod workers;
-#[path = "lsp/workspace.rs"]
 mod workspace;
 
 use std::io::Write;

@@ -1,7 +1,6 @@
 //! Scenarios of missions: what is judged against what was logged, and what cannot happen is said.
 
-#[path = "common/played.rs"]
-mod played;
+use crate::common::played;
 
 use mission::plan::Plan;
 use played::{compiled, numbers, table};

@@ -1,8 +1,7 @@
 //! Working robots that run their controllers in scenarios of missions: what they do there against what the controller does
 //! alone, what a breakdown comes to, and that the same seed gives the same records.
 
-mod common;
-#[path = "mission_workers/files.rs"]
+use crate::common;
 mod files;
 
 use common::example;

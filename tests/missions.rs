@@ -1,7 +1,6 @@
 //! Missions on the command line: planned, printed, drawn; and what is said of them where nothing can be planned or run.
 
-#[path = "common/cli.rs"]
-mod cli;
+use crate::common::cli;
 
 use std::path::Path;
 use std::process::Output;

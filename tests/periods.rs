@@ -1,7 +1,7 @@
 //! A compiled program at another control period: the same as if its spec had been compiled for that rate, or refused with the
 //! gains that overshoot.
 
-mod common;
+use crate::common;
 
 use common::program_of;
 use runtime::program::{HighGain, PeriodError, Program};

@@ -1,7 +1,6 @@
 //! `plan --json` keeps to its schema for every kind of mission, and the book knows each key of it.
 
-#[path = "common/cli.rs"]
-mod cli;
+use crate::common::cli;
 
 use std::collections::BTreeSet;
 

@@ -1,7 +1,7 @@
 //! The safety planner in a running controller: that the field does what the planner says, stays where it should, and that
 //! nothing that a person or a tracker does brings the controller down.
 
-mod common;
+use crate::common;
 #[path = "../examples/comparison.rs"]
 #[allow(dead_code, reason = "the example prints what is judged here")]
 mod comparison;

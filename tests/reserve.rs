@@ -1,6 +1,6 @@
 //! The reserve against sampling in time counts only on speed limits that hold, and with them a wall is never passed.
 
-mod common;
+use crate::common;
 
 use compiler::{Compiled, Input, Style};
 use runtime::record::summary::{MARGIN_TOLERANCE, SummaryRecorder};

@@ -1,9 +1,8 @@
 //! The same inputs give the same bytes: in any folder, under any locale and time zone, with any number of threads, and in
-//! a debug build and a release build. `HIERARQ_OTHER_BUILD=target/release/hierarq cargo test --test same_bytes` compares
+//! a debug build and a release build. `HIERARQ_OTHER_BUILD=target/release/hierarq cargo test --test it same_bytes` compares
 //! with that build too; `.ci/run` does so. Times of ticks, which nobody promises, are left out.
 
-#[path = "common/cli.rs"]
-mod cli;
+use crate::common::cli;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

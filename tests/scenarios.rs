@@ -1,6 +1,6 @@
 //! Scenarios: what they measure against what a recorder sees, the same numbers again and again, and `hierarq test`.
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 use std::process::{Command, Output};

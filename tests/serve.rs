@@ -1,26 +1,14 @@
 //! `hierarq serve`: real requests over loopback, friendly and hostile.
 
-#![cfg(feature = "serve")]
-
-#[path = "serve/access.rs"]
 mod access;
-#[path = "serve/client.rs"]
 mod client;
-#[path = "serve/command.rs"]
 mod command;
-#[path = "serve/crash.rs"]
 mod crash;
-#[path = "serve/crowd.rs"]
 mod crowd;
-#[path = "serve/hostile.rs"]
 mod hostile;
-#[path = "serve/journal.rs"]
 mod journal;
-#[path = "serve/labels.rs"]
 mod labels;
-#[path = "serve/layers.rs"]
 mod layers;
-#[path = "serve/people.rs"]
 mod people;
 
 use hierarq::serve::{Mission, Options, Server};

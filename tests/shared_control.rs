@@ -1,7 +1,7 @@
 //! Shared control in whole programs: a hand gives way to a push by force over stiffness and comes back, is led by hand, and
 //! takes up speed no faster than it may. Poses are computed from the recorded joints.
 
-mod common;
+use crate::common;
 
 use nalgebra::{Isometry3, Vector3};
 use robot::{Data, Model};

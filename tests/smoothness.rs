@@ -1,9 +1,8 @@
 //! Accelerations, jumps and reversals of joints: what the summary, the verdict and expectations say of them, against series that
 //! are known and against differences of positions.
 
-#[path = "common/cli.rs"]
-mod cli;
-mod common;
+use crate::common;
+use crate::common::cli;
 
 use cli::{folder, hierarq, text};
 use common::{program_of as program, velocity_by_differences};

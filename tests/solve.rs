@@ -1,10 +1,8 @@
 //! `hierarq solve` and `hierarq bench` as a user or a script meets them: certified answers, refusals by line, files,
 //! exit codes.
 
-#[path = "solve/bad_lines.rs"]
 mod bad_lines;
-mod common;
-#[path = "solve/generate.rs"]
+use crate::common;
 mod generate;
 
 use std::io::Write;
@@ -119,7 +117,7 @@ fn the_example_is_what_the_closed_loop_gives() {
     let (is, made) = (lines(&is), lines(&made));
     assert_eq!(is.len(), made.len());
     for (is, made) in is.iter().zip(&made) {
-        assert!(alike(is, made), "{} is stale: run `HIERARQ_UPDATE_TICKS=1 cargo test --test solve`", is["id"]);
+        assert!(alike(is, made), "{} is stale: run `HIERARQ_UPDATE_TICKS=1 cargo test --test it solve`", is["id"]);
     }
     let held = is.iter().filter(|t| t["kind"] == "held-back" && numbers(&t["viol"])[2] > 1e-3).count();
     assert!(held >= 4, "the wall holds the arm back on {held} ticks only");

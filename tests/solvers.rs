@@ -1,7 +1,7 @@
 //! The solver on the real thing: ticks of every example hold the certificate and are what the
 //! reference cascade finds; on random walks through the robots' configurations it never gives up.
 
-mod common;
+use crate::common;
 
 use runtime::program::Times;
 use runtime::record::verify::Verifier;

@@ -1,10 +1,9 @@
 //! `hierarq sweep`: the same rows whoever runs them, in whatever order and after whatever interruption; and each row
 //! against the run that it speaks of.
 
-mod common;
+use crate::common;
 
 #[cfg(unix)]
-#[path = "sweep/interrupted.rs"]
 mod interrupted;
 
 use std::path::{Path, PathBuf};

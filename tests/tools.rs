@@ -5,14 +5,10 @@ use std::process::Command;
 
 use cli::{command, folder, hierarq, text};
 
-#[path = "common/cli.rs"]
-mod cli;
-#[path = "tools/init.rs"]
+use crate::common::cli;
 mod init;
-#[path = "tools/schema.rs"]
 mod schema;
 #[cfg(unix)]
-#[path = "tools/watch.rs"]
 mod watch;
 
 fn utf8(path: &Path) -> &str {

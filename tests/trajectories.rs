@@ -1,7 +1,7 @@
 //! Trajectories in the loop: they begin where the robot is and as it moves, keep their limits, end before a task counts as
 //! reached, and are faults where a limit loses its sense.
 
-mod common;
+use crate::common;
 
 use nalgebra::Vector3;
 use robot::Data;

@@ -1,6 +1,6 @@
 //! Stacks that move joints without bounding their accelerations are warned of, and no others.
 
-mod common;
+use crate::common;
 
 use common::{compile_text, examples, whole};
 use dsl::{SourceId, Spelling};

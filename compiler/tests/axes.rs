@@ -1,7 +1,7 @@
 //! The axes along which the target of two arms counts: values in those that the equations use are taken, others are refused,
 //! and hands that are told to come closer do, measured by the places of their links alone.
 
-mod common;
+use crate::common;
 
 use common::{Compiled, compile_text, examples};
 use dsl::Spelling;

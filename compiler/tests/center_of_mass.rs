@@ -1,6 +1,6 @@
 //! The centre of mass: against Pinocchio, and in a URDF of a few links by hand.
 
-mod common;
+use crate::common;
 
 use common::compile_text;
 use common::state::{ARM7, Bench, CANOPIES, program};

@@ -2,7 +2,7 @@
 //!
 //! The cases stand in `cases/*.txt`; the snapshots show each diagnostic under the line that it speaks of.
 
-mod common;
+use crate::common;
 
 use common::{annotated, cases};
 use dsl::{Severity, Spelling};

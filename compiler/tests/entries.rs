@@ -1,6 +1,6 @@
 //! Limits of a state are judged where it is entered: at home for what a run begins with, and nowhere for what comes later.
 
-mod common;
+use crate::common;
 
 use common::{compile_text, examples, whole};
 use dsl::{Severity, SourceId, Spelling};

@@ -1,6 +1,6 @@
 //! Vectors and orientations in other axes, against transforms that are multiplied out here.
 
-mod common;
+use crate::common;
 
 use common::state::{ARM7, Bench, CANOPIES, program, rng};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};

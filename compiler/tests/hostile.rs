@@ -1,6 +1,6 @@
 //! Damaged specs: whatever happens to the examples, the compiler answers, soon, and every place it names exists.
 
-mod common;
+use crate::common;
 
 use common::{compile_text, examples, invariants};
 use dsl::Spelling;

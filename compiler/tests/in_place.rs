@@ -1,6 +1,6 @@
 //! The names of tasks that are written in place: short, telling, and each once.
 
-mod common;
+use crate::common;
 
 use common::state::ARM7;
 use common::{compile_text, examples};

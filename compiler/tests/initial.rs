@@ -1,6 +1,6 @@
 //! What `initial(..)` captures, when a stack becomes active: against the same expression evaluated there.
 
-mod common;
+use crate::common;
 
 use common::state::{ARM7, Bench, CANOPIES, program, rng, words};
 use common::{annotated, compile_text, examples};

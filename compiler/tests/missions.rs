@@ -1,6 +1,6 @@
 //! Missions whose members are repeated or imported are the missions that are written out, in both spellings.
 
-mod common;
+use crate::common;
 
 use common::examples;
 use dsl::{SourceId, Spelling};

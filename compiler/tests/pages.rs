@@ -1,7 +1,7 @@
 //! The pages of `hierarq explain`: what they show as wrong gives their code and no other, what they show as right
 //! compiles without a word.
 
-mod common;
+use crate::common;
 
 use common::{annotated, compile_text, examples, whole};
 use dsl::Spelling;

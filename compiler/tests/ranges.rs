@@ -1,7 +1,7 @@
 //! What is said to be out of reach is: intervals against the numbers inside them, ranges against values at random
 //! configurations, jumps against both sides of the place where a comparison turns over.
 
-mod common;
+use crate::common;
 
 use common::state::{ARM7, Bench, CANOPIES, program, rng, words};
 use common::{compile_text, examples};

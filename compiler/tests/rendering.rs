@@ -1,6 +1,6 @@
 //! How diagnostics look as text, and that their JSON says the same.
 
-mod common;
+use crate::common;
 
 use common::{cases, examples};
 use dsl::Spelling;

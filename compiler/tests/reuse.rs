@@ -1,6 +1,6 @@
 //! What is written once and used often is the same program as what is written out.
 
-mod common;
+use crate::common;
 
 use common::examples;
 use dsl::Spelling;

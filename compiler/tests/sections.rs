@@ -1,6 +1,6 @@
 //! The table of keys against what the compiler does with a spec: units, ranges, defaults, what must be there.
 
-mod common;
+use crate::common;
 
 use common::{compile_text, examples};
 use dsl::Spelling;

@@ -1,7 +1,7 @@
 //! `initial(..)` in expectations: the value at the start of the run, online and of a whole log, against numbers that are made
 //! of the recorded joints alone.
 
-mod common;
+use crate::common;
 
 use common::{Compiled, compile_text, examples};
 use dsl::Spelling;

@@ -1,7 +1,7 @@
 //! Expressions of the robot's present state: their rows against central differences in the configuration and in time,
 //! against the library's own tasks, and where they have no derivative.
 
-mod common;
+use crate::common;
 
 use common::state::{ARM7, Bench, CANOPIES, difference, program, rng};
 use hierarq_compiler::expr::FUNCTIONS;

@@ -1,6 +1,6 @@
 //! Many independent mistakes in one file come out together: each at its place, with its code, and nothing beside them.
 
-mod common;
+use crate::common;
 
 use common::{annotated, compile_text, examples};
 use dsl::Spelling;

@@ -1,7 +1,5 @@
 //! Layers from a server: broken answers of every kind, and what the model is told of each.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod common;
+use crate::common;
 
 use std::collections::BTreeMap;
 use std::time::Duration;

@@ -1,7 +1,5 @@
 //! Conversations with a real server on loopback: good ones, and every way in which one goes wrong.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
-mod common;
+use crate::common;
 
 use std::time::{Duration, Instant};
 

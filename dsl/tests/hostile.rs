@@ -1,6 +1,6 @@
 //! Damaged and hostile texts: no panic, no unbounded time, spans inside the text.
 
-mod common;
+use crate::common;
 
 use common::{HQ, YAML};
 use hierarq_dsl::{SourceId, Spelling, limits, parse, print};

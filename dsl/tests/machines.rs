@@ -1,7 +1,7 @@
 //! Signals, machines and scenarios: the two spellings side by side, what the printer makes of them, and how formulas are
 //! taken apart, written out by hand.
 
-mod common;
+use crate::common;
 
 use common::{good, trees};
 use hierarq_dsl::tree::*;

@@ -1,6 +1,6 @@
 //! How expressions, units, blocks and YAML forms are taken apart, written out by hand.
 
-mod common;
+use crate::common;
 
 use common::good;
 use hierarq_dsl::tree::*;

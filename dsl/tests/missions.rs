@@ -1,7 +1,7 @@
 //! Missions: the two spellings side by side, what the printers make of them, and where one thing ends and the next
 //! begins, written out by hand.
 
-mod common;
+use crate::common;
 
 use common::good;
 use hierarq_dsl::tree::*;

@@ -1,6 +1,6 @@
 //! Mistakes of form: what is said of them, in both spellings, and that one does not hide the next.
 
-mod common;
+use crate::common;
 
 use common::render;
 use hierarq_dsl::{SourceId, Spelling, parse};

@@ -1,6 +1,6 @@
 //! One tree for both spellings, and printers that give back what was read.
 
-mod common;
+use crate::common;
 
 use common::trees;
 use common::{HQ, YAML, good};

@@ -1,8 +1,6 @@
 //! Robots as bases: they never come too near, pass each other, arrive, and the plan learns when they are late.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
-
-mod common;
+use crate::common;
 
 use common::execution::{count, keeps, settings};
 use hierarq_mission::execution::{Event, Execution, Happening, Obstacle, Potentials, Settings, Stage, Travel};

@@ -3,9 +3,7 @@
 //! The other way shares the data types and the cost of a schedule, nothing of the planners: it tries every sequence, and
 //! for each every speed of a grid, with times by going through it.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
-
-mod common;
+use crate::common;
 
 use hierarq_mission::plan::Status;
 use hierarq_mission::schedule::assistance::{Assistance, from_plan};

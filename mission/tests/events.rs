@@ -1,8 +1,6 @@
 //! What is told to an executed mission, one event at a time: what follows, and what is refused.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
-
-mod common;
+use crate::common;
 
 use common::execution::{count, happened, near, part, run, settings};
 use hierarq_mission::execution::{

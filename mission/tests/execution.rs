@@ -1,9 +1,7 @@
 //! Executed schedules: what happens never gives a plan that the validator refuses, everything that can be served is served
 //! once, what has begun stays, and the same happens however time is cut.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
-
-mod common;
+use crate::common;
 
 use std::collections::BTreeMap;
 

@@ -1,9 +1,7 @@
 //! Layered plans: tiny problems against all assignments, the formulations against each other, random problems and what
 //! happens to their plans against the validator.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
-
-mod layered;
+use crate::layered;
 
 use std::time::Duration;
 

@@ -1,11 +1,8 @@
 //! Executed layers: what happens against what was planned, whatever is told against the validator and the rules, ways against
 //! straight lines.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
-
-#[path = "layered/executed.rs"]
-mod executed;
-mod layered;
+use crate::layered;
+use crate::layered::executed;
 
 use executed::{Performed, check, keeps_the_rules, performed, run, settings};
 use hierarq_mission::execution::{Durations, Replan};

@@ -1,7 +1,5 @@
 //! Layered problems that cannot be planned, and JSON that is no layers: each mistake with its place, reason and fix.
-#![allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
-
-mod layered;
+use crate::layered;
 
 use std::collections::BTreeMap;
 

@@ -1,8 +1,6 @@
 //! Random problems and what happens to their plans: every plan passes the validator, every damage to one is caught.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
-
-mod common;
+use crate::common;
 
 use std::time::Duration;
 

@@ -1,7 +1,5 @@
 //! What cannot be planned is refused, with the declaration and the reason.
-#![allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
-
-mod common;
+use crate::common;
 
 use std::path::Path;
 

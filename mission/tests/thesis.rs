@@ -1,8 +1,6 @@
 //! Numbers of the thesis and values worked by hand: Table 5.4, Algorithms 2, 3 and 5, (5.16) to (5.19), the scales.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
-
-mod common;
+use crate::common;
 
 use hierarq_mission::engine::Budget;
 use hierarq_mission::plan::Status;

@@ -2,7 +2,7 @@
 //! with it, holds at every answer; the Clarabel cascade finds the same points; what was solved
 //! before, the order of rows and the levels below change nothing; multipliers balance.
 
-mod common;
+use crate::common;
 
 use common::{Dice, Taste, WILD, hierarchy, size, turned};
 use hierarq_solver::{

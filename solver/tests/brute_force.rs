@@ -4,7 +4,7 @@
 //! with that choice known, the optimum is the solution of a hierarchy of equalities. So the
 //! optimum is the lexicographically best of the solutions for all choices.
 
-mod common;
+use crate::common;
 
 use common::{Dice, Taste, hierarchy, recursion, size, solve, system};
 use hierarq_solver::{Problem, Status};

@@ -2,7 +2,7 @@
 //! size: the optimality certificate, which shares no step with the cascade, holds at every
 //! solution and nowhere near it; and going through Clarabel leads to the same point.
 
-mod common;
+use crate::common;
 
 use common::{Dice, Taste, WILD, hierarchy, solve};
 use hierarq_solver::{ClarabelCascade, HierarchicalSolver, Solution, Status, certificate};

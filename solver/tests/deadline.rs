@@ -2,7 +2,7 @@
 //! optimum as one that has all the time. The tests' deadlines have passed before the solve begins, so that the one change that
 //! is always made is all there is time for: no clock decides what they see.
 
-mod common;
+use crate::common;
 
 use std::time::Instant;
 

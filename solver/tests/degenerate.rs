@@ -2,11 +2,10 @@
 //! orders, damping, hard levels that contradict each other. An answer that is called optimal holds the certificate, from
 //! no start, from the problem before and from one that has nothing to do with it.
 //!
-//! `HIERARQ_PROBLEMS=10000000 cargo test --release -p hierarq-solver --test degenerate` draws more, `HIERARQ_SEED` others.
+//! `HIERARQ_PROBLEMS=10000000 cargo test --release -p hierarq-solver --test it degenerate` draws more, `HIERARQ_SEED` others.
 
-mod common;
-#[path = "common/judged.rs"]
-mod judged;
+use crate::common;
+use crate::common::judged;
 
 use common::{Dice, Taste, hierarchy};
 use hierarq_solver::{ActiveSet, HierarchicalSolver, Level, LevelShape, Problem, Solution};

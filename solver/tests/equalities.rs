@@ -1,6 +1,6 @@
 //! Hierarchies of equalities only, against the null-space recursion of thesis (2.11).
 
-mod common;
+use crate::common;
 
 use common::{Dice, Taste, hierarchy, recursion, solve, system};
 use hierarq_solver::Status;

@@ -1,6 +1,6 @@
 //! What must hold whatever the numbers are, and what is said when there is no solution.
 
-mod common;
+use crate::common;
 
 use common::{Dice, Taste, hierarchy, size, solve, turned};
 use hierarq_solver::{

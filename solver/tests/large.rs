@@ -1,7 +1,7 @@
 //! Problems larger than a robot: 40, 80 and 120 variables, ten levels, hundreds of rows, most variables at a bound. Every answer holds the
 //! certificate, from nothing and along a drift of the numbers, and warm and cold answers are one.
 
-mod common;
+use crate::common;
 
 use common::Dice;
 use hierarq_solver::{ActiveSet, HierarchicalSolver, LevelShape, Problem, Solution, Status, certificate};

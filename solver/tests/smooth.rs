@@ -1,7 +1,7 @@
 //! Smooth levels: what can be met is met exactly, what cannot is damped without a jump, levels below keep their freedom
 //! and take next to nothing from those above, and both backends agree.
 
-mod common;
+use crate::common;
 
 use common::{Dice, Taste, WILD, hierarchy};
 use hierarq_solver::{

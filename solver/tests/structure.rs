@@ -1,6 +1,6 @@
 //! What is known of rows beforehand changes how long a solve takes, and nothing else.
 
-mod common;
+use crate::common;
 
 use common::{Dice, Taste, hierarchy, size};
 use hierarq_solver::{

@@ -1,7 +1,5 @@
 //! The program as a user runs it: from the root of the project, without colours, in a window of one hundred columns.
 
-#![allow(dead_code, reason = "each test binary uses a part of it")]
-
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 

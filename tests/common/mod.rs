@@ -2,6 +2,10 @@
 
 #![allow(dead_code, reason = "each test binary uses a part of it")]
 
+pub mod cli;
+pub mod played;
+pub mod reckoner;
+
 use std::path::{Path, PathBuf};
 
 use hierarq::project::{Settings, compile};

@@ -1,7 +1,5 @@
 //! Scenarios of missions in texts, and the logs of their runs.
 
-#![allow(dead_code, reason = "each test binary uses a part of it")]
-
 use std::path::Path;
 
 use compiler::{Compiled, Input};

@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use crate::editor::{Editor, edited, spec, text, under, uri};
+use super::editor::{Editor, edited, spec, text, under, uri};
 
 /// The titles of the fixes for the whole of a text, and the text after each.
 fn fixes(e: &mut Editor, name: &str, text: &str) -> Vec<(String, String)> {

@@ -2,9 +2,9 @@
 
 use serde_json::{Value as Json, json};
 
+use super::document::Document;
+use super::editor::{SPEC, find, text, under, uri};
 use crate::common;
-use crate::document::Document;
-use crate::editor::{SPEC, find, text, under, uri};
 
 #[test]
 fn hover_explains_every_kind_of_word() {

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::cli::{folder, hierarq, text};
+use crate::common::cli::{folder, hierarq, text};
 
 use super::host::{Host, Seen};
 

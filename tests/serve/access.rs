@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use hierarq::serve::{Options, new_link};
 use serde_json::json;
 
-use crate::Running;
+use super::Running;
 
 #[test]
 fn a_link_is_used_by_a_press_and_not_by_a_look() {

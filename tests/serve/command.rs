@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-use crate::client::Client;
+use super::client::Client;
 
 pub const SPEC: &str = "hierarq 1
 mission field : schedule {

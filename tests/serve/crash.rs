@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use serde_json::{Value as Json, json};
 
-use crate::client::Client;
+use super::client::Client;
 
 /// She works for long, so that she may be told to be elsewhere all the time: each place is told once.
 const SPEC: &str = "hierarq 1

@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use hierarq::serve::{OF_AN_ADDRESS, STRANGERS};
 use serde_json::json;
 
-use crate::Running;
-use crate::client::Client;
+use super::Running;
+use super::client::Client;
 
 /// Hostile connections at once.
 const CROWD: usize = 500;

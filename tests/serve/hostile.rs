@@ -7,8 +7,8 @@ use hierarq::serve::Options;
 use proptest::prelude::*;
 use serde_json::json;
 
-use crate::Running;
-use crate::client::{Client, read};
+use super::Running;
+use super::client::{Client, read};
 
 #[test]
 fn every_answer_forbids_what_no_page_needs() {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use hierarq::serve::Options;
 use serde_json::{Value as Json, json};
 
-use crate::Running;
+use super::Running;
 
 fn path(name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("serve");
@@ -91,7 +91,7 @@ fn the_same_journal_gives_the_same_state() {
 fn a_journal_of_another_mission_is_refused() {
     let path = path("other.journal");
     Running::with(&options(&path, false)).end();
-    let mut other = crate::mission();
+    let mut other = super::mission();
     other.problem.agents[0].operations = 3;
     let Err(refused) = hierarq::serve::Server::start(other, &options(&path, false)) else { panic!("it runs") };
     assert!(refused.to_string().contains("before the spec or an option changed"), "{refused}");
@@ -113,7 +113,7 @@ fn what_could_never_have_been_told_is_refused_with_its_line() {
     ] {
         std::fs::write(&path, format!("{head}{}\n", json!({ "time": 0.5, "entry": entry }))).expect("writable");
         let line = head.lines().count() + 1;
-        let Err(refused) = hierarq::serve::Server::start(crate::mission(), &options(&path, false)) else {
+        let Err(refused) = hierarq::serve::Server::start(super::mission(), &options(&path, false)) else {
             panic!("{entry} is taken")
         };
         let told = refused.to_string();
@@ -133,7 +133,7 @@ fn an_idle_hour_is_gone_through_quickly() {
     let mut tell = |at: hierarq::serve::Resuming| told.push(at);
     let begun = std::time::Instant::now();
     let on =
-        hierarq::serve::Server::start_and_tell(crate::mission(), &options(&path, false), &mut tell).expect("served");
+        hierarq::serve::Server::start_and_tell(super::mission(), &options(&path, false), &mut tell).expect("served");
     assert!(begun.elapsed() < std::time::Duration::from_secs(30), "{:?}", begun.elapsed());
     assert_eq!(on.resumed(), Some((3600.0, false)));
     assert_eq!((told[0].time, told[0].until), (0.0, 3600.0));

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use hierarq::serve::{Options, Server};
 use serde_json::Value as Json;
 
-use crate::Running;
+use super::Running;
 
 fn labelled(pairs: &[(&str, &str)]) -> BTreeMap<String, String> {
     pairs.iter().map(|(name, text)| ((*name).to_string(), (*text).to_string())).collect()
@@ -18,7 +18,7 @@ fn read(state: &Json) -> String {
 
 #[test]
 fn pages_of_a_schedule_show_labels() {
-    let mut mission = crate::mission();
+    let mut mission = super::mission();
     let ben = "<b>ben</b>";
     let all =
         [("anna", "Łukasz"), (ben, "<i>Ann-Marie</i>"), ("m1", "Wózek 1"), ("m2", "Wózek 2"), ("carrier", "葡萄车")];
@@ -56,7 +56,7 @@ fn pages_of_a_schedule_show_labels() {
 
 #[test]
 fn pages_of_layers_show_labels() {
-    let mut mission = crate::layers::mission();
+    let mut mission = super::layers::mission();
     mission.problem.labels.members = labelled(&[("<b>anna</b>", "Łukasz"), ("left", "Ramię lewe"), ("box", "Pudełko")]);
     mission.problem.labels.tasks = labelled(&[("lid", "Pokrywa")]);
     mission.problem.labels.layers = labelled(&[("opened", "Otwarcie")]);

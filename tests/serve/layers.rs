@@ -10,7 +10,7 @@ use mission::layers::execution::Settings;
 use mission::layers::problem::{Agent, Body, Energy, Object, Problem, Range, Skill, Task, Weights};
 use serde_json::{Value as Json, json};
 
-use crate::Running;
+use super::Running;
 
 fn arm(name: &str, x: f64) -> Agent {
     Agent {
@@ -209,7 +209,7 @@ fn a_mission_goes_on_where_its_journal_ends() {
     assert!(before.to_string().contains("left is lost"));
     again.end();
     // The other kind of mission does not take it for its own.
-    let Err(refused) = Server::start(crate::mission(), &options(false)) else { panic!("it runs") };
+    let Err(refused) = Server::start(super::mission(), &options(false)) else { panic!("it runs") };
     assert!(refused.to_string().contains("of another mission"), "{refused}");
 }
 

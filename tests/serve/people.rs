@@ -3,7 +3,7 @@
 use hierarq::serve::Options;
 use serde_json::{Value as Json, json};
 
-use crate::Running;
+use super::Running;
 
 fn may(what: &'static str) -> impl Fn(&Json) -> bool {
     move |state| state["person"]["may"][what] == true
@@ -36,7 +36,7 @@ fn two_people_work_at_once_and_the_plan_follows_both() {
     anna.until(may("done"));
     let planned = anna.state()["person"]["comes"].as_f64().expect("a robot is planned");
     // Both press at once, much earlier than planned, and each twice.
-    let press = |client: &crate::client::Client| {
+    let press = |client: &super::client::Client| {
         let client = client.clone();
         std::thread::spawn(move || [client.press("done", 0), client.press("done", 0)])
     };
@@ -220,7 +220,7 @@ fn people_without_a_page_are_simulated() {
 
 #[test]
 fn mistakes_in_options_are_explained() {
-    let start = |options: &Options| match hierarq::serve::Server::start(crate::mission(), options) {
+    let start = |options: &Options| match hierarq::serve::Server::start(super::mission(), options) {
         Ok(_) => panic!("it runs"),
         Err(e) => e.to_string(),
     };

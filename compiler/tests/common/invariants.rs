@@ -1,6 +1,5 @@
 //! What holds for every text, however broken: for the tests, which damage examples, and for the fuzzer (`fuzz/`), which
 //! includes this file.
-#![allow(dead_code)]
 
 use std::collections::BTreeSet;
 use std::path::Path;

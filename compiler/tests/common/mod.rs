@@ -1,5 +1,4 @@
 //! What the tests share: cases in text files, compiled against small robots, and their diagnostics as text.
-#![allow(dead_code)]
 
 pub mod invariants;
 pub mod state;

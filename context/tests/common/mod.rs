@@ -1,5 +1,4 @@
 //! A chat server on loopback that says what it was told to say, and keeps what it was asked.
-#![allow(dead_code, reason = "each binary uses a part")]
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};

@@ -1,5 +1,4 @@
 //! What the tests share: rendering diagnostics, the example spec in both spellings.
-#![allow(dead_code)]
 
 pub mod trees;
 

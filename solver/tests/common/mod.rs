@@ -1,5 +1,6 @@
 //! Random hierarchies, and the oracle for those of equalities: the null-space recursion.
-#![allow(dead_code)]
+
+pub mod judged;
 
 use hierarq_solver::{ClarabelCascade, HierarchicalSolver, LevelShape, Problem, Solution};
 use nalgebra::{DMatrix, DVector};

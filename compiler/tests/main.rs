@@ -1,0 +1,23 @@
+//! From spec to program, and what is said of wrong ones: one file a subject.
+
+mod accelerations;
+mod axes;
+mod center_of_mass;
+mod common;
+mod diagnostics;
+mod entries;
+mod expressions;
+mod frames;
+mod hostile;
+mod in_place;
+mod initial;
+mod missions;
+mod pages;
+mod params;
+mod ranges;
+mod rendering;
+mod reuse;
+mod sections;
+mod start_of_run;
+mod state;
+mod together;

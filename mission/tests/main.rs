@@ -1,0 +1,16 @@
+//! Planners and executors of missions: one file a subject.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
+
+mod bases;
+mod brute_force;
+mod common;
+mod events;
+mod execution;
+mod layered;
+mod layers;
+mod layers_execution;
+mod layers_refusals;
+mod random;
+mod refusals;
+mod thesis;
