@@ -1,9 +1,9 @@
 //! Executed layers: what happens against what was planned, whatever is told against the validator and the rules, ways against
 //! straight lines.
 
-use crate::layered;
-use crate::layered::executed;
+mod executed;
 
+use crate::layered;
 use executed::{Performed, check, keeps_the_rules, performed, run, settings};
 use hierarq_mission::execution::{Durations, Replan};
 use hierarq_mission::layers::cost::cost;

@@ -4,8 +4,6 @@
 //! times, power and the slowing of people are ours.
 #![allow(dead_code, reason = "each binary uses a part")]
 
-pub mod executed;
-
 use std::collections::{BTreeMap, BTreeSet};
 
 use hierarq_mission::layers::problem::{Agent, Body, Energy, Object, Problem, Range, Skill, Task, Weights};
