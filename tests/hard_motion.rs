@@ -11,8 +11,8 @@ use runtime::record::summary::{Summary, SummaryRecorder};
 use runtime::{Judge, Recorder, Simulation, Tick};
 
 /// In `examples/hard`.
-const EXAMPLES: [&str; 6] =
-    ["out_of_reach", "through_singularities", "held_base", "two_wishes", "swapping_hands", "short_of_time"];
+const EXAMPLES: [&str; 7] =
+    ["out_of_reach", "through_singularities", "held_base", "two_wishes", "swapping_hands", "short_of_time", "cornered"];
 
 /// Runs the first scenario: what is expected, and the summary.
 fn run(program: &Program) -> (Vec<Outcome>, Summary) {
@@ -49,6 +49,18 @@ fn a_target_that_comes_and_goes_is_calm_at_every_rate() {
             assert!(motion.jumps == 0 && motion.reversals <= 6, "{rate} Hz: {joint} {motion:?}");
         }
         assert!(summary.joints.len() == 7, "{rate} Hz");
+    }
+}
+
+/// A soft limit that cannot be kept, at the same rates: 277 reversals at 500 Hz without its damping.
+#[test]
+fn an_arm_that_is_cornered_is_calm_at_every_rate() {
+    let text = std::fs::read_to_string(example("hard/cornered.hq")).expect("readable").replace("\"../", "\"");
+    for rate in [50, 200, 1000] {
+        let (outcomes, summary) = run(&program_of(&text.replace("rate 500 Hz", &format!("rate {rate} Hz"))));
+        let sum: usize = summary.joints.values().map(|motion| motion.reversals).sum();
+        assert!(sum <= 8 && summary.joints.values().all(|motion| motion.jumps == 0), "{rate} Hz: {sum}");
+        assert!(outcomes.iter().all(|o| o.verdict == Verdict::Holds), "{rate} Hz: {outcomes:?}");
     }
 }
 

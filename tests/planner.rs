@@ -390,6 +390,54 @@ fn the_experiments_of_chapter_4_hold() {
     assert!(a1[2] == 0.0 && a2[2] == 0.0 && a3[2] > 0.5, "M3, the idle time: {figures:?}");
 }
 
+/// A way of the person in 4.A for which there is no room below the limits of the joints, so that the field falls: joints do not
+/// swing between two plans, and what is missing is told.
+#[test]
+fn where_there_is_no_room_joints_do_not_swing() {
+    let set = [
+        ("near_x", "0.6504510407"),
+        ("near_y", "-0.1149074099"),
+        ("near_z", "1.1514616996"),
+        ("takes", "2.3413358942"),
+    ];
+    let unit = |name: &str| if name == "takes" { "s" } else { "m" };
+    let set = set.iter().map(|(name, value)| (name.to_string(), format!("{value} {}", unit(name)))).collect();
+    let settings = hierarq::project::Settings { set, ..Default::default() };
+    let compiled = hierarq::project::compile(&common::example("safety_planner.hq"), &settings);
+    let program = compiled.program.expect("it compiles");
+    let scenario = program.scenarios.iter().find(|s| s.name.starts_with("4.A")).expect("there");
+    let program = scenario.program(&program);
+    let mut simulation = Simulation::in_world(&program, scenario).expect("it can be executed");
+    let ticks = simulation.ticks();
+    let mut summary = runtime::record::summary::SummaryRecorder::new(simulation.controller(), ticks);
+    let mut short = Short { least: f64::INFINITY, slack: 0.0, untold: 0, program: &program };
+    let mut all = runtime::record::All(vec![&mut summary, &mut short]);
+    simulation.run(&mut all, &mut || 0.0, &mut |_| true).expect("no recorder fails");
+    let of_joints = summary.summary(&program, simulation.controller(), Vec::new()).joints;
+    // 1351 of one joint, and 14,000 of all, before.
+    assert!(of_joints.values().all(|j| j.reversals <= 8 && j.jumps == 0), "{of_joints:?}");
+    assert!(short.least < 0.745 && short.untold == 0, "{} {}", short.least, short.untold);
+}
+
+/// The least field, the slack of the tick before, and the ticks in which it fell below its threshold without one.
+struct Short<'p> {
+    least: f64,
+    slack: f64,
+    untold: usize,
+    program: &'p Program,
+}
+
+impl Recorder for Short<'_> {
+    fn tick(&mut self, t: &Tick) -> std::io::Result<()> {
+        let of = |name: &str| told(t.controller.signal_table(), self.program, &format!("deviating.{name}"));
+        let (field, before) = (of("field"), self.least);
+        self.least = before.min(field);
+        self.untold += usize::from(field < 0.75 && field < before && self.slack < 1e-4);
+        self.slack = of("slack");
+        Ok(())
+    }
+}
+
 /// Where nothing stands above, nothing is withheld. Where joints may only be slow, the field's rate is what was told, from one
 /// tick to the next, and with the slack that is told it is what the field needs.
 #[test]
@@ -416,7 +464,8 @@ stack work { level limits hard { slow }  level motion { reach }  level internal 
         assert!(turns || !exact || observed < given + 5e-3, "at {} s: {observed} {given}", pair[0].time);
         withheld += usize::from(pair[0].withheld > 0.02);
     }
-    assert!(withheld > 100 && at_stake > 20, "{withheld} {at_stake}");
+    // The limits are in the program: next to nothing is withheld, and the field is at stake all the same.
+    assert!(withheld < 10 && at_stake > 100, "{withheld} {at_stake}");
 }
 
 /// Two planners in one stack below the same limits, the one of the lower task on the upper level: they decide in the order of

@@ -32,9 +32,8 @@
 //! that presses against those above. What the rows above add to D therefore fades with a time of its own
 //! ([`Smooth::with_fading`]) and only rises at once. This is the one thing that is remembered; [`Smooth::forget`] ends it.
 //!
-//! A level that is met, or that nothing curved holds back, is passed on as ever. So is one whose equalities are all met: a
-//! limit does not give way for smoothness. So is one with a hard level below, whose rows a damped answer might not leave
-//! room for.
+//! A level that is met, or that nothing curved holds back, is passed on as ever. So is one with a hard level below, whose rows
+//! a damped answer might not leave room for. For limits a shorter time T counts than for targets ([`LIMIT`]).
 
 use crate::backend::Backend;
 use crate::problem::{Level, LevelShape, Problem};
@@ -60,6 +59,10 @@ const FIRM: f64 = 0.1;
 
 /// The least damping of a variable, as a part of the greatest.
 const LEAST: f64 = 1e-6;
+
+/// How much of a second derivative counts for a level's own limits. With as much as for targets a limit that was passed is
+/// regained a fifth later; with this it is regained as fast as without damping.
+const LIMIT: f64 = 0.3;
 
 /// A slack up to this part of a row and its bound is none, as in [`LevelStatus::Met`].
 const MET: f64 = 1e-9;
@@ -294,9 +297,7 @@ impl Smooth {
         let wants = |&k: &usize| {
             let curved = |k: usize| problem.levels[k].is_curved();
             let held = || problem.levels[..k].iter().any(Level::is_curved);
-            let missed = |(i, a): (usize, &Active)| *a == Active::Violated && problem.levels[k].is_equality(i);
-            let unmet = answer.levels[k].status == LevelStatus::Relaxed
-                && answer.levels[k].active.iter().enumerate().any(missed);
+            let unmet = answer.levels[k].status == LevelStatus::Relaxed;
             self.damped[k].is_some() && (problem.levels[k].damping > 0.0 || (unmet && (curved(k) || held())))
         };
         levels.clone().find(wants)
@@ -376,8 +377,10 @@ impl Damped {
         self.ties.bear(k, problem, answer, &mut self.forces);
         for f in &self.forces {
             let sums = if f.level == k { &mut self.damping } else { &mut self.now };
+            let limit = f.level == k && !level.is_equality(f.row);
+            let part = if limit { LIMIT } else { 1.0 };
             for (sum, c) in sums.iter_mut().zip(problem.levels[f.level].curvature(f.row)) {
-                *sum += (c * f.force).powi(2);
+                *sum += (c * f.force * part).powi(2);
             }
         }
         let mut most = 0.0_f64;

@@ -165,11 +165,12 @@ fn in_common(program: &Program, a: &StackProgram, b: &StackProgram) -> usize {
 /// Time constant in s with which damping by rows above a level fades, and the velocity where there is no time.
 const FADING: f64 = 0.1;
 
-/// The solver of a stack. Safety planners reckon with the exact answer of the hierarchy, so that a stack with one has no
-/// smooth levels.
-fn smooth(problem: &Problem, stack: &StackProgram, program: &Program, planned: bool) -> Smooth {
+/// The solver of a stack. A planner's own level asks for the velocity that it decided on, damped where it had to be.
+fn smooth(problem: &Problem, stack: &StackProgram, program: &Program) -> Smooth {
     let solver = Smooth::new(problem, program.run.solver).with_fading((-program.robot.period / FADING).exp());
-    let exact = stack.levels.iter().enumerate().filter(|(_, level)| planned || level.exact);
+    let plans = |task: usize| program.tasks.get(task).is_some_and(|t| crate::planning::protected_by(t).is_some());
+    let planned = |level: &LevelProgram| level.members.iter().any(|m| plans(m.task));
+    let exact = stack.levels.iter().enumerate().filter(|(_, level)| level.exact || planned(level));
     exact.fold(solver, |solver, (k, _)| solver.with_exact(k))
 }
 
@@ -179,7 +180,8 @@ impl Stage {
             return Err(crate::program::error("stacks", "there is no such stack"));
         };
         let (mut evaluator, mut problem) = Evaluator::new(program, stack)?;
-        evaluator.measure_curvature(program.robot.period, &mut problem);
+        let exact: Vec<bool> = stack_program.levels.iter().map(|level| level.exact).collect();
+        evaluator.measure_curvature(program.robot.period, &program.interface, &exact, &mut problem);
         let nv = evaluator.model().nv();
         // Above the levels of the stack one for the joints that it locks.
         let mut between = problem.clone();
@@ -202,7 +204,7 @@ impl Stage {
         };
         Ok(Stage {
             solution: Solution::new(&problem),
-            solver: smooth(&problem, stack_program, program, evaluator.safety().count() > 0),
+            solver: smooth(&problem, stack_program, program),
             level_names: stack_program.levels.iter().map(|l| l.name.clone()).collect(),
             value_names: value_names(program, stack_program),
             blend,

@@ -6,11 +6,14 @@
 //! at [`SAMPLES`] configurations within the position limits, so that this holds for every task type and expression alike:
 //! of a size, not a proof. A row with the same coefficients at all of them is linear and does not bend. Source: ours.
 
-use robot::{Data, Model};
+use robot::{Data, LinkId, Model};
 use solver::Problem;
+use stdlib_tasks::field::Field;
 use stdlib_tasks::task::{Nature, Rows, State, Task};
 
 use super::Member;
+use crate::program::{Interface, Times};
+use crate::values::ValueTable;
 
 /// Configurations that are looked at.
 const SAMPLES: usize = 48;
@@ -25,6 +28,27 @@ const CONSTANT: f64 = 1e-9;
 /// The shortest time tau over which a damped level counts second derivatives, in s; two periods where these are longer. A
 /// longer one is smoother, and slower to come to rest at the nearest point.
 const HORIZON: f64 = 0.065;
+
+/// The time tau of a program with this period, in s.
+pub(super) fn horizon(period: f64) -> f64 {
+    HORIZON.max(2.0 * period)
+}
+
+/// How much a safety field bends with each degree of freedom over a time `horizon`, of a size as the rows of tasks.
+pub(crate) fn curvature_of_field(field: &mut Field, model: &Model, locked: &[usize], horizon: f64) -> Vec<f64> {
+    let (mut data, mut spread) = (Data::new(model), Spread(SEED));
+    let mut most = vec![0.0_f64; model.nv()];
+    for _ in 0..SAMPLES {
+        let q = model.random_configuration(&mut || spread.next());
+        model.forward(&q, &mut data);
+        most.iter_mut().zip(field.levers(model, &data)).for_each(|(most, lever)| *most = most.max(lever));
+    }
+    locked.iter().for_each(|&dof| most[dof] = 0.0);
+    most.iter().map(|a| horizon * most.iter().map(|b| a.min(*b)).sum::<f64>()).collect()
+}
+
+/// Where the spread of configurations begins.
+const SEED: u64 = 0x5eed;
 
 /// Uniform numbers in 0..1: a linear congruential generator is enough to spread configurations (Knuth, MMIX).
 struct Spread(u64);
@@ -41,9 +65,9 @@ pub(super) struct Stack<'a> {
     pub model: &'a Model,
     pub members: &'a [Member],
     pub tasks: &'a mut [Box<dyn Task>],
-    /// Parameter values and their rates.
-    pub values: &'a [f64],
-    pub rates: &'a [f64],
+    /// Parameter values, as they are before the first tick.
+    pub values: &'a mut ValueTable,
+    pub interface: &'a Interface,
     pub locked: &'a [usize],
     pub period: f64,
 }
@@ -65,9 +89,42 @@ impl Coefficients {
     }
 }
 
+/// How far from the robot's links points of people and of hosts are put, along each axis, in m.
+const AROUND: f64 = 1.0;
+
 impl Stack<'_> {
     /// Tells the problem's levels how much their rows bend.
     pub(super) fn measure(&mut self, problem: &mut Problem) {
+        let before = (self.values.current.clone(), self.values.rates.clone());
+        self.measure_each(problem, &before.0);
+        (self.values.current, self.values.rates) = before;
+        self.values.restart();
+    }
+
+    /// Puts points that come from outside somewhere about the robot: rows that depend on them may bend there, and be straight
+    /// where they are before anybody was seen.
+    fn put_points(&mut self, data: &Data, spread: &mut Spread, initial: &[f64]) {
+        let mut signals = self.interface.absent();
+        let links = self.model.links.len();
+        let mut some = false;
+        for s in self.interface.signals.iter().filter(|s| s.motion.is_some() || (s.kind == "point" && s.len == 3)) {
+            let link = LinkId(((spread.next() * links as f64) as usize).min(links - 1) as u32);
+            let mut at = |k: usize| data.position(link)[k] + AROUND * (2.0 * spread.next() - 1.0);
+            let point = [at(0), at(1), at(2)];
+            signals[s.at..s.at + s.width()].fill(0.0);
+            (signals[s.at], signals[s.known_at()]) = (1.0, 1.0);
+            signals[s.at + 1..s.at + 4].copy_from_slice(&point);
+            some = true;
+        }
+        if !some {
+            return;
+        }
+        self.values.evaluate(Times::default(), &signals);
+        self.values.current.iter_mut().zip(initial).filter(|(x, _)| !x.is_finite()).for_each(|(x, i)| *x = *i);
+        self.values.rates.fill(0.0);
+    }
+
+    fn measure_each(&mut self, problem: &mut Problem, initial: &[f64]) {
         let n = self.model.nv();
         let mut curvature: Vec<Vec<f64>> = problem.levels.iter().map(|l| vec![0.0; l.rows() * n]).collect();
         for i in 0..self.members.len() {
@@ -78,8 +135,8 @@ impl Stack<'_> {
             let first = m.rows.start * n;
             let level = m.level;
             let rows = m.rows.len();
-            let horizon = HORIZON.max(2.0 * self.period);
-            let mut found = self.coefficients(i);
+            let horizon = horizon(self.period);
+            let mut found = self.coefficients(i, initial);
             for row in 0..rows {
                 let of: Vec<(f64, bool)> = (0..n).map(|j| found.of(row * n + j)).collect();
                 if !of.iter().any(|(_, varies)| *varies) {
@@ -98,12 +155,12 @@ impl Stack<'_> {
     }
 
     /// The rows of a task at the configurations. Those at which it has none are passed over.
-    fn coefficients(&mut self, task: usize) -> Coefficients {
+    fn coefficients(&mut self, task: usize, initial: &[f64]) -> Coefficients {
         let (n, m) = (self.model.nv(), &self.members[task]);
         let rows = m.rows.len();
         let limits = if m.nature == Nature::Limit { rows } else { 0 };
         let mut data = Data::new(self.model);
-        let mut spread = Spread(0x5eed);
+        let mut spread = Spread(SEED);
         let mut seen = vec![Vec::with_capacity(SAMPLES); rows * n];
         let (mut jacobian, mut lower, mut upper) = (vec![0.0; rows * n], vec![0.0; rows], vec![0.0; rows]);
         let (mut margins, mut measures) = (vec![0.0; limits], vec![0.0; m.measures.len()]);
@@ -111,6 +168,7 @@ impl Stack<'_> {
         for _ in 0..SAMPLES {
             let q = self.model.random_configuration(&mut || spread.next());
             self.model.forward(&q, &mut data);
+            self.put_points(&data, &mut spread, initial);
             jacobian.fill(0.0);
             lower.fill(f64::NEG_INFINITY);
             upper.fill(f64::INFINITY);
@@ -131,8 +189,8 @@ impl Stack<'_> {
                 model: self.model,
                 data: &data,
                 q: &q,
-                values: self.values,
-                rates: self.rates,
+                values: &self.values.current,
+                rates: &self.values.rates,
                 velocity: &velocity,
                 stack_velocity: &velocity,
             };

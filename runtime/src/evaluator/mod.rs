@@ -6,6 +6,7 @@
 mod build;
 mod capture;
 mod curvature;
+pub(crate) use curvature::curvature_of_field;
 mod member;
 mod moment;
 mod ready;
@@ -24,6 +25,7 @@ use telling::Telling;
 
 use crate::coasting::Coasting;
 use crate::planning::Planning;
+use crate::program::Interface;
 use crate::safety::{Field, SafetyPlanner};
 use crate::values::ValueTable;
 
@@ -158,12 +160,22 @@ impl Evaluator {
         &self.needs
     }
 
-    /// Tells the soft levels of the stack's problem how much their rows bend; see [`curvature`]. Called before the stack is
-    /// entered.
-    pub(crate) fn measure_curvature(&mut self, period: f64, problem: &mut Problem) {
+    /// Tells the soft levels of the stack's problem how much their rows bend; see [`curvature`]. `exact` says which levels are
+    /// never damped. Called before the stack is entered.
+    pub(crate) fn measure_curvature(
+        &mut self,
+        period: f64,
+        interface: &Interface,
+        exact: &[bool],
+        problem: &mut Problem,
+    ) {
         let Evaluator { model, values, tasks, members, locked, .. } = self;
-        let (values, rates) = (&values.current[..], &values.rates[..]);
-        curvature::Stack { model, members, tasks, values, rates, locked, period }.measure(problem);
+        curvature::Stack { model, members, tasks, values, interface, locked, period }.measure(problem);
+        for planner in &mut self.planners {
+            let Member { level, rows, .. } = &self.members[planner.task];
+            let task = (&problem.levels[*level], rows.start);
+            planner.bend(&self.model, &problem.levels[..*level], task, &exact[..=*level], curvature::horizon(period));
+        }
     }
 
     /// Takes over what the planners of another evaluator of the same robot decided at this tick, that of the controller:

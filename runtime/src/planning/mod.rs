@@ -19,7 +19,7 @@ use stdlib_tasks::task::{Rows, State, Task, TaskFault};
 
 use crate::fault::Fault;
 use crate::program::{Program, Times};
-use crate::safety::{Field, Frame, HumanPoint, SafetyError, SafetyPlanner, TaskRows, Tick};
+use crate::safety::{Bending, Field, Frame, HumanPoint, SafetyError, SafetyPlanner, TaskRows, Tick};
 use crate::values::ValueTable;
 pub use settings::deviates;
 pub(crate) use settings::{planner_of, planners, protected_by};
@@ -153,6 +153,16 @@ fn write(q: Quaternion<f64>, out: &mut [f64]) {
 }
 
 impl Planning {
+    /// Says how much rows bend: those of the levels above the protected task, its own, which begin at a row of its level, and
+    /// those of the field, by what the ends of its segments do at random configurations. `exact` says which levels down to the
+    /// task's are never damped, `horizon` over which time in s second derivatives count in the levels.
+    pub fn bend(&mut self, model: &Model, above: &[Level], task: (&Level, usize), exact: &[bool], horizon: f64) {
+        // The least time: room for people comes before smoothness.
+        let least = 0.5 * self.planner.period();
+        let field = crate::evaluator::curvature_of_field(&mut self.field, model, &self.locked, least);
+        self.planner.bend(&Bending { above, task, field: &field, exact, part: least / horizon });
+    }
+
     /// The places that the planner itself reads of the stack's table of values.
     pub fn reads(program: &Program, planner: usize) -> BTreeSet<usize> {
         let field = settings::field_of(program, planner).and_then(|f| program.fields.get(f));

@@ -8,11 +8,12 @@
 //! 1..   the levels above the task, as they are, and the box of u_c, u_a
 //! then  J v - eta u_c - Psi u_a = K e - T de                          the task, on the path that the inputs choose
 //! then  |v| <= v_max                                                  of each joint, as far as the task lets it
-//! last  min q_c (u_c - 1)^2 + sum q_a u_a^2 + q_n |N (v - k_n g)|^2 + q_w w^2,    g . v + w >= need
+//! then  g . v >= need                                                 the field
+//! last  min q_c (u_c - 1)^2 + sum q_a u_a^2 + q_n |N (v - k_n g)|^2
 //! ```
 //!
-//! `N v` is the internal motion `N u_n` of the one-row program, so where neither limits nor speeds act and nothing is damped
-//! the two have the same optimum. The hierarchy of the
+//! `N v` is the internal motion `N u_n` of the one-row program, and `need` what the weights of that one let it come to, so where
+//! neither limits nor speeds act and nothing is damped the two have the same optimum. The hierarchy of the
 //! controller, which is asked for the task's rows at these inputs and for `v` below them, has no other answer than this `v`:
 //! it meets the levels above, nothing meets the task better at these inputs, and what is left is met exactly. Levels
 //! between the task and the planner are not looked at; what they take is told as withheld.
@@ -20,7 +21,7 @@
 //! The task stands above the field here, as it does in the hierarchy, so that its inputs give way before its rows do: the
 //! clock slows where limits hold the task back. That is asked for while the field is short of what it needs, and only then.
 
-use solver::{ActiveSet, HierarchicalSolver, Level, LevelShape, Problem, Solution, Status};
+use solver::{Backend, HierarchicalSolver, Level, LevelShape, Problem, Smooth, Solution, Status};
 
 use crate::safety::decomposition::{Decomposition, Push, TaskRows, axpy, dot};
 use crate::safety::one_row::OneRowProgram;
@@ -45,6 +46,27 @@ pub(super) fn breaks(above: &[Level], v: &[f64]) -> bool {
     })
 }
 
+/// How much the rows of a program bend; see [`Level::set_curvature`].
+#[derive(Clone, Copy, Debug)]
+pub struct Bending<'a> {
+    /// The levels above the task.
+    pub above: &'a [Level],
+    /// The task's level, and the first of the task's rows there.
+    pub task: (&'a Level, usize),
+    /// Of the field, one number for each degree of freedom.
+    pub field: &'a [f64],
+    /// Which levels down to the task's are never damped.
+    pub exact: &'a [bool],
+    /// How much of what these levels say counts here.
+    pub part: f64,
+}
+
+/// A solver of such a program: smooth but for the speeds, which are limits of variables. The last level has to be smooth as well:
+/// it would spend motion that next to nothing is gained by, one way or the other, on a clock that goes a little faster.
+fn solver(problem: &Problem) -> Smooth {
+    Smooth::new(problem, Backend::ActiveSet).with_exact(problem.levels.len() - 3)
+}
+
 /// What the program is made of at a tick.
 pub(super) struct Now<'a> {
     /// The levels above the task.
@@ -65,15 +87,25 @@ pub(super) struct Now<'a> {
     pub parts: &'a Decomposition,
 }
 
+/// What the program comes to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Found<'a> {
+    /// Of each degree of freedom.
+    pub velocity: &'a [f64],
+    /// u_c, u_a
+    pub inputs: &'a [f64],
+    /// The field's demand cannot be met.
+    pub damped: bool,
+}
+
 /// The program with its storage. Unknowns: the velocity, then u_c, then u_a.
-#[derive(Clone, Debug)]
 pub(super) struct LimitedProgram {
     dofs: usize,
     inputs: usize,
     rows: usize,
     problem: Problem,
     solution: Solution,
-    solver: ActiveSet,
+    solver: Smooth,
     /// A column of N, and room.
     column: Vec<f64>,
     basis: Vec<f64>,
@@ -87,25 +119,25 @@ impl LimitedProgram {
         let inputs = 1 + k;
         let mut shapes = vec![LevelShape { rows: inputs, hard: true, damping: 0.0 }];
         shapes.extend(above);
-        shapes.extend([soft(rows), soft(dofs), soft(1 + inputs + dofs)]);
+        shapes.extend([soft(rows), soft(dofs), soft(1), soft(inputs + dofs)]);
         let mut problem = Problem::new(dofs + inputs, &shapes);
         let last = shapes.len() - 1;
         for i in 0..inputs {
             problem.levels[0].row_mut(i)[dofs + i] = 1.0;
-            problem.levels[last].row_mut(1 + i)[dofs + i] = 1.0;
+            problem.levels[last].row_mut(i)[dofs + i] = 1.0;
         }
         for i in 0..dofs {
-            problem.levels[last - 1].row_mut(i)[i] = 1.0;
+            problem.levels[last - 2].row_mut(i)[i] = 1.0;
         }
         problem.levels[0].fix(0..inputs);
-        problem.levels[last - 1].fix(0..dofs);
-        problem.levels[last].fix(1..1 + inputs);
+        problem.levels[last - 2].fix(0..dofs);
+        problem.levels[last].fix(0..inputs);
         LimitedProgram {
             dofs,
             inputs,
             rows,
             solution: Solution::new(&problem),
-            solver: ActiveSet::new(&problem),
+            solver: solver(&problem),
             problem,
             column: vec![0.0; dofs],
             basis: vec![0.0; dofs * dofs],
@@ -113,13 +145,50 @@ impl LimitedProgram {
         }
     }
 
-    /// The velocity and the inputs u_c, u_a; none where the levels above cannot be met, or are of another shape. Never
+    /// Says how much rows bend. Levels that cannot be met are then damped as the controller's are.
+    pub fn bend(&mut self, bending: &Bending) {
+        let (width, rows, (task, first)) = (self.dofs + self.inputs, self.rows, bending.task);
+        let tell = |level: &mut Level, part: f64, from: &mut dyn Iterator<Item = &[f64]>| {
+            let mut curvature = vec![0.0; level.rows() * width];
+            for (to, from) in curvature.chunks_exact_mut(width).zip(from) {
+                to.iter_mut().zip(from).for_each(|(to, c)| *to = part * c);
+            }
+            level.set_curvature(curvature);
+        };
+        let levels = &mut self.problem.levels[1..];
+        for (to, from) in levels.iter_mut().zip(bending.above) {
+            tell(to, bending.part, &mut (0..from.rows()).map(|i| from.curvature(i)));
+        }
+        if let [.., to, _, of_field, _] = levels {
+            tell(to, bending.part, &mut (first..first + rows).map(|i| task.curvature(i)));
+            tell(of_field, 1.0, &mut std::iter::once(bending.field));
+        }
+        let exact = bending.exact.iter().enumerate().filter(|(_, exact)| **exact);
+        self.solver = exact.fold(solver(&self.problem), |solver, (k, _)| solver.with_exact(1 + k));
+    }
+
+    /// Whether it was told how much rows bend.
+    pub fn is_bent(&self) -> bool {
+        self.problem.levels.iter().any(Level::is_curved)
+    }
+
+    /// Whether the task could not be met, and was damped, at the last solve.
+    pub fn gives_way(&self) -> bool {
+        self.solver.is_damped(self.problem.levels.len() - 4)
+    }
+
+    /// Forgets what its solver remembers of earlier ticks.
+    pub fn forget(&mut self) {
+        self.solver.forget();
+    }
+
+    /// What it comes to; none where the levels above cannot be met, or are of another shape. Never
     /// allocates.
-    pub fn solve(&mut self, now: &Now) -> Option<(&[f64], &[f64])> {
+    pub fn solve(&mut self, now: &Now) -> Option<Found<'_>> {
         let (n, m, inputs) = (self.dofs, self.rows, self.inputs);
         let levels = &mut self.problem.levels;
         let fits = |from: &Level, to: &Level| from.columns() == n && from.rows() == to.rows() && from.hard == to.hard;
-        if levels.len() != now.above.len() + 4 || !now.above.iter().zip(&levels[1..]).all(|(a, b)| fits(a, b)) {
+        if levels.len() != now.above.len() + 5 || !now.above.iter().zip(&levels[1..]).all(|(a, b)| fits(a, b)) {
             return None;
         }
         let program = now.program;
@@ -128,7 +197,7 @@ impl LimitedProgram {
         for (from, to) in now.above.iter().zip(&mut levels[1..]) {
             to.copy_from(from);
         }
-        let [.., task, speeds, last] = &mut levels[..] else { return None };
+        let [.., task, speeds, field, last] = &mut levels[..] else { return None };
         for i in 0..m {
             let row = task.row_mut(i);
             row[..n].copy_from_slice(now.task.row(i, n));
@@ -142,11 +211,11 @@ impl LimitedProgram {
             let wanted = now.task.feedback[i] - now.springs[i];
             (task.lower[i], task.upper[i]) = (wanted, wanted);
         }
-        last.row_mut(0)[..n].copy_from_slice(now.gradient);
-        (last.lower[0], last.upper[0], last.weight[0]) = (now.need, f64::INFINITY, program.slack_weight);
+        field.row_mut(0)[..n].copy_from_slice(now.gradient);
+        field.lower[0] = now.need;
         for i in 0..inputs {
-            (last.lower[1 + i], last.upper[1 + i]) = (program.nominal[i], program.nominal[i]);
-            last.weight[1 + i] = program.weight[i];
+            (last.lower[i], last.upper[i]) = (program.nominal[i], program.nominal[i]);
+            last.weight[i] = program.weight[i];
         }
         for i in 0..n {
             let fastest = program.upper[inputs + i];
@@ -172,15 +241,17 @@ impl LimitedProgram {
         }
         let last = self.problem.levels.last_mut()?;
         for (i, row) in self.basis[..found * n].chunks_exact(n.max(1)).enumerate() {
-            let at = 1 + inputs + i;
+            let at = inputs + i;
             last.row_mut(at)[..n].copy_from_slice(row);
             let nominal = dot(row, &program.nominal[inputs..]);
             (last.lower[at], last.upper[at]) = (nominal, nominal);
             last.weight[at] = program.weight[inputs + i];
         }
-        (1 + inputs + found..last.rows()).for_each(|i| last.leave_out(i));
+        (inputs + found..last.rows()).for_each(|i| last.leave_out(i));
         self.solver.solve(&self.problem, &mut self.solution);
-        (self.solution.status == Status::Optimal).then(|| self.solution.x.split_at(n))
+        let damped = self.solver.is_damped(self.problem.levels.len() - 2);
+        let (velocity, inputs) = self.solution.x.split_at(n);
+        (self.solution.status == Status::Optimal).then_some(Found { velocity, inputs, damped })
     }
 
     /// Makes the column orthogonal to the first `found` rows of the basis, and one in length; false where next to nothing of

@@ -99,6 +99,13 @@ impl OneRowProgram {
         x.max(self.lower[i]).min(self.upper[i])
     }
 
+    /// What is missing of the row at the inputs that do most for it: how far it is from being met whatever the weights are.
+    pub fn shortage(&self) -> f64 {
+        let most = |i: usize| if self.row[i] > 0.0 { self.row[i] * self.upper[i] } else { self.row[i] * self.lower[i] };
+        let all: f64 = (0..self.row.len()).filter(|&i| self.row[i] != 0.0).map(most).sum();
+        (self.need - all).max(0.0)
+    }
+
     /// Writes the optimum into `x`, k numbers. Never allocates.
     ///
     /// # Errors

@@ -16,9 +16,9 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use solver::{Level, LevelShape};
 
-use crate::safety::decomposition::{Damping, Decomposition, Push, TaskRows, axpy};
+use crate::safety::decomposition::{Damping, Decomposition, Push, TaskRows, axpy, dot};
 use crate::safety::deviation::{Course, Deviation, Frame};
-use crate::safety::limited::{LimitedProgram, Now, breaks};
+use crate::safety::limited::{Bending, Found, LimitedProgram, Now, breaks};
 use crate::safety::one_row::{OneRowProgram, Outcome};
 use crate::safety::strategy::{Strategy, task_share};
 use stdlib_tasks::field::Field;
@@ -112,7 +112,6 @@ pub struct Plan {
 }
 
 /// The planner: the clock, the deviations, and storage for everything.
-#[derive(Clone, Debug)]
 pub struct SafetyPlanner {
     settings: PlannerSettings,
     clock: f64,
@@ -201,10 +200,22 @@ impl SafetyPlanner {
         })
     }
 
+    /// Says how much rows bend. Below limits a demand that cannot be met is then met as far as a step of a period holds what it
+    /// promises, in each tick by a plan of the same kind; without this it is met as far as the rows say, and plans may jump.
+    pub fn bend(&mut self, bending: &Bending) {
+        self.limited.bend(bending);
+    }
+
     /// Back onto the nominal path, with the clock at `c` \[s\]: when the stack that holds the task is entered.
     pub fn restart(&mut self, c: f64) {
         self.clock = c;
+        self.limited.forget();
         self.courses.iter_mut().for_each(Course::reset);
+    }
+
+    /// P \[s\].
+    pub fn period(&self) -> f64 {
+        self.settings.period
     }
 
     /// c \[s\]: the time at which the nominal target is evaluated.
@@ -348,7 +359,11 @@ impl SafetyPlanner {
         let plan = &self.plan;
         let short = plan.need - tick.field.rate(x);
         let is_program = matches!(self.settings.strategy, Strategy::Program);
-        if !is_program || short <= plan.outcome.slack + WITHHELD || !breaks(tick.above, &plan.velocity) {
+        // Some of the slack is what the weights choose to leave, and some is what no inputs can give.
+        let forced = self.program.shortage();
+        let unmet = forced > WITHHELD && self.limited.is_bent() && tick.above.iter().any(|level| level.rows() > 0);
+        let withheld = short > plan.outcome.slack + WITHHELD && breaks(tick.above, &plan.velocity);
+        if !is_program || !(unmet || withheld) {
             return Ok(false);
         }
         let now = Now {
@@ -357,15 +372,16 @@ impl SafetyPlanner {
             pushes: &self.pushes,
             springs: &self.springs,
             gradient: tick.field.gradient(),
-            need: plan.need - tick.field.human_rate(),
+            need: plan.need - (plan.outcome.slack - forced).max(0.0) - tick.field.human_rate(),
             program: &self.program,
             parts: &self.parts,
         };
-        let better = self.limited.solve(&now).map(|(velocity, inputs)| {
-            let rate = tick.field.rate(velocity);
-            (velocity, inputs, rate, (plan.need - rate).max(0.0))
+        let found = self.limited.solve(&now).map(|found| {
+            let rate = tick.field.rate(found.velocity);
+            (found, rate, (plan.need - rate).max(0.0))
         });
-        let Some((velocity, inputs, rate, slack)) = better.filter(|b| b.3 + WITHHELD <= short) else {
+        let better = |(found, _, slack): &(Found, f64, f64)| unmet || found.damped || slack + WITHHELD <= short;
+        let Some((Found { velocity, inputs, .. }, rate, slack)) = found.filter(better) else {
             // The first plan is kept, and what the hierarchy leaves it short of is told.
             self.plan.outcome.slack = short;
             return Ok(false);
@@ -379,6 +395,13 @@ impl SafetyPlanner {
         plan.field_rate = rate;
         plan.outcome = Outcome { multiplier: self.settings.weights.slack * slack, slack };
         self.rates(tick);
+        if self.limited.gives_way() {
+            // The hierarchy is to meet the task as far as this plan does, and no further.
+            let n = self.plan.velocity.len();
+            for (i, rate) in self.plan.rate.iter_mut().enumerate() {
+                *rate = dot(tick.task.row(i, n), &self.plan.velocity) - tick.task.feedback[i];
+            }
+        }
         finite("plan", &self.plan.velocity)?;
         finite("plan", &self.plan.rate)?;
         Ok(true)

@@ -13,7 +13,8 @@
 //! speed of any point of the robot and any of a person towards each other.
 
 use crate::clearance::acceleration_bound;
-use robot::Model;
+use nalgebra::DMatrix;
+use robot::{Data, Model};
 
 use crate::field::chi::Chi;
 use crate::field::value::{Field, Over};
@@ -43,6 +44,25 @@ impl Field {
             Over::Least => f64::INFINITY,
         };
         ends + concave + between
+    }
+
+    /// How much each degree of freedom can do to the field at a configuration, wherever people are: the mean over the
+    /// segments of the lengths of their ends' columns of the Jacobian, nv numbers.
+    pub fn levers(&mut self, model: &Model, data: &Data) -> Vec<f64> {
+        let n = model.nv();
+        let (mut levers, mut jacobian) = (vec![0.0; n], DMatrix::zeros(6, n));
+        let body = self.body_mut();
+        body.place(data);
+        for (segment, ends) in body.segments().iter().zip(body.ends()) {
+            for (end, point) in [&segment.start, &segment.end].into_iter().zip(ends) {
+                jacobian.fill(0.0);
+                data.jacobian(model, end.link, point, &mut jacobian);
+                for (lever, column) in levers.iter_mut().zip(jacobian.column_iter()) {
+                    *lever += 0.5 * segment.weight * column.fixed_rows::<3>(0).norm();
+                }
+            }
+        }
+        levers
     }
 }
 

@@ -146,6 +146,10 @@ impl Field {
         if self.value.is_nan() || !finite { Err(SafetyError::NotFinite { name: "safety field" }) } else { Ok(()) }
     }
 
+    pub(super) fn body_mut(&mut self) -> &mut Body {
+        &mut self.body
+    }
+
     /// The field from the values of the points, and how much each counts in its gradient.
     fn combine(&mut self) {
         let (values, weights) = (&self.values[..self.points], &mut self.weights[..self.points]);
