@@ -41,6 +41,7 @@ pub fn data(program: &Program, spec: &str, (summary, good): (&Summary, bool), se
         "verdict": { "ok": good, "text": expected(summary) + &verdict(summary) },
         "expectations": summary.expectations.iter().map(expectation).collect::<Vec<_>>(),
         "states": summary.states.iter().map(|s| json!({ "state": s.state, "from": s.from_s, "to": s.to_s })).collect::<Vec<_>>(),
+        "entries": entries(summary),
         "summary_rows": rows(program, summary),
         "levels": summary.levels.iter().map(|l| json!({
             "name": l.stack.as_ref().map_or_else(|| l.name.clone(), |s| format!("{s}: {}", l.name)), "hard": l.hard, "rows": l.rows, "freedom": l.min_freedom,
@@ -57,6 +58,13 @@ pub fn data(program: &Program, spec: &str, (summary, good): (&Summary, bool), se
         "plots": plots::all(program, series),
         "scene": scene::scene(program, series),
     })
+}
+
+/// How often each state was entered, the most often first.
+fn entries(summary: &Summary) -> Vec<Json> {
+    let mut all: Vec<_> = summary.entries.iter().collect();
+    all.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
+    all.into_iter().map(|(state, count)| json!({ "state": state, "count": count })).collect()
 }
 
 fn expectation(e: &ExpectationRecord) -> Json {

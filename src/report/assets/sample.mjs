@@ -77,6 +77,7 @@ function machine() {
     ...run, title: 'found at second sight', faults: [{ time: 33.3, kind: 'stale', text: 'signal `bunch` is 0.52 s old' }],
     verdict: { ok: false, text: '1 of 4 expectations fails, 1 is undecided.' },
     states: paths.map((state, i) => ({ state, from: starts[i], to: (starts[i + 1] ?? T) - 0.01 })),
+    entries: [{ state: 'pick.ask', count: 2 }, { state: 'pick.look', count: 2 }, { state: '<b>', count: 1 }, { state: 'bad', count: 'x' }, null],
     expectations: [
       { label: 'the arms stay apart', text: 'always margin(arms_apart) >= 0 m', verdict: 'holds', margin: 0.0312, unit: 'm', at: 17.2, undefined_at: null },
       { label: null, text: 'after in(look) : within 4 s : in(work) or in(ask)', verdict: 'fails', margin: -1.5, unit: 's', at: 8, undefined_at: null },

@@ -112,6 +112,7 @@ try {
   check('a row for each expectation', await run.evaluate(`[...document.querySelectorAll('.expectations .mark')].map((m) => m.textContent)`), ['holds', 'fails', 'holds', 'undecided']);
   await run.evaluate(`document.querySelectorAll('.expectations .at')[1].click()`);
   check('its instant is shown everywhere', await readout(run), 8);
+  check('how often each state was entered', await run.evaluate(`document.querySelector('.entries').textContent`), 'Entries: pick.ask 2, pick.look 2, <b> 1');
   check('also by the states', await run.evaluate(`document.querySelector('[data-plot=states] .plot-unit').textContent`), 'pick.look');
   check('a lane for each depth, without that of the machine', await run.evaluate(`[...document.querySelectorAll('.band-lane')].map((l) => l.children.length)`), [6, 3]);
   const bands = await run.evaluate(`(() => { const r = document.querySelector('.bands').getBoundingClientRect(); return { x: r.x, y: r.y, w: r.width, h: r.height }; })()`);

@@ -48,6 +48,7 @@ function regular(raw) {
       label: text(e.label), text: text(e.text), verdict: text(e.verdict, 'undecided'), margin: num(e.margin), unit: text(e.unit), at: num(e.at), undefinedAt: num(e.undefined_at),
     })),
     states: stays(list(raw.states).map(object)),
+    entries: list(raw.entries).map(object).map((e) => ({ state: text(e.state), count: num(e.count) })).filter((e) => e.state && e.count !== null),
     tasks: list(raw.summary_rows).map(object).map(taskRow),
     levels: list(raw.levels).map(object).map((l) => ({
       name: text(l.name), hard: l.hard === true, rows: num(l.rows), freedom: num(l.freedom),

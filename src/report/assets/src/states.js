@@ -62,7 +62,9 @@ export function createStates(data, clock, faults, decimals) {
   const figure = h('figure', { class: 'plot', 'data-plot': 'states' },
     h('figcaption', {}, h('span', { class: 'plot-title' }, 'State'), now),
     h('div', { class: 'band-frame', role: 'img', 'aria-label': words, style: { 'padding-left': `${LEFT}px`, 'padding-right': `${RIGHT}px` } }, host, axis));
-  const node = h('section', { class: 'group' }, h('h2', {}, 'Machine'), h('div', { class: 'plot-grid' }, figure));
+  const counts = data.entries.map((e) => `${e.state} ${e.count}`).join(', ');
+  const entries = counts ? h('p', { class: 'entries' }, `Entries: ${counts}`) : null;
+  const node = h('section', { class: 'group' }, h('h2', {}, 'Machine'), h('div', { class: 'plot-grid' }, figure), entries);
 
   const range = () => clock.zoom ?? (clock.end > clock.start ? [clock.start, clock.end] : [clock.start - 0.5, clock.start + 0.5]);
   const share = (t) => { const [a, b] = range(); return (t - a) / (b - a); };
