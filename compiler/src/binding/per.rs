@@ -10,7 +10,7 @@ use stdlib_tasks::params::{ParamInfo, Quantity};
 use stdlib_tasks::task::Nature;
 
 use super::{Binder, Owner};
-use crate::constants::{fits, joint_dimension, joint_items, merge_bare};
+use crate::constants::{fits, joint_dimension, joint_items, merge_bare, with_units};
 use crate::expr::Kind;
 use crate::fitting::wrong_dimension;
 use crate::forms::{block_of, names_of_key};
@@ -64,11 +64,23 @@ impl Binder<'_> {
             }
             return good.then_some(Bound::PerJoint(out));
         }
-        let typed = self.typed(owner, value, true, false)?;
-        let revolute = ANGLE.times(per).unwrap_or(per);
         // A base has velocities and no joint position.
         let placed = |d: usize| per != NONE || model.dofs[d].q_index.is_some();
         let own = |d: usize| owner.joints.is_none_or(|joints| joints.contains(&d));
+        if let Some(items) = with_units(value) {
+            let all = (0..model.nv()).filter(|&d| placed(d)).count();
+            let (count, name) = (items.len(), info.name);
+            let help = if count == all {
+                format!("write `{name} {{ all [..] }}` for all {all} joints, in the order of the URDF")
+            } else {
+                format!("write `{name} {{ JOINT value .. }}`, with a joint, a group or a pattern before its value")
+            };
+            let d = Diagnostic::error("HQ0310", value.span, format!("`{name}` does not say whose values these are"));
+            self.diagnostics.push(d.here(format!("{count} values and no joint")).help(help));
+            return None;
+        }
+        let typed = self.typed(owner, value, true, false)?;
+        let revolute = ANGLE.times(per).unwrap_or(per);
         let mut units: Vec<Dimension> = (0..model.nv()).filter(|&d| placed(d) && own(d)).map(dimension).collect();
         units.dedup();
         let wanted = match units.as_slice() {
