@@ -53,7 +53,7 @@ pub trait Chat {
     /// A new conversation begins. A recording goes on to the next one that it has.
     fn begin(&mut self) {}
 
-    /// How long the last answer took when it was recorded (s); none of an answer that was waited for.
+    /// Duration of the last answer when it was recorded (s); none for an answer that was waited for.
     fn recorded_seconds(&self) -> Option<f64> {
         None
     }

@@ -92,7 +92,7 @@ pub fn prompt(wish: &Wish) -> Vec<Message> {
     vec![Message::new(Speaker::System, system), Message::new(Speaker::User, instruction)]
 }
 
-/// What people call places, and agents and objects where these are named, by the name that stands in the answer.
+/// Labels of places, and of agents and objects if these are named, by the name that stands in the answer.
 fn called(problem: &Problem, alone: bool) -> BTreeMap<&str, &str> {
     let others = problem.agents.iter().map(|who| &who.name).chain(problem.objects.iter().map(|thing| &thing.name));
     let names = problem.places.keys().chain(others.filter(|_| !alone));

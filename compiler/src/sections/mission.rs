@@ -16,7 +16,7 @@ const SPEEDS: Holds = Holds::Range(Quantity::above(VELOCITY, 0.0));
 const A_SHARE: Holds = Holds::Number(Quantity::between(NONE, 0.0, 1.0));
 const A_CONFIDENCE: Quantity = Quantity::between(NONE, 1e-6, 1.0 - 1e-6);
 
-/// What people read in place of a name.
+/// The text that people read in place of a name.
 pub(super) const LABEL: Key = Key::optional(
     "label",
     Holds::Text,

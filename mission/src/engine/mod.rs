@@ -84,7 +84,7 @@ pub(crate) mod looks {
         COUNT.get() > LAST.get()
     }
 
-    /// How often `run` looks at the clock if its time ends after so many looks, and what it gives.
+    /// Runs with a time that ends after so many looks at the clock: the number of looks, and the result.
     pub fn ended_after<T>(looks: u64, run: impl FnOnce() -> T) -> (u64, T) {
         COUNT.set(0);
         LAST.set(looks);

@@ -1,4 +1,4 @@
-//! Who and what a base keeps away from: other bases, those that have broken down among them, people and working robots
+//! The obstacles of a base: other bases, those that have broken down among them, people and working robots
 //! at their places, and things.
 //!
 //! A base that has broken down is a thing until it is back. An agent is one for every base but the one that comes to it,
@@ -9,7 +9,7 @@ use super::motion::distance;
 use super::settings::{Obstacle, Potentials, Travel};
 use super::view::{Doing, Stage};
 
-/// How fast a margin may be used up `phi` (1/s).
+/// The rate `phi` at which a margin may be used up (1/s).
 const PHI: f64 = 2.0;
 /// How near to its target a base has arrived (m).
 const ARRIVED: f64 = 0.05;
