@@ -1,6 +1,7 @@
 //! The reference backend: the levels one after the other, each to a proven active set, with
 //! Clarabel for those where the search for one does not end.
 
+use crate::certificate::{Certifier, Claim};
 use crate::conic;
 use crate::dense::{Matrix, axpy, dot, norm};
 use crate::descent::descend;
@@ -210,6 +211,10 @@ impl HierarchicalSolver for ClarabelCascade {
         }
         for l in 0..done {
             report(problem, l, &walk.space.x0, &mut solution.levels[l]);
+        }
+        let look = Certifier::new(problem).look(problem, Claim::Optimum(done), &solution.x);
+        if !look.proves(&solution.x) {
+            solution.status = Status::Unproven { level: look.level };
         }
     }
 }

@@ -6,9 +6,18 @@
 /// size, so that rows of 1e-6 and 1e6 may stand in one level.
 pub(crate) const DEPENDENT: f64 = 1e-9;
 
-/// Dot product over the shorter of the two.
+/// Dot product over the shorter of the two, summed in lanes so that it becomes vector instructions.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let shorter = a.len().min(b.len());
+    let ((a, a_rest), (b, b_rest)) = (a[..shorter].as_chunks::<4>(), b[..shorter].as_chunks::<4>());
+    let mut sums = [0.0_f64; 4];
+    for (a, b) in a.iter().zip(b) {
+        for i in 0..4 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
 }
 
 /// Euclidean norm, safe against overflow and underflow of the squares.
@@ -43,6 +52,17 @@ pub(crate) struct Matrix {
 impl Matrix {
     pub(crate) fn zeros(rows: usize, cols: usize) -> Self {
         Matrix { rows, cols, data: vec![0.0; rows * cols] }
+    }
+
+    /// No rows, and room for so many.
+    pub(crate) fn with_room(rows: usize, cols: usize) -> Self {
+        Matrix { rows: 0, cols, data: Vec::with_capacity(rows * cols) }
+    }
+
+    /// Takes all rows away.
+    pub(crate) fn clear(&mut self) {
+        self.rows = 0;
+        self.data.clear();
     }
 
     pub(crate) fn identity(n: usize) -> Self {

@@ -2,85 +2,175 @@
 //! Squares Problems, 1974, ch. 23). It decides whether multipliers of the right sign exist.
 
 use crate::dense::{Matrix, axpy, dot, norm};
-use crate::factor::least_squares;
+
+/// A column of unit length of which less lies outside those before it depends on them.
+const INDEPENDENT: f64 = 1e-13;
+
+/// A column gains where the rest, of this part of the target or more, has a share along it.
+const GAIN: f64 = 1e-14;
 
 /// Minimises `|sum_j u_j c_j - t|` over `u >= 0`, where `c_j` are the ROWS of `columns`
 /// (m x n) and `t` is n long. Returns `u` (m long) and the residual norm.
 pub(crate) fn nnls(columns: &Matrix, t: &[f64]) -> (Vec<f64>, f64) {
-    let m = columns.rows;
-    let sizes: Vec<f64> = (0..m).map(|j| norm(columns.row(j))).collect();
-    let mut u = vec![0.0; m];
-    let mut passive: Vec<usize> = Vec::new();
-    let mut barred = vec![false; m];
-    let mut rest = t.to_vec();
-    let size = norm(t);
-    for _ in 0..3 * m + 10 {
-        let gain = |j: usize| dot(columns.row(j), &rest) / sizes[j];
-        let mut entering = None;
-        let mut best = 1e-14 * size;
-        for j in (0..m).filter(|j| sizes[*j] > 0.0 && !barred[*j] && !passive.contains(j)) {
-            if gain(j) > best {
-                best = gain(j);
-                entering = Some(j);
+    let mut solver = Nnls::new(columns.cols, columns.rows);
+    let residual = solver.solve(columns, t);
+    (solver.u, residual)
+}
+
+/// The solver with its storage.
+#[derive(Clone, Debug)]
+pub(crate) struct Nnls {
+    /// The solution.
+    pub(crate) u: Vec<f64>,
+    sizes: Vec<f64>,
+    barred: Vec<bool>,
+    /// The columns in use, in the order in which they entered; at most `n` of them and the one that enters.
+    passive: Vec<usize>,
+    /// The target less the combination at hand.
+    rest: Vec<f64>,
+    /// Of the passive columns, scaled to length one: an orthonormal basis (`n` numbers a column), their coordinates in it
+    /// (`n + 1` numbers a column, the diagonal last), and the least-squares solution.
+    basis: Vec<f64>,
+    triangle: Vec<f64>,
+    v: Vec<f64>,
+    /// So many of the passive columns have their place in the basis.
+    fitted: usize,
+    n: usize,
+}
+
+impl Nnls {
+    /// Storage for up to `m` columns of `n` numbers, so that [`Nnls::solve`] allocates nothing.
+    pub(crate) fn new(n: usize, m: usize) -> Self {
+        Nnls {
+            u: Vec::with_capacity(m),
+            sizes: Vec::with_capacity(m),
+            barred: Vec::with_capacity(m),
+            passive: Vec::with_capacity(n + 1),
+            rest: vec![0.0; n],
+            basis: vec![0.0; (n + 1) * n],
+            triangle: vec![0.0; (n + 1) * (n + 1)],
+            v: vec![0.0; n + 1],
+            fitted: 0,
+            n,
+        }
+    }
+
+    /// Solves [`nnls`]; returns the residual norm, and leaves the solution in `u`.
+    pub(crate) fn solve(&mut self, columns: &Matrix, t: &[f64]) -> f64 {
+        let m = columns.rows;
+        self.u.clear();
+        self.u.resize(m, 0.0);
+        self.barred.clear();
+        self.barred.resize(m, false);
+        self.sizes.clear();
+        self.sizes.extend((0..m).map(|j| norm(columns.row(j))));
+        self.passive.clear();
+        self.fitted = 0;
+        self.rest.copy_from_slice(t);
+        let least = GAIN * norm(t);
+        for _ in 0..3 * m + 10 {
+            let Some(entering) = self.entering(columns, least) else { break };
+            self.passive.push(entering);
+            self.descend(columns, t);
+            if !self.barred[entering] {
+                self.barred.fill(false);
+            }
+            self.rest.copy_from_slice(t);
+            for &j in &self.passive {
+                axpy(-self.u[j], columns.row(j), &mut self.rest);
             }
         }
-        let Some(entering) = entering else { break };
-        passive.push(entering);
-        let mut first = true;
-        while !passive.is_empty() {
-            let v = fit(columns, &passive, &sizes, t);
-            // Rounding may turn the entering one away; then it must not come back at once.
-            if first && v.last().is_some_and(|v| *v <= 0.0) {
-                passive.pop();
-                barred[entering] = true;
-                break;
+        norm(&self.rest)
+    }
+
+    /// The column along which the rest shrinks most, if by more than `least`.
+    fn entering(&self, columns: &Matrix, least: f64) -> Option<usize> {
+        let (mut best, mut entering) = (least, None);
+        for j in 0..columns.rows {
+            if self.sizes[j] > 0.0 && !self.barred[j] && !self.passive.contains(&j) {
+                let gain = dot(columns.row(j), &self.rest) / self.sizes[j];
+                if gain > best {
+                    (best, entering) = (gain, Some(j));
+                }
             }
-            first = false;
+        }
+        entering
+    }
+
+    /// Goes to the optimum over the passive columns, the last of which has just entered; columns that become negative on the way
+    /// leave.
+    fn descend(&mut self, columns: &Matrix, t: &[f64]) {
+        let mut first = true;
+        while !self.passive.is_empty() {
+            self.fit(columns, t);
+            let Nnls { u, v, passive, barred, fitted, .. } = self;
+            // Rounding may turn the entering one away; then it must not come back at once.
+            if std::mem::take(&mut first) && v[passive.len() - 1] <= 0.0 {
+                if let Some(entering) = passive.pop() {
+                    barred[entering] = true;
+                }
+                *fitted = (*fitted).min(passive.len());
+                return;
+            }
             let mut step = 1.0;
-            for (v, &j) in v.iter().zip(&passive) {
+            for (v, &j) in v.iter().zip(&*passive) {
                 if *v <= 0.0 && u[j] / (u[j] - v) < step {
                     step = u[j] / (u[j] - v);
                 }
             }
-            for (v, &j) in v.iter().zip(&passive) {
+            for (v, &j) in v.iter().zip(&*passive) {
                 u[j] += step * (v - u[j]);
             }
             if step == 1.0 {
-                break;
+                return;
             }
             let least = 1e-15 * u.iter().fold(0.0_f64, |m, u| m.max(*u));
-            passive.retain(|j| u[*j] > least);
-            for j in (0..m).filter(|j| !passive.contains(j)) {
-                u[j] = 0.0;
+            *fitted = passive.iter().position(|&j| u[j] <= least).unwrap_or(*fitted).min(*fitted);
+            passive.retain(|&j| {
+                let stays = u[j] > least;
+                if !stays {
+                    u[j] = 0.0;
+                }
+                stays
+            });
+        }
+    }
+
+    /// Least squares over the passive columns, into `v`. A column that depends on those before it gets nothing.
+    fn fit(&mut self, columns: &Matrix, t: &[f64]) {
+        let Nnls { sizes, passive, basis, triangle, v, n, fitted, .. } = self;
+        let (n, wide) = (*n, *n + 1);
+        for (c, &j) in passive.iter().enumerate().skip(std::mem::replace(fitted, passive.len())) {
+            let (before, rest) = basis.split_at_mut(c * n);
+            let rest = &mut rest[..n];
+            rest.iter_mut().zip(columns.row(j)).for_each(|(r, a)| *r = a / sizes[j]);
+            let parts = &mut triangle[c * wide..(c + 1) * wide];
+            parts.fill(0.0);
+            // Twice is enough.
+            for _ in 0..2 {
+                for (part, q) in parts.iter_mut().zip(before.chunks_exact(n)) {
+                    let along = dot(q, rest);
+                    *part += along;
+                    axpy(-along, q, rest);
+                }
+            }
+            let left = norm(rest);
+            if left > INDEPENDENT {
+                rest.iter_mut().for_each(|r| *r /= left);
+                parts[n] = left;
+            } else {
+                rest.fill(0.0);
             }
         }
-        if !barred[entering] {
-            barred.fill(false);
+        for c in (0..passive.len()).rev() {
+            let left = triangle[c * wide + n];
+            let later = (c + 1..passive.len()).map(|k| triangle[k * wide + c] * v[k]).sum::<f64>();
+            v[c] = if left > 0.0 { (dot(&basis[c * n..(c + 1) * n], t) - later) / left } else { 0.0 };
         }
-        rest.copy_from_slice(t);
-        for &j in &passive {
-            axpy(-u[j], columns.row(j), &mut rest);
-        }
-    }
-    let residual = norm(&rest);
-    (u, residual)
-}
-
-/// Least squares over the passive columns only.
-fn fit(columns: &Matrix, passive: &[usize], sizes: &[f64], t: &[f64]) -> Vec<f64> {
-    let n = columns.cols;
-    let mut system = Matrix::zeros(n, passive.len());
-    for (c, &j) in passive.iter().enumerate() {
-        for i in 0..n {
-            system.row_mut(i)[c] = columns.row(j)[i] / sizes[j];
+        for (v, &j) in v.iter_mut().zip(&*passive) {
+            *v /= sizes[j];
         }
     }
-    let largest = vec![1e-4; n];
-    let mut v = least_squares(system, t.to_vec(), largest).point;
-    for (v, &j) in v.iter_mut().zip(passive) {
-        *v /= sizes[j];
-    }
-    v
 }
 
 #[cfg(test)]

@@ -499,6 +499,10 @@ impl HierarchicalSolver for Smooth {
                     solution.status = Status::OutOfTime { on_the_way: on_the_way && one.below.is_none() };
                     return;
                 }
+                Status::Unproven { .. } => {
+                    solution.status = Status::Unproven { level: k };
+                    return;
+                }
                 _ => {
                     solution.status = Status::Failed { level: k };
                     return;

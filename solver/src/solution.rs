@@ -30,6 +30,12 @@ pub enum Status {
         /// this one. Otherwise `x` is not to be used.
         on_the_way: bool,
     },
+    /// `x` meets the conditions of an optimum only in part: numbers of the problem lie where a rank or a sign is decided by rounding,
+    /// and no order of solving gave an answer that holds the certificate. Not to be used where the optimum is needed.
+    Unproven {
+        /// The level that is farthest from its optimum, from 0; the number of levels for the choice of the nearest point.
+        level: usize,
+    },
     /// Numerical trouble, or an ill-formed level (`lower > upper`, negative weight, wrong sizes;
     /// [`crate::check`] says which). `x` is not to be used.
     Failed {

@@ -8,8 +8,8 @@ use crate::common;
 use crate::common::judged;
 
 use common::{Dice, Taste, hierarchy};
-use hierarq_solver::{ActiveSet, HierarchicalSolver, Level, LevelShape, Problem, Solution};
-use judged::wrong;
+use hierarq_solver::{ActiveSet, HierarchicalSolver, Level, LevelShape, Problem, Solution, Status};
+use judged::{wrong, wrong_by};
 
 /// What is small in a problem.
 #[derive(Clone, Copy, PartialEq)]
@@ -94,9 +94,25 @@ fn degenerate(family: Family, seed: u64) -> Problem {
     problem
 }
 
-/// How many problems of a family have no proven answer, and which.
-fn unproven(family: Family, first: u64, problems: u64) -> Vec<String> {
-    let mut found = Vec::new();
+/// Problems of a family without a proven answer.
+#[derive(Default)]
+struct Unproven {
+    /// An answer was called optimal, or a level impossible, that does not hold the certificate.
+    claimed: Vec<String>,
+    /// The solver says that it has none.
+    admitted: Vec<String>,
+}
+
+/// How far from a proof an answer of these families may be: see `internals/solver.md`.
+fn allowed(family: Family) -> f64 {
+    match family {
+        Family::Rounding => 1e-7,
+        Family::Small => 1e-6,
+    }
+}
+
+fn unproven(family: Family, first: u64, problems: u64) -> Unproven {
+    let mut found = Unproven::default();
     for seed in first / 10..(first + problems) / 10 {
         let drawn: Vec<Problem> = (0..10).map(|k| degenerate(family, 10 * seed + k)).collect();
         let mut warm = ActiveSet::new(&drawn[0]);
@@ -107,7 +123,11 @@ fn unproven(family: Family, first: u64, problems: u64) -> Vec<String> {
             }
             warm.solve(problem, &mut solution);
             let how = if k % 3 == 0 { "cold" } else { "warm" };
-            found.extend(wrong(problem, &solution).map(|w| format!("{} {how}: {w}", 10 * seed + k as u64)));
+            let claims = matches!(solution.status, Status::Optimal | Status::Infeasible { .. });
+            let list = if claims { &mut found.claimed } else { &mut found.admitted };
+            list.extend(
+                wrong_by(problem, &solution, allowed(family)).map(|w| format!("{} {how}: {w}", 10 * seed + k as u64)),
+            );
         }
     }
     found
@@ -121,7 +141,12 @@ fn number(name: &str, or: u64) -> u64 {
 fn no_answer_is_called_optimal_without_a_proof() {
     let (problems, first) = (number("HIERARQ_PROBLEMS", 30_000), number("HIERARQ_SEED", 0));
     let found = unproven(Family::Rounding, first, problems);
-    assert!(found.is_empty(), "{} of {problems}:\n{}", found.len(), found[..found.len().min(40)].join("\n"));
+    none(&found.claimed);
+    none(&found.admitted);
+}
+
+fn none(found: &[String]) {
+    assert!(found.is_empty(), "{}:\n{}", found.len(), found[..found.len().min(40)].join("\n"));
 }
 
 /// What the fuzzer does, with bytes by chance.
@@ -135,16 +160,17 @@ fn no_bytes_make_an_answer_without_a_proof() {
 }
 
 /// Entries a million times smaller than others meet in products of 1e-12, where a rank or a sign is anybody's guess: of a
-/// million of these problems about 1200 have no proven answer.
+/// million of these problems some hundreds have no proven answer, and the solver says so.
 #[test]
-fn nearly_all_answers_are_proven_where_small_entries_stand_beside_large_ones() {
+fn an_answer_without_a_proof_is_never_called_optimal() {
     let (problems, first) = (number("HIERARQ_PROBLEMS", 30_000), number("HIERARQ_SEED", 0));
     let found = unproven(Family::Small, first, problems);
+    none(&found.claimed);
     assert!(
-        500 * found.len() < problems as usize,
+        500 * found.admitted.len() < problems as usize,
         "{} of {problems}:\n{}",
-        found.len(),
-        found[..found.len().min(40)].join("\n")
+        found.admitted.len(),
+        found.admitted[..found.admitted.len().min(40)].join("\n")
     );
 }
 

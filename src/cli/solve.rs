@@ -252,6 +252,7 @@ impl Session {
             Status::Infeasible { .. } => ("infeasible", Some(&solution.x[..])),
             Status::NotFinite { .. } => ("not_finite", None),
             Status::OutOfTime { .. } => ("out_of_time", None),
+            Status::Unproven { .. } => ("unproven", None),
             Status::Failed { .. } => ("failed", None),
         };
         let viol = x.map(|x| violations(problem, x));

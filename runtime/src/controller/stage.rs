@@ -463,7 +463,7 @@ fn usable_between(solution: &Solution, evaluator: &Evaluator) -> Result<(), Faul
         Status::Optimal => usable(solution, evaluator),
         Status::Infeasible { level } => Err(Fault::Infeasible { level: level.saturating_sub(1) }),
         Status::OutOfTime { .. } => Err(Fault::Solver { level: 0 }),
-        Status::Failed { level } | Status::NotFinite { level, .. } => {
+        Status::Failed { level } | Status::Unproven { level } | Status::NotFinite { level, .. } => {
             Err(Fault::Solver { level: level.saturating_sub(1) })
         }
     }
@@ -476,7 +476,7 @@ fn usable(solution: &Solution, evaluator: &Evaluator) -> Result<(), Fault> {
         Status::Optimal => Err(Fault::Solver { level: 0 }),
         Status::Infeasible { level } => Err(Fault::Infeasible { level }),
         Status::OutOfTime { .. } => Err(Fault::Solver { level: 0 }),
-        Status::Failed { level } => Err(Fault::Solver { level }),
+        Status::Failed { level } | Status::Unproven { level } => Err(Fault::Solver { level }),
         Status::NotFinite { level, row } => {
             let member = evaluator.members().iter().position(|m| m.level == level && m.rows.contains(&row));
             Err(match member {

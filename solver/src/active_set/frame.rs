@@ -20,10 +20,17 @@ const ROUNDING: f64 = 1e-15;
 /// What is left of a row is rounding up to so many times the error that it is known to have.
 const SURE: f64 = 10.0;
 
-/// Whether what is left of a row of norm `size` counts as nothing.
+/// What is left of a row is clearly nothing below this part of its norm, or below its error; it is clearly something above this
+/// multiple of the threshold.
+const NOTHING: f64 = 2e-15;
+const SOMETHING: f64 = 1e5;
+
+/// Whether what is left of a row of norm `size` counts as nothing; notes a doubt where that is not clear.
 #[inline(always)]
-pub(crate) fn is_dependent(left: f64, size: f64, error: f64) -> bool {
-    left <= (DEPENDENT * size).max(SURE * error)
+pub(crate) fn is_dependent(left: f64, size: f64, error: f64, doubt: &mut bool) -> bool {
+    let threshold = (DEPENDENT * size).max(SURE * error);
+    *doubt |= left > (NOTHING * size).max(error) && left < SOMETHING * threshold;
+    left <= threshold
 }
 
 #[derive(Clone, Debug)]
@@ -43,6 +50,8 @@ pub(crate) struct Frame {
     pub(crate) coefficient: Vec<f64>,
     /// The largest step that was taken back where the point was: its digits are lost.
     pub(crate) lost: f64,
+    /// A row was taken for dependent, or for independent, by a number that is not clearly so.
+    pub(crate) doubt: bool,
     /// How far each of the rows may be turned by rounding: what little was left of a row has an error that is large beside it.
     error: Vec<f64>,
 }
@@ -60,12 +69,18 @@ impl Frame {
             x: vec![0.0; stride],
             coefficient: vec![0.0; n],
             lost: 0.0,
+            doubt: false,
             error: vec![0.0; n],
         }
     }
 
     pub(crate) fn len(&self) -> usize {
         self.len
+    }
+
+    /// The first rows, one after the other; none where they were not asked for.
+    pub(crate) fn first(&self, rows: usize) -> Option<&[f64]> {
+        (rows <= self.real).then(|| &self.q[..rows * self.stride])
     }
 
     pub(crate) fn is_full(&self) -> bool {
@@ -107,7 +122,7 @@ impl Frame {
         if left < SMALL * size {
             left = self.again(v);
         }
-        (if is_dependent(left, size, error) { 0.0 } else { left }, error)
+        (if is_dependent(left, size, error, &mut self.doubt) { 0.0 } else { left }, error)
     }
 
     /// How far the last row of the frame may be turned by rounding.

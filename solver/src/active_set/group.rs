@@ -17,6 +17,7 @@
 use super::closed::{Closed, Member};
 use super::frame::{DEPENDENT, Frame, is_dependent};
 use super::kernels::{LANES, axpy, dot, norm, scaled};
+use super::proof::is_near;
 use super::rows::{Norms, weight};
 use super::stages::Entry;
 use crate::problem::Level;
@@ -135,6 +136,7 @@ impl Group {
             self.rank = frame.len() - base;
             self.quieten(frame);
             for &i in &self.order[self.rank..] {
+                frame.doubt |= is_near(self.target[i], self.quiet[i]);
                 left_over |= self.target[i].abs() > self.quiet[i];
             }
             if left_over {
@@ -143,6 +145,7 @@ impl Group {
         } else {
             self.quieten(frame);
             for (residual, quiet) in self.residual[..p].iter().zip(&self.quiet) {
+                frame.doubt |= is_near(*residual, *quiet);
                 left_over |= residual.abs() > *quiet;
             }
         }
@@ -260,7 +263,7 @@ impl Group {
         let base = frame.len();
         self.order.clear();
         self.order.extend(0..self.member.len());
-        let mut rank = 0;
+        let (mut rank, mut doubt) = (0, false);
         while rank < self.order.len() && !frame.is_full() {
             let mut best = rank;
             for k in rank + 1..self.order.len() {
@@ -278,7 +281,7 @@ impl Group {
             if size < 0.1 * self.size[i] {
                 size = frame.again(row);
             }
-            if is_dependent(size, self.size[i], self.error[i]) {
+            if is_dependent(size, self.size[i], self.error[i], &mut doubt) {
                 (self.left[i], self.sure[i]) = (0.0, 0.0);
                 continue;
             }
@@ -299,13 +302,14 @@ impl Group {
                 self.left[k] = if self.sure[k] > 0.0 { left } else { 0.0 };
                 if self.sure[k] > 0.0 && left < 0.01 * self.sure[k] {
                     let left = norm(row);
-                    let nothing = is_dependent(left, self.size[k], self.error[k]);
+                    let nothing = is_dependent(left, self.size[k], self.error[k], &mut doubt);
                     self.left[k] = if nothing { 0.0 } else { left * left };
                     self.sure[k] = self.left[k];
                 }
             }
             rank += 1;
         }
+        frame.doubt |= doubt;
     }
 
     /// Distributes what the dependent rows are left with; see the head of the file.

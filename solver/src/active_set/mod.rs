@@ -42,14 +42,17 @@ mod follow;
 mod frame;
 mod group;
 mod kernels;
+mod proof;
 mod relaxed;
 mod report;
 mod rows;
 mod search;
 mod stages;
 
+use crate::certificate::Claim;
 use crate::problem::Problem;
 use crate::solution::{HierarchicalSolver, LevelStatus, Solution, Status, refusal};
+use proof::Proof;
 use search::{Rule, Search, Stopped};
 use std::time::Instant;
 
@@ -66,6 +69,10 @@ pub struct Effort {
     pub failures: u64,
     /// Solves for which there was no time.
     pub late: u64,
+    /// Answers that the certificate was asked about, because a rank, a sign or a residual was decided by a number near its threshold.
+    pub doubts: u64,
+    /// Solves whose answer was not proven in any order of adding rows.
+    pub unproven: u64,
 }
 
 /// The hierarchical active-set least-squares solver.
@@ -75,6 +82,7 @@ pub struct Effort {
 #[derive(Clone, Debug)]
 pub struct ActiveSet {
     search: Search,
+    proof: Proof,
     shape: Vec<usize>,
     warm: bool,
     effort: Effort,
@@ -83,8 +91,10 @@ pub struct ActiveSet {
 impl ActiveSet {
     /// A solver with storage for problems of this shape.
     pub fn new(problem: &Problem) -> Self {
+        let search = Search::new(problem);
         ActiveSet {
-            search: Search::new(problem),
+            proof: Proof::new(problem, search.relaxed.stride),
+            search,
             shape: shape(problem).collect(),
             warm: true,
             effort: Effort::default(),
@@ -109,9 +119,11 @@ impl ActiveSet {
         self.effort
     }
 
-    /// Solves the first `levels` levels.
-    fn search(&mut self, problem: &Problem, levels: usize) -> Result<(), Stopped> {
+    /// Solves the first `levels` levels, and writes the answer: the first that is proven. Returns the hard level that cannot be met,
+    /// if there is one.
+    fn search(&mut self, problem: &Problem, levels: usize, solution: &mut Solution) -> Result<Option<usize>, Unsolved> {
         let rules = [Rule::Worst, Rule::Worst, Rule::Level, Rule::First];
+        let mut unsolved = Unsolved::Circle;
         for (attempt, rule) in rules.into_iter().enumerate() {
             if attempt > 0 {
                 self.forget();
@@ -121,12 +133,38 @@ impl ActiveSet {
             let budget = self.search.budget;
             let done = self.search.run(problem);
             self.effort.changes += (budget - self.search.budget) as u64;
-            if done != Err(Stopped::Circle) {
-                return done;
+            match done {
+                Ok(()) => {}
+                Err(Stopped::Late) => return Err(Unsolved::Late),
+                Err(Stopped::Circle) => continue,
             }
+            let relaxed = &self.search.relaxed;
+            report::write(relaxed, problem, solution);
+            solution.x.copy_from_slice(&relaxed.frame.x[..problem.n]);
+            let missed = |l: &usize| problem.levels[*l].hard && solution.levels[*l].status != LevelStatus::Met;
+            let unmet = (0..levels).find(missed);
+            let claim = unmet.map_or(Claim::Optimum(levels), Claim::Compromise);
+            if self.proof.holds(relaxed, problem, solution, claim) {
+                return Ok(unmet);
+            }
+            unsolved = Unsolved::Unproven { level: self.proof.missed };
         }
-        Err(Stopped::Circle)
+        Err(unsolved)
     }
+}
+
+/// Why there is no answer, or none that is proven.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Unsolved {
+    /// There was no time.
+    Late,
+    /// Every order of adding rows ran in a circle.
+    Circle,
+    /// No answer of any order holds the certificate.
+    Unproven {
+        /// Where the last one is farthest from the optimum.
+        level: usize,
+    },
 }
 
 fn shape(problem: &Problem) -> impl Iterator<Item = usize> + '_ {
@@ -148,6 +186,7 @@ impl HierarchicalSolver for ActiveSet {
             let until = self.search.until;
             self.search = Search::new(problem);
             self.search.until = until;
+            self.proof = Proof::new(problem, self.search.relaxed.stride);
             self.shape = shape(problem).collect();
         }
         solution.reset(problem);
@@ -161,9 +200,18 @@ impl HierarchicalSolver for ActiveSet {
         let mut levels = levels;
         let mut status = Status::Optimal;
         loop {
-            match self.search(problem, levels) {
-                Ok(()) => {}
-                Err(Stopped::Late) => {
+            let found = self.search(problem, levels, solution);
+            self.effort.doubts = self.proof.asked;
+            match found {
+                Ok(None) => break,
+                Ok(Some(l)) => {
+                    // What stands in the way is known; what the levels above want is still to be found.
+                    solution.levels[l].status = LevelStatus::Infeasible;
+                    solution.levels[l + 1..].iter_mut().for_each(|below| below.status = LevelStatus::NotSolved);
+                    status = Status::Infeasible { level: l };
+                    levels = l;
+                }
+                Err(Unsolved::Late) => {
                     self.effort.late += 1;
                     let on_the_way = self.search.known > 0;
                     if on_the_way {
@@ -172,23 +220,20 @@ impl HierarchicalSolver for ActiveSet {
                     solution.status = Status::OutOfTime { on_the_way };
                     return;
                 }
-                Err(Stopped::Circle) => {
+                Err(Unsolved::Circle) => {
                     self.effort.failures += 1;
                     self.forget();
                     solution.status = Status::Failed { level: levels };
                     return;
                 }
+                Err(Unsolved::Unproven { level }) => {
+                    self.effort.unproven += 1;
+                    self.forget();
+                    solution.status = Status::Unproven { level };
+                    return;
+                }
             }
-            report::write(&self.search.relaxed, problem, solution);
-            let unmet = |l: &usize| problem.levels[*l].hard && solution.levels[*l].status != LevelStatus::Met;
-            let Some(l) = (0..levels).find(unmet) else { break };
-            // What stands in the way is known; what the levels above want is still to be found.
-            solution.levels[l].status = LevelStatus::Infeasible;
-            solution.levels[l + 1..].iter_mut().for_each(|below| below.status = LevelStatus::NotSolved);
-            status = Status::Infeasible { level: l };
-            levels = l;
         }
-        solution.x.copy_from_slice(&self.search.relaxed.frame.x[..problem.n]);
         solution.status =
             if solution.x.iter().all(|x| x.is_finite()) { status } else { Status::Failed { level: levels } };
         if solution.status != status {

@@ -44,7 +44,7 @@ pub(crate) struct Relaxed {
     largest: f64,
     /// How the rows held at a stage move when one of them lets go.
     lets_go: Vec<f64>,
-    reference: Vec<f64>,
+    pub(crate) reference: Vec<f64>,
     pub(crate) stride: usize,
     pub(crate) n: usize,
 }
@@ -91,6 +91,7 @@ impl Relaxed {
         (self.stage, self.pushed) = (0, 0);
         self.frame.cut(0, 0, &self.reference);
         self.frame.lost = 0.0;
+        self.frame.doubt = false;
     }
 
     /// Cuts the frame back to the first `keep` held rows of stage `s`, if it is longer.

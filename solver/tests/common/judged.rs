@@ -6,20 +6,25 @@ use hierarq_solver::{ActiveSet, HierarchicalSolver, LevelShape, Problem, Smooth,
 const PROVEN: f64 = 1e-7;
 const ROUNDING: f64 = 1e-14;
 
-fn proven(problem: &Problem, solution: &Solution) -> f64 {
+fn proven(problem: &Problem, solution: &Solution, by: f64) -> f64 {
     let norms = problem.levels.iter().flat_map(|level| {
         (0..level.rows()).map(move |i| (level.weight[i] * level.row(i).iter().map(|a| a * a).sum::<f64>()).sqrt())
     });
     let far = 1.0 + solution.x.iter().map(|x| x * x).sum::<f64>().sqrt();
-    PROVEN + ROUNDING * far * norms.fold(1.0, f64::max)
+    by + ROUNDING * far * norms.fold(1.0, f64::max)
 }
 
 /// What is wrong with an answer, if anything is.
 pub fn wrong(problem: &Problem, solution: &Solution) -> Option<String> {
+    wrong_by(problem, solution, PROVEN)
+}
+
+/// The same with another residual that an answer may have.
+pub fn wrong_by(problem: &Problem, solution: &Solution, by: f64) -> Option<String> {
     match solution.status {
         Status::Optimal => {
             let residual = certificate(problem, &solution.x);
-            (residual > proven(problem, solution)).then(|| format!("certificate {residual:.1e}"))
+            (residual > proven(problem, solution, by)).then(|| format!("certificate {residual:.1e}"))
         }
         Status::Infeasible { level } => {
             // The levels above it are at their optimum.
@@ -30,7 +35,8 @@ pub fn wrong(problem: &Problem, solution: &Solution) -> Option<String> {
                 below.damping = 0.0;
             }
             let residual = certificate(&above, &solution.x);
-            (residual > proven(problem, solution)).then(|| format!("certificate {residual:.1e} above level {level}"))
+            (residual > proven(problem, solution, by))
+                .then(|| format!("certificate {residual:.1e} above level {level}"))
         }
         status => Some(format!("{status:?}")),
     }
