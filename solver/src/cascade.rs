@@ -7,13 +7,9 @@ use crate::dense::{Matrix, axpy, dot, norm};
 use crate::descent::descend;
 use crate::factor::least_squares;
 use crate::problem::{Problem, check, nothing};
-use crate::solution::{Active, HierarchicalSolver, LevelSolution, LevelStatus, Solution, Status, refusal};
+use crate::solution::{Active, HierarchicalSolver, LevelSolution, LevelStatus, MET, Solution, Status, refusal};
 use crate::space::{Kind, Space, UnitLevel};
 use crate::stage::{Guess, Proven, Stage};
-
-/// A row further than this from its interval is violated, relative to its own size and bound.
-/// Wider than what counts as feasible inside, so that rounding never makes a level "relaxed".
-pub(crate) const MET: f64 = 1e-9;
 
 /// Solves a hierarchy level by level in the affine set that the levels above leave.
 ///

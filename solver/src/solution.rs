@@ -1,9 +1,12 @@
 //! What a solver gives back: the point, how each level fared, and whether it may be used.
 
-use crate::cascade::MET;
 use crate::problem::{Problem, ProblemError};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
+
+/// A row further than this from its interval is violated, relative to its own size and bound.
+/// Wider than what counts as feasible inside, so that rounding never makes a level "relaxed".
+pub(crate) const MET: f64 = 1e-9;
 
 /// Outcome of one solve, for the whole problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

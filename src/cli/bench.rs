@@ -167,8 +167,12 @@ impl Loop {
             candidate.failed += usize::from(candidate.measured.solution.status != Status::Optimal);
         }
         let Some((reference, others)) = self.candidates.split_last_mut() else { return };
+        // An answer that is not proven is nothing to measure others by.
+        if reference.measured.solution.status != Status::Optimal {
+            return;
+        }
         let x = &reference.measured.solution.x;
-        for other in others {
+        for other in others.iter_mut().filter(|o| o.measured.solution.status == Status::Optimal) {
             for (a, b) in other.measured.solution.x.iter().zip(x) {
                 other.dx = other.dx.max((a - b).abs());
             }

@@ -33,6 +33,16 @@ pub(crate) fn is_dependent(left: f64, size: f64, error: f64, doubt: &mut bool) -
     left <= threshold
 }
 
+/// Numbers between these parts of a threshold are near it.
+const NEAR: [f64; 2] = [0.03, 1e3];
+
+/// Whether a number is so near to the threshold that decides about it that another would have decided otherwise.
+#[inline(always)]
+pub(crate) fn is_near(number: f64, threshold: f64) -> bool {
+    let number = number.abs();
+    number > NEAR[0] * threshold && number < NEAR[1] * threshold
+}
+
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
     n: usize,

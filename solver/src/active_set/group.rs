@@ -15,9 +15,8 @@
 //! with the largest row first keeps `G` small.
 
 use super::closed::{Closed, Member};
-use super::frame::{DEPENDENT, Frame, is_dependent};
+use super::frame::{DEPENDENT, Frame, is_dependent, is_near};
 use super::kernels::{LANES, axpy, dot, norm, scaled};
-use super::proof::is_near;
 use super::rows::{Norms, weight};
 use super::stages::Entry;
 use crate::problem::Level;

@@ -38,10 +38,12 @@
 //!   on its changes, so each solve ends. [`Effort`] counts what it took.
 
 mod closed;
+mod enter;
 mod follow;
 mod frame;
 mod group;
 mod kernels;
+mod leave;
 mod proof;
 mod relaxed;
 mod report;

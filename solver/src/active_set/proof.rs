@@ -10,6 +10,7 @@
 //!
 //! Entries of 1e-6 beside 1 meet in products of 1e-12 and make such numbers; ordinary robots have them near singular configurations.
 
+use super::frame::is_near;
 use super::kernels::{axpy, combine, dot, norm};
 use super::relaxed::Relaxed;
 use super::rows::weight;
@@ -19,16 +20,6 @@ use crate::solution::{LevelStatus, Solution};
 
 /// An imbalance above this makes the certificate worth asking.
 const BALANCED: f64 = 1e-9;
-
-/// Numbers between these parts of a threshold are near it.
-const NEAR: [f64; 2] = [0.03, 1e3];
-
-/// Whether a number is so near to the threshold that decides about it that another would have decided otherwise.
-#[inline(always)]
-pub(super) fn is_near(number: f64, threshold: f64) -> bool {
-    let number = number.abs();
-    number > NEAR[0] * threshold && number < NEAR[1] * threshold
-}
 
 /// The storage of a look.
 #[derive(Clone, Debug)]

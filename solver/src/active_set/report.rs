@@ -1,9 +1,8 @@
 //! Writes what the search found into the solution.
 
 use super::relaxed::Relaxed;
-use crate::cascade::MET;
 use crate::problem::Problem;
-use crate::solution::{Active, Blocking, LevelStatus, Solution};
+use crate::solution::{Active, Blocking, LevelStatus, MET, Solution};
 use crate::structure::Structure;
 
 /// Slacks, activity and status of the levels that were solved. The point itself is not copied.

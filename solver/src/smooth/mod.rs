@@ -35,10 +35,13 @@
 //! A level that is met, or that nothing curved holds back, is passed on as ever. So is one with a hard level below, whose rows
 //! a damped answer might not leave room for. For limits a shorter time T counts than for targets ([`LIMIT`]).
 
+mod damped;
+mod ties;
+
 use crate::backend::Backend;
-use crate::problem::{Level, LevelShape, Problem};
-use crate::solution::{Active, HierarchicalSolver, LevelStatus, Solution, Status};
-use crate::structure::Structure;
+use crate::problem::{Level, Problem};
+use crate::solution::{Active, HierarchicalSolver, LevelStatus, MET, Solution, Status};
+use damped::Damped;
 use std::ops::Range;
 use std::time::Instant;
 
@@ -47,137 +50,6 @@ pub const SLACK: f64 = 2e-5;
 
 /// What remains of a level where they may move it half as far.
 pub const HALF: f64 = 1e-2;
-
-/// A room below this is none, in the unit of the row: solvers tell the two sides of a narrower one apart by rounding.
-const NARROW: f64 = 1e-7;
-
-/// A direction whose square is below this part of the largest row's bears nothing.
-const LOOSE: f64 = 1e-6;
-
-/// A linear level is as smooth as it need be with this part of its own stiffness as damping.
-const FIRM: f64 = 0.1;
-
-/// The least damping of a variable, as a part of the greatest.
-const LEAST: f64 = 1e-6;
-
-/// How much of a second derivative counts for a level's own limits. With as much as for targets a limit that was passed is
-/// regained a fifth later; with this it is regained as fast as without damping.
-const LIMIT: f64 = 0.3;
-
-/// A slack up to this part of a row and its bound is none, as in [`LevelStatus::Met`].
-const MET: f64 = 1e-9;
-
-/// How much of a row's derivative stands in a gradient: its slack times its weight, or its multiplier. Positive where the
-/// row is to have less.
-#[derive(Clone, Copy, Debug)]
-struct Force {
-    level: usize,
-    row: usize,
-    force: f64,
-}
-
-/// One level and those above it, with damping.
-struct Damped {
-    /// The levels down to this one; behind its rows one for each variable.
-    problem: Problem,
-    solution: Solution,
-    /// What solves it, what solves the level without damping and without those below, and what solves those below once it is
-    /// settled. Each has its own, so that the last tick is a start.
-    solver: Box<dyn HierarchicalSolver + Send>,
-    alone: Box<dyn HierarchicalSolver + Send>,
-    below: Option<Box<dyn HierarchicalSolver + Send>>,
-    /// D.
-    damping: Vec<f64>,
-    /// What of it has rows of its own.
-    rest: Vec<f64>,
-    /// The squares of what the rows above add to it: at this solve, and with what has not faded.
-    now: Vec<f64>,
-    held: Vec<f64>,
-    /// What its Lagrangian consists of.
-    forces: Vec<Force>,
-    ties: Ties,
-    /// It was damped at the last solve; at the one before.
-    used: bool,
-    likely: bool,
-    /// Freedom left after it without damping.
-    freedom: usize,
-}
-
-/// The rows above a level that may only have one value: what they bear of its forces.
-struct Ties {
-    rows: Vec<(usize, usize)>,
-    /// Of the rows, and of the forces with each of them; then the multipliers.
-    gram: Vec<f64>,
-    bears: Vec<f64>,
-    gradient: Vec<f64>,
-}
-
-impl Ties {
-    fn new(n: usize, rows: usize) -> Self {
-        Ties {
-            rows: Vec::with_capacity(rows),
-            gram: vec![0.0; rows * rows],
-            bears: vec![0.0; rows],
-            gradient: vec![0.0; n],
-        }
-    }
-
-    /// Adds the multipliers of the tied rows to the forces with which level `k` presses: the least `mu` with
-    /// `sum_i mu_i a_i + sum_f f a_f = 0`, up to [`LOOSE`] where rows are dependent.
-    fn bear(&mut self, k: usize, problem: &Problem, answer: &Solution, forces: &mut Vec<Force>) {
-        self.rows.clear();
-        for (l, level) in problem.levels[..k].iter().enumerate() {
-            for i in 0..level.rows() {
-                let tied = matches!(answer.levels[l].active[i], Active::Equality | Active::Violated);
-                if tied && level.weight[i] > 0.0 && level.structure()[i] != Structure::Absent {
-                    self.rows.push((l, i));
-                }
-            }
-        }
-        let m = self.rows.len();
-        if m == 0 {
-            return;
-        }
-        self.gradient.fill(0.0);
-        for f in forces.iter() {
-            let row = problem.levels[f.level].row(f.row);
-            self.gradient.iter_mut().zip(row).for_each(|(g, a)| *g += f.force * a);
-        }
-        let row = |(l, i): (usize, usize)| problem.levels[l].row(i);
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let mut most = 0.0_f64;
-        for i in 0..m {
-            for j in 0..=i {
-                self.gram[i * m + j] = dot(row(self.rows[i]), row(self.rows[j]));
-            }
-            most = most.max(self.gram[i * m + i]);
-            self.bears[i] = -dot(row(self.rows[i]), &self.gradient);
-        }
-        if most == 0.0 {
-            return;
-        }
-        // Cholesky, and both substitutions.
-        for i in 0..m {
-            self.gram[i * m + i] += LOOSE * most;
-            for j in 0..=i {
-                let (a, b) = (&self.gram[i * m..i * m + j], &self.gram[j * m..j * m + j]);
-                let left = self.gram[i * m + j] - dot(a, b);
-                self.gram[i * m + j] = if i == j { left.max(LOOSE * most).sqrt() } else { left / self.gram[j * m + j] };
-            }
-            self.bears[i] =
-                (self.bears[i] - dot(&self.gram[i * m..i * m + i], &self.bears[..i])) / self.gram[i * m + i];
-        }
-        for i in (0..m).rev() {
-            let below: f64 = (i + 1..m).map(|j| self.gram[j * m + i] * self.bears[j]).sum();
-            self.bears[i] = (self.bears[i] - below) / self.gram[i * m + i];
-        }
-        for (&(level, row), &force) in self.rows.iter().zip(&self.bears) {
-            if force != 0.0 {
-                forces.push(Force { level, row, force });
-            }
-        }
-    }
-}
 
 /// A solver of smooth hierarchies on top of one of exact hierarchies.
 pub struct Smooth {
@@ -200,43 +72,9 @@ impl Smooth {
     pub fn new(problem: &Problem, backend: Backend) -> Self {
         let last_hard = problem.levels.iter().rposition(|l| l.hard);
         let may = |k: usize| problem.levels[k].rows() > 0 && last_hard.is_none_or(|h| k > h);
-        let below = |k: usize| problem.levels[k + 1..].iter().any(|l| l.rows() > 0).then(|| backend.solver(problem));
-        let damped = |k: usize| {
-            let below = below(k);
-            let mut shapes: Vec<LevelShape> = problem.levels[..=k].iter().map(Level::shape).collect();
-            shapes.iter_mut().for_each(|s| s.damping = 0.0);
-            let own = shapes[k].rows;
-            shapes[k].rows += problem.n;
-            let alone = backend.solver(problem);
-            let mut problem = Problem::new(problem.n, &shapes);
-            for j in 0..problem.n {
-                let level = &mut problem.levels[k];
-                level.row_mut(own + j)[j] = 1.0;
-                (level.lower[own + j], level.upper[own + j]) = (0.0, 0.0);
-            }
-            problem.levels[k].fix(own..own + problem.n);
-            let zeros = || vec![0.0; problem.n];
-            let above = problem.levels[..k].iter().map(Level::rows).sum();
-            Damped {
-                forces: Vec::with_capacity(above + problem.levels[k].rows() + problem.n + 1),
-                ties: Ties::new(problem.n, above),
-                damping: zeros(),
-                rest: zeros(),
-                now: zeros(),
-                held: zeros(),
-                solution: Solution::new(&problem),
-                solver: backend.solver(&problem),
-                alone,
-                below,
-                problem,
-                used: false,
-                likely: false,
-                freedom: 0,
-            }
-        };
         Smooth {
             exact: backend.solver(problem),
-            damped: (0..problem.levels.len()).map(|k| may(k).then(|| damped(k))).collect(),
+            damped: (0..problem.levels.len()).map(|k| may(k).then(|| Damped::new(problem, k, backend))).collect(),
             answer: Solution::new(problem),
             settled: problem.clone(),
             fading: 0.0,
@@ -319,110 +157,6 @@ impl Smooth {
         let answer = if *used { answer } else { solution };
         solver.unwrap_or(exact).solve_first(if copied { settled } else { problem }, covered, answer);
         covered
-    }
-}
-
-impl Damped {
-    /// Works out the damping of level `k`. `undamped` is the answer without. False if there is none.
-    fn damp(&mut self, k: usize, problem: &Problem, undamped: &Solution, fading: f64) -> bool {
-        let level = &problem.levels[k];
-        if level.damping > 0.0 {
-            self.damping.fill(level.damping);
-        } else {
-            self.bound_curvature(k, problem, undamped, fading);
-        }
-        self.damping.iter().any(|d| *d > 0.0)
-    }
-
-    /// Solves level `k` with its damping, after the levels above as they are settled.
-    fn solve(&mut self, asked: &Level, settled: &Problem) -> Status {
-        let Some((level, above)) = self.problem.levels.split_last_mut() else { return Status::Failed { level: 0 } };
-        for (to, from) in above.iter_mut().zip(&settled.levels) {
-            to.copy_from(from);
-        }
-        level.copy_rows_from(asked);
-        self.rest.copy_from_slice(&self.damping);
-        for (i, structure) in asked.structure().iter().enumerate() {
-            // w (a x - b)^2 + D x^2 is (w + D/a^2) (a x - b')^2 and a constant: no row of its own.
-            if let Structure::Bound { column, coefficient } = *structure
-                && asked.is_equality(i)
-                && asked.weight[i] > 0.0
-            {
-                let weight = asked.weight[i] + self.rest[column] / (coefficient * coefficient);
-                let asks = asked.lower[i] * asked.weight[i] / weight;
-                (level.weight[i], level.lower[i], level.upper[i]) = (weight, asks, asks);
-                self.rest[column] = 0.0;
-            }
-        }
-        level.weight[asked.rows()..].copy_from_slice(&self.rest);
-        self.problem.reference.copy_from_slice(&settled.reference);
-        self.solver.solve(&self.problem, &mut self.solution);
-        self.used = true;
-        self.solution.status
-    }
-
-    /// D, the bound of the second derivatives of the Lagrangian of level `k` at an answer.
-    fn bound_curvature(&mut self, k: usize, problem: &Problem, answer: &Solution, fading: f64) {
-        self.damping.fill(0.0);
-        self.now.fill(0.0);
-        self.forces.clear();
-        let level = &problem.levels[k];
-        for (row, slack) in answer.levels[k].slack.iter().enumerate().filter(|(_, s)| **s != 0.0) {
-            self.forces.push(Force { level: k, row, force: level.weight[row] * slack });
-        }
-        for b in answer.blocking.iter().filter(|b| b.level == k) {
-            let force = if b.at_upper { b.multiplier } else { -b.multiplier };
-            self.forces.push(Force { level: b.by_level, row: b.by_row, force });
-        }
-        self.ties.bear(k, problem, answer, &mut self.forces);
-        for f in &self.forces {
-            let sums = if f.level == k { &mut self.damping } else { &mut self.now };
-            let limit = f.level == k && !level.is_equality(f.row);
-            let part = if limit { LIMIT } else { 1.0 };
-            for (sum, c) in sums.iter_mut().zip(problem.levels[f.level].curvature(f.row)) {
-                *sum += (c * f.force * part).powi(2);
-            }
-        }
-        let mut most = 0.0_f64;
-        for ((sum, now), held) in self.damping.iter_mut().zip(&self.now).zip(&mut self.held) {
-            *held = now.max(*held * fading * fading);
-            *sum = (*sum + *held).sqrt();
-            most = most.max(*sum);
-        }
-        if !level.is_curved() {
-            // Its rows are as stiff in every direction as in their own: what is little beside that need not be damped.
-            for i in 0..level.rows() {
-                let weight = FIRM * level.weight[i];
-                self.damping.iter_mut().zip(level.row(i)).for_each(|(d, a)| *d = (*d - weight * a * a).max(0.0));
-            }
-            most = self.damping.iter().fold(0.0, |most: f64, d| most.max(*d));
-        }
-        // A variable that moves no row has coefficients of rounding size, which nothing else would hold against.
-        self.damping.iter_mut().for_each(|d| *d = d.max(LEAST * most));
-    }
-
-    /// Replaces what a level asks for by what its rows reached, with the room that it leaves to those below.
-    fn settle(&self, asked: &Level, level: &mut Level, slack: &[f64]) {
-        let x = &self.solution.x;
-        let square: f64 = slack.iter().zip(&asked.weight).map(|(s, w)| w * s * s).sum();
-        let remains = square.sqrt();
-        for i in 0..asked.rows() {
-            let weight = asked.weight[i];
-            let beyond = asked.slack(i, x);
-            if weight == 0.0 || (beyond == 0.0 && !asked.is_equality(i)) {
-                continue;
-            }
-            let reached = asked.row(i).iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
-            let room = SLACK * remains / (remains + HALF) / weight.sqrt();
-            let room = if room > NARROW { room } else { 0.0 };
-            if asked.is_equality(i) {
-                (level.lower[i], level.upper[i]) = (reached - room, reached + room);
-            } else if beyond < 0.0 {
-                level.lower[i] = reached - room;
-            } else {
-                level.upper[i] = reached + room;
-            }
-        }
     }
 }
 

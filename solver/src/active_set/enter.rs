@@ -1,0 +1,206 @@
+//! Rows that enter the working set: the violated row to add next, and its way up the stages as its force grows, see the head of the
+//! module.
+
+use super::kernels::{dot, norm};
+use super::rows::{Rows, tolerance};
+use super::search::{Rule, Search, Stopped};
+use super::stages::Entry;
+use crate::problem::Problem;
+use crate::space::Kind;
+use crate::structure::Structure;
+
+/// How often a row may be added in one solve: more is a circle.
+const ADDS: u8 = 60;
+
+/// A coefficient in the combination of held rows below this is none.
+const COMBINED: f64 = 1e-9;
+
+/// What is left of a row of norm one below this is so little that held rows give way to it
+/// before the point moves.
+const NEAR: f64 = 1e-6;
+
+/// The worst row of those seen so far.
+struct Worst {
+    /// The first one is kept, however bad others are.
+    first: bool,
+    /// The size of the point.
+    far: f64,
+    excess: f64,
+    found: Option<Entry>,
+    violated: usize,
+}
+
+impl Worst {
+    #[inline(always)]
+    fn look(&mut self, rows: &Rows, l: usize, i: usize, value: f64, lower: f64, upper: f64) {
+        let at = rows.first[l] + i;
+        let beyond = (value - upper).max(lower - value);
+        if beyond > 0.0 && rows.side[at] == 0 && rows.kind[at] == Kind::Inequality {
+            let size = rows.norm[at];
+            let (side, bound) = if value > upper { (1.0, upper) } else { (-1.0, lower) };
+            let excess = beyond / size - tolerance(bound / size, self.far);
+            self.violated += usize::from(excess > 0.0);
+            if excess > self.excess && !(self.first && self.found.is_some()) {
+                self.excess = excess;
+                self.found = Some(Entry::new(l, i, side));
+            }
+        }
+    }
+}
+
+impl Search {
+    /// The row outside the working set to add next, by the rule; none at the optimum. The values
+    /// of all rows that it looks at, bounds of one variable apart, go to `rows.value`.
+    pub(super) fn next_violated(&mut self, problem: &Problem) -> Option<Entry> {
+        let x = &self.relaxed.frame.x;
+        let stride = self.relaxed.stride;
+        let mut worst = Worst { first: self.rule == Rule::First, far: norm(x), excess: 0.0, found: None, violated: 0 };
+        for (l, level) in problem.levels.iter().enumerate().take(self.relaxed.levels) {
+            let first = self.relaxed.rows.first[l];
+            let rows = level.padded().chunks_exact(stride.max(1)).zip(level.lower.iter().zip(&level.upper));
+            if level.is_open() {
+                for (i, (row, (&lower, &upper))) in rows.enumerate() {
+                    let value = dot(row, x);
+                    self.relaxed.rows.value[first + i] = value;
+                    worst.look(&self.relaxed.rows, l, i, value, lower, upper);
+                }
+            } else {
+                let within = self.relaxed.rows.within(l, x);
+                for ((i, (row, (&lower, &upper))), structure) in rows.enumerate().zip(level.structure()) {
+                    let value = match *structure {
+                        Structure::Bound { .. } if within => continue,
+                        Structure::Bound { column, coefficient } => coefficient * x[column],
+                        Structure::Absent => continue,
+                        Structure::Open | Structure::Constant { .. } => dot(row, x),
+                    };
+                    self.relaxed.rows.value[first + i] = value;
+                    worst.look(&self.relaxed.rows, l, i, value, lower, upper);
+                }
+            }
+            if self.rule != Rule::Worst && worst.found.is_some() {
+                break;
+            }
+        }
+        self.violated = worst.violated;
+        worst.found
+    }
+
+    /// Adds a violated row; see the head of the file.
+    pub(super) fn add(&mut self, problem: &Problem, mut entry: Entry) -> Result<(), Stopped> {
+        let at = self.relaxed.rows.at(entry.level, entry.row);
+        self.relaxed.rows.side[at] = if entry.side > 0.0 { 1 } else { -1 };
+        self.adds[at] = self.adds[at].saturating_add(1);
+        if self.adds[at] > ADDS {
+            return Err(Stopped::Circle);
+        }
+        let mut s = self.relaxed.levels;
+        loop {
+            self.count()?;
+            let own = s == entry.level;
+            let held = self.relaxed.stages.held[s].len();
+            if own {
+                self.relaxed.rewind(s, held);
+                self.relaxed.stages.own[s].push(entry);
+            } else if let Some(next) = self.hold(problem, s, &mut entry) {
+                s = next;
+                continue;
+            }
+            self.relaxed.complete(problem);
+            let list = if own { &self.relaxed.stages.own[s] } else { &self.relaxed.stages.held[s] };
+            if list.last().is_some_and(|e| e.trial < -e.noise) {
+                // The multiplier of a violated row rises; where it falls, the working set is so
+                // nearly dependent that rounding has taken over. Another order avoids it.
+                return Err(Stopped::Circle);
+            }
+            let Some((stage, is_own, j, part)) = self.first_to_leave(s, Some(own)) else {
+                self.relaxed.accept(s);
+                return Ok(());
+            };
+            self.go_part(s, part);
+            let list = if own { &mut self.relaxed.stages.own[s] } else { &mut self.relaxed.stages.held[s] };
+            entry = list.pop().unwrap_or(entry);
+            self.relaxed.rewind(s, self.relaxed.stages.held[s].len());
+            if is_own {
+                let gone = self.relaxed.stages.own[stage].remove(j);
+                let at = self.relaxed.rows.at(gone.level, gone.row);
+                self.relaxed.rows.side[at] = 0;
+            } else {
+                self.relaxed.release(stage, j);
+            }
+        }
+    }
+
+    /// Adds a row to those held at stage `s`, and to the frame. If it depends on them, one of them gives way to it, or those
+    /// that it presses against rise to the stage above, and the stage to try next is returned.
+    pub(super) fn hold(&mut self, problem: &Problem, s: usize, entry: &mut Entry) -> Option<usize> {
+        let held = self.relaxed.stages.held[s].len();
+        self.relaxed.rewind(s, held);
+        self.relaxed.advance(problem, s);
+        let room = self.relaxed.outward(problem, entry);
+        let left = self.relaxed.project();
+        let leaving = if left < NEAR { self.combine(s) } else { None };
+        if left == 0.0 || leaving.is_some() {
+            return Some(self.oppose(s, leaving, entry));
+        }
+        self.relaxed.fix(left, room);
+        self.relaxed.stages.held[s].push(*entry);
+        None
+    }
+
+    /// The combination of the rows held at stage `s` that the last projection took out of a row
+    /// at that stage, into `combination`; returns the held row whose multiplier reaches zero
+    /// first when the row is pushed back by a growing force.
+    fn combine(&mut self, s: usize) -> Option<usize> {
+        let (n, from) = (self.relaxed.n, self.relaxed.mark[s]);
+        let held = &self.relaxed.stages.held[s];
+        let w = held.len();
+        let mut least = f64::INFINITY;
+        let mut leaving = None;
+        for j in (0..w).rev() {
+            let mut sum = self.relaxed.frame.coefficient[from + j];
+            for i in j + 1..w {
+                sum -= self.relaxed.lower[(from + i) * n + from + j] * self.combination[i];
+            }
+            let c = sum / self.relaxed.lower[(from + j) * n + from + j];
+            self.combination[j] = c;
+            if c > COMBINED && held[j].value.max(0.0) / c < least {
+                least = held[j].value.max(0.0) / c;
+                leaving = Some(j);
+            }
+        }
+        leaving
+    }
+
+    /// The row that is to join the rows held at stage `s` depends on them, by `combination`.
+    /// Either `leaving` gives way to it, or the held rows that it presses against rise with it to
+    /// the stage above. Returns the stage to try next.
+    fn oppose(&mut self, s: usize, leaving: Option<usize>, entry: &mut Entry) -> usize {
+        let held = &mut self.relaxed.stages.held[s];
+        let w = held.len();
+        if let Some(leaving) = leaving {
+            let least = held[leaving].value.max(0.0) / self.combination[leaving];
+            for (e, c) in held.iter_mut().zip(&self.combination) {
+                e.value -= least * c;
+            }
+            entry.value += least;
+            self.relaxed.release(s, leaving);
+            return s;
+        }
+        let above = s - 1;
+        let kept = self.relaxed.stages.held[above].len();
+        for j in (0..w).rev() {
+            if self.combination[j] < -COMBINED {
+                let mut e = self.relaxed.stages.held[s].remove(j);
+                e.value = 0.0;
+                if e.level == above {
+                    self.relaxed.stages.own[above].push(e);
+                } else {
+                    self.relaxed.stages.held[above].push(e);
+                }
+            }
+        }
+        entry.value = 0.0;
+        self.relaxed.rewind(above, kept);
+        above
+    }
+}

@@ -1,0 +1,110 @@
+//! Rows that leave the working set, because their multiplier has the wrong sign, or fall to the stage below, because it is zero.
+
+use super::search::{Search, Stopped};
+use super::stages::Entry;
+use crate::problem::Problem;
+
+/// How often a row may fall back to a lower stage in one solve, beyond once for each, before it stays where it is.
+const RETURNS: usize = 8;
+
+impl Search {
+    /// Makes the working set fit to be the relaxed problem's: rows with a negative multiplier
+    /// leave it, and those without a multiplier fall back to the stage below, where they may be
+    /// needed.
+    ///
+    /// Returns whether anything changed.
+    pub(super) fn settle(&mut self, problem: &Problem) -> Result<bool, Stopped> {
+        let mut changed = false;
+        while let Some((s, keep)) = self.first_idle() {
+            self.count()?;
+            self.relaxed.rewind(s, keep);
+            self.relaxed.complete(problem);
+            self.relaxed.accept(s);
+            changed = true;
+        }
+        Ok(changed)
+    }
+
+    /// Frees or lowers the idle rows of the first stage that has any; returns the stage and how
+    /// many of its held rows come before the first of them.
+    pub(super) fn first_idle(&mut self) -> Option<(usize, usize)> {
+        for s in 0..=self.relaxed.levels {
+            let mut keep = self.relaxed.stages.held[s].len();
+            let mut changed = false;
+            for j in (0..self.relaxed.stages.held[s].len()).rev() {
+                let e = self.relaxed.stages.held[s][j];
+                if e.value <= e.noise && self.retire(e, s) {
+                    // A row that falls back stays in the working set.
+                    let side = self.relaxed.rows.side[self.relaxed.rows.at(e.level, e.row)];
+                    self.relaxed.release(s, j);
+                    let at = self.relaxed.rows.at(e.level, e.row);
+                    self.relaxed.rows.side[at] = side;
+                    keep = if s < self.relaxed.levels { j } else { keep - 1 };
+                    changed = true;
+                }
+            }
+            if s < self.relaxed.levels {
+                for j in (0..self.relaxed.stages.own[s].len()).rev() {
+                    let e = self.relaxed.stages.own[s][j];
+                    if e.value <= e.noise && self.retire(e, s) {
+                        self.relaxed.stages.own[s].remove(j);
+                        changed = true;
+                        keep = keep.min(self.relaxed.stages.held[s].len());
+                    }
+                }
+            }
+            if changed {
+                return Some((s, keep));
+            }
+        }
+        None
+    }
+
+    /// Frees an idle row of stage `s`, or lowers it by one stage; false if it has to stay.
+    fn retire(&mut self, e: Entry, s: usize) -> bool {
+        let at = self.relaxed.rows.at(e.level, e.row);
+        if usize::from(self.returns[at]) >= RETURNS + self.relaxed.levels && e.value >= -e.noise {
+            return false;
+        }
+        self.returns[at] = self.returns[at].saturating_add(1);
+        if e.value >= -e.noise && s < self.relaxed.levels {
+            self.relaxed.stages.held[s + 1].push(Entry::new(e.level, e.row, e.side));
+        } else {
+            self.relaxed.rows.side[at] = 0;
+        }
+        true
+    }
+
+    /// Which multiplier from stage `s` on reaches zero first on the way to the trial: stage,
+    /// whether it is a violated row of that level, place in its list, part of the way. The row
+    /// that is being added, if any, last among the violated (`added`) or the held ones of `s`, does not
+    /// count: its multiplier rises.
+    pub(super) fn first_to_leave(&self, s: usize, added: Option<bool>) -> Option<(usize, bool, usize, f64)> {
+        let mut first = None;
+        let mut least = f64::INFINITY;
+        for stage in s..=self.relaxed.levels {
+            let violated = if stage < self.relaxed.levels { &self.relaxed.stages.own[stage][..] } else { &[] };
+            for (is_own, list) in [(true, violated), (false, &self.relaxed.stages.held[stage][..])] {
+                let added = usize::from(stage == s && added == Some(is_own));
+                for (j, e) in list[..list.len() - added].iter().enumerate() {
+                    if e.trial < -e.noise {
+                        let part = e.value.max(0.0) / (e.value.max(0.0) - e.trial);
+                        if part < least {
+                            least = part;
+                            first = Some((stage, is_own, j, part));
+                        }
+                    }
+                }
+            }
+        }
+        first
+    }
+
+    /// Goes part of the way to the trial multipliers from stage `s` on.
+    pub(super) fn go_part(&mut self, s: usize, part: f64) {
+        let own = self.relaxed.stages.own[s.min(self.relaxed.levels)..].iter_mut();
+        for e in own.chain(&mut self.relaxed.stages.held[s..]).flatten() {
+            e.value += part * (e.trial - e.value);
+        }
+    }
+}
