@@ -33,9 +33,10 @@
 //! (the rest), never as a penalty or a tolerance. The active set is found in finitely many steps,
 //! and the point is computed from it by orthogonal factorisation, in doubles: about 1e-12, times
 //! the condition of the active rows. Two thresholds remain, both relative to the size of each
-//! row: a row that is within 1e-9 of depending on what is fixed counts as dependent, so a
+//! row: a row that is within 3e-11 of depending on what is fixed counts as dependent, so a
 //! direction that moves a task by less than that is left to the levels below; and 1e-11 beyond a
-//! bound is within it. [`certificate()`] proves optimality of any point without solving anything.
+//! bound is within it. [`certificate()`] proves optimality of any point without solving anything; an
+//! answer is called optimal only if a close call of a threshold did not need that proof, or has it.
 //!
 //! # Solvers
 //!

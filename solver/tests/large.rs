@@ -66,3 +66,20 @@ fn answers_to_large_problems_are_proven() {
         }
     }
 }
+
+/// Where little moves, the last tick's optimum is followed to the end: from nothing it would take 200 changes.
+#[test]
+fn a_large_problem_that_drifts_takes_few_changes() {
+    let mut dice = Dice(560);
+    let mut problem = pressed(80, &mut dice);
+    let (mut warm, mut solution) = (ActiveSet::new(&problem), Solution::new(&problem));
+    warm.solve(&problem, &mut solution);
+    let mut most = 0;
+    for _ in 0..300 {
+        drift(&mut problem, &mut dice);
+        let before = warm.effort().changes;
+        warm.solve(&problem, &mut solution);
+        most = most.max(warm.effort().changes - before);
+    }
+    assert!(most <= 60, "{most} changes");
+}

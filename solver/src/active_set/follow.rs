@@ -23,7 +23,8 @@ use crate::structure::Structure;
 /// With more signs and rows that are wrong than this, and than a third of the working set, the last tick is no start.
 const FAR: usize = 3;
 
-/// After so many changes the rest of the line is judged by what they came to: one that would take more than [`WHOLE`] is given up.
+/// After so many changes, or a third of the working set, the rest of the line is judged by what they came to: one that would take more
+/// than [`WHOLE`], or half as many again as the working set, is given up.
 const TRIAL: f64 = 9.0;
 const WHOLE: f64 = 40.0;
 
@@ -49,6 +50,7 @@ impl Search {
         if self.locate(problem) + self.wrong() > FAR + count / 3 {
             return Ok(false);
         }
+        let (trial, whole) = (TRIAL.max(count as f64 / 3.0), WHOLE.max(1.5 * count as f64));
         let from = self.budget;
         // How much of the line is left.
         let mut rest = 1.0;
@@ -71,7 +73,7 @@ impl Search {
                 continue;
             };
             let spent = (from - self.budget) as f64;
-            if spent > TRIAL && spent > WHOLE * (1.0 - rest) {
+            if spent > trial && spent > whole * (1.0 - rest) {
                 return Ok(false);
             }
             rest *= 1.0 - part;

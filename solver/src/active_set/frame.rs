@@ -34,7 +34,7 @@ pub(crate) fn is_dependent(left: f64, size: f64, error: f64, doubt: &mut bool) -
 }
 
 /// Numbers between these parts of a threshold are near it.
-const NEAR: [f64; 2] = [0.03, 1e3];
+const NEAR: [f64; 2] = [0.1, 1e3];
 
 /// Whether a number is so near to the threshold that decides about it that another would have decided otherwise.
 #[inline(always)]
