@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use dsl::tree::{Block, Entry, Value, ValueKind};
 use dsl::{Diagnostic, Spanned};
 
-use crate::names::{list, suggest};
+use crate::diagnostics::names::{list, suggest};
 use crate::sections::Section;
 
 /// Reports a key that has no meaning in a section.

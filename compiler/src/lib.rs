@@ -2,48 +2,36 @@
 //!
 //! [`compile`] reads a text, binds its names to a robot and to the task library, checks types, units and safety, and
 //! lowers it to a [`runtime::Program`]. It knows nothing of how a hierarchy is solved.
+//!
+//! The stages stand one above the other, and each knows only those below it: `compile` is the driver, `checks` look at the finished
+//! program with `analysis`, `lowering` makes it of what `binding` and `robot_binding` bind, `expand` writes out imports, repetitions and
+//! parameters, `expr` types expressions, `sections` declare the keys of all blocks, `diagnostics` make the report.
 
-mod accelerations;
+mod analysis;
 mod binding;
-mod bounds;
-mod braking;
 mod checks;
-pub mod codes;
-mod constants;
+mod cli_overrides;
+mod compile;
+mod diagnostics;
 mod entries;
 mod expand;
 pub mod expr;
-mod fitting;
-mod follow_ons;
 mod forms;
-mod idle;
-mod jumps;
-mod known;
+mod input;
 mod lowering;
-mod machine;
 mod named;
-pub mod names;
-mod one_place;
-mod overridden;
 mod paths;
-mod planners;
-mod pointless;
 pub mod quantities;
-mod ranges;
-mod reach;
 mod recording;
-mod refused;
-pub mod report;
 mod robot_binding;
 pub mod sections;
-mod snippets;
-mod spelling;
-mod standing;
-mod starts;
+mod source_map;
 pub mod units;
-mod window;
 
-pub use expand::{Texts, files, parameter_types};
-pub use idle::leave_out;
-pub use lowering::{Compiled, Input, ParamValue, VERBS, Verb, compile, compile_among, params, signal_types};
-pub use report::{Report, Style};
+pub use analysis::idle_rows::leave_out;
+pub use compile::{compile, compile_among, params};
+pub use diagnostics::report::{Report, Style};
+pub use diagnostics::{codes, names, report};
+pub use expand::{files, parameter_types};
+pub use input::{Compiled, Input, Texts};
+pub use lowering::{ParamValue, VERBS, Verb, signal_types};

@@ -3,10 +3,10 @@
 use dsl::tree::{Let, Param, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 
-use crate::constants::{Constants, Params, is_word};
 use crate::expand::parts;
+use crate::expr::constants::{Constants, Params, is_word};
+use crate::expr::fitting::replaces;
 use crate::expr::{Kind, PRESENT, Symbol, Typed};
-use crate::fitting::replaces;
 use crate::forms::target;
 use crate::units;
 

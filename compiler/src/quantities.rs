@@ -4,7 +4,7 @@
 use runtime::program::{MissionMeasure, OfAgent, OfLayers, OfMission, OfRobot, OfTeammate};
 use stdlib_tasks::dimension::{Dimension, LENGTH, NONE, TIME, VELOCITY};
 
-use crate::names::{list, suggest};
+use crate::diagnostics::names::{list, suggest};
 
 const ENERGY: Dimension = Dimension { m: 2, kg: 1, s: -2, rad: 0 };
 const WORKLOAD: Dimension = Dimension { m: 0, kg: 1, s: 1, rad: 0 };

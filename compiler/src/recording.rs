@@ -12,7 +12,7 @@ use dsl::{Diagnostic, SourceId, Sources, Span, Spanned};
 use lines::{Cell, Lines};
 use runtime::program::Track;
 
-use crate::names::{list, suggest};
+use crate::diagnostics::names::{list, suggest};
 use crate::paths::instead_of;
 
 /// Largest file that is read, in bytes.

@@ -12,11 +12,11 @@ use stdlib_tasks::task::ActualType;
 
 use super::cut::cut;
 use super::scope::TaskScope;
-use crate::constants::is_word;
+use crate::diagnostics::names::{list, suggest};
+use crate::diagnostics::refused::Refused;
+use crate::expr::constants::is_word;
 use crate::expr::{Graph, Kind, Lowering, Typed, root};
 use crate::forms::path_of;
-use crate::names::{list, suggest};
-use crate::refused::Refused;
 
 /// What to write where nothing can be captured.
 const USE: &str = "name what the robot does, such as `initial(frame(LINK).position)`, `initial(joint(NAME))` or `initial(distance(a, b))`, or a value of the task itself";

@@ -26,10 +26,10 @@ use stdlib_tasks::dimension::{Dimension, NONE, RATE};
 use stdlib_tasks::params::{ParamInfo, ParamType, Presence};
 use stdlib_tasks::task::TaskKind;
 
-use crate::constants::Params;
+use crate::diagnostics::names::{list, suggest};
+use crate::expr::constants::Params;
 use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Typed};
 use crate::forms::{block_of, items_of, text_of, unknown_keys};
-use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints};
 
 pub(crate) use condition::Condition;

@@ -8,11 +8,11 @@ use runtime::program::{Interface, Measure, MeasuredProgram, Op};
 use stdlib_tasks::dimension::{ACCELERATION, Dimension, NONE, RATE, VELOCITY};
 
 use super::scope::TaskScope;
-use crate::constants::joint_dimension;
+use crate::diagnostics::refused::{Refused, refuse};
 use crate::expand::type_of;
+use crate::expr::constants::joint_dimension;
 use crate::expr::{Axes, Graph, Kind, Typed, not_measured};
 use crate::forms::path_of;
-use crate::refused::{Refused, refuse};
 use crate::robot_binding::{BoundRobot, joints, unknown_joint};
 
 /// The form of a measure of the motion, for messages; none if a function is not one of [`crate::expr::MOTION`].

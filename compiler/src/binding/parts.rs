@@ -9,8 +9,8 @@ use stdlib_tasks::bound::{Arm, Geometry};
 use stdlib_tasks::params::ParamInfo;
 
 use super::Binder;
+use crate::diagnostics::names::{list, suggest};
 use crate::forms::{items_of, path_of, text_of};
-use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, unknown_geometry, unknown_link};
 
 impl Binder<'_> {

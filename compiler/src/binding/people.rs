@@ -6,11 +6,11 @@ use stdlib_tasks::bound::Geometry;
 use stdlib_tasks::expression::{Away, Leaf};
 
 use super::scope::TaskScope;
-use crate::constants::Human;
+use crate::diagnostics::names::{list, suggest};
+use crate::diagnostics::refused::{Refused, refuse};
+use crate::expr::constants::Human;
 use crate::expr::{Graph, Meaning, Typed, symbol};
 use crate::forms::{items_of, path_of, target, written};
-use crate::names::{list, suggest};
-use crate::refused::{Refused, refuse};
 
 /// The nodes of both ends of a segment of a person; the same twice for a point.
 pub(super) type Segment = [[usize; 3]; 2];

@@ -10,9 +10,9 @@ use stdlib_tasks::params::{ParamInfo, Quantity};
 use stdlib_tasks::task::Nature;
 
 use super::{Binder, Owner};
-use crate::constants::{fits, joint_dimension, joint_items, merge_bare, with_units};
 use crate::expr::Kind;
-use crate::fitting::wrong_dimension;
+use crate::expr::constants::{fits, joint_dimension, joint_items, merge_bare, with_units};
+use crate::expr::fitting::wrong_dimension;
 use crate::forms::{block_of, names_of_key};
 use crate::robot_binding::joints;
 use crate::units;
@@ -149,7 +149,7 @@ impl Binder<'_> {
                         .map(|d| d.name.as_str())
                         .collect();
                     let help = if based && !rest.is_empty() {
-                        let joints = crate::names::pattern(&rest);
+                        let joints = crate::diagnostics::names::pattern(&rest);
                         format!(
                             "the base is among these: name the other joints alone, {joints}, and the base by its own names"
                         )

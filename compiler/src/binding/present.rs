@@ -12,11 +12,11 @@ use stdlib_tasks::task::TaskKind;
 
 use super::parts;
 use super::scope::TaskScope;
-use crate::constants::joint_dimension;
+use crate::diagnostics::names::{list, suggest};
+use crate::diagnostics::refused::{Refused, refuse};
+use crate::expr::constants::joint_dimension;
 use crate::expr::{self, Axes, Frame, Graph, Kind, Meaning, Now, Typed, field_symbol};
 use crate::forms::{target, text_of, written};
-use crate::names::{list, suggest};
-use crate::refused::{Refused, refuse};
 use crate::robot_binding::{unknown_joint, unknown_link};
 
 /// Most pairs of parts whose smallest distance `distance(a, b)` gives.

@@ -10,9 +10,9 @@ use stdlib_tasks::params::{ParamInfo, ParamType};
 use stdlib_tasks::task::Nature;
 
 use super::{Binder, Owner};
+use crate::diagnostics::names::{list, suggest};
 use crate::expr::{Axes, Frame};
 use crate::forms::{block_of, target, text_of, unknown_key, written};
-use crate::names::{list, suggest};
 
 impl Binder<'_> {
     /// The index of a declared task that pulls towards a target.

@@ -8,7 +8,7 @@ use stdlib_tasks::dimension::Dimension;
 
 use super::motion::Numbers;
 use super::{Owner, Table};
-use crate::constants::Params;
+use crate::expr::constants::Params;
 use crate::expr::{Axes, Frame, Graph, Kind, Meaning, Now, Scope, Start, Typed};
 use crate::robot_binding::BoundRobot;
 

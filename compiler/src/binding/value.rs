@@ -9,11 +9,11 @@ use stdlib_tasks::params::{ParamInfo, Quantity};
 
 use super::scope::TaskScope;
 use super::{Binder, DEFAULTS, Number, Owner, present};
-use crate::codes;
-use crate::constants::{fits, one_unit, unit_of_divisor, with_units};
+use crate::diagnostics::codes;
+use crate::diagnostics::names::list;
+use crate::expr::constants::{fits, one_unit, unit_of_divisor, with_units};
 use crate::expr::{Frame, Kind, Lowering, Typed, frames};
 use crate::forms::unknown_key;
-use crate::names::list;
 use crate::units;
 
 impl Binder<'_> {

@@ -1,6 +1,17 @@
 //! Checks that look at the finished program: gains against the period, the start against the limits, freedom left.
 
-pub(crate) mod start;
+mod accelerations;
+mod braking;
+mod conflicting_targets;
+mod discontinuities;
+mod first_tick;
+mod ineffective;
+mod machine;
+mod reachability;
+mod safety_planners;
+mod scenario_start;
+pub(crate) mod size_limits;
+mod unknown_velocity;
 
 use std::collections::BTreeSet;
 
@@ -11,42 +22,58 @@ use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::{ANGLE, ANGULAR_VELOCITY, LENGTH, RATE, VELOCITY};
 use stdlib_tasks::task::BuildError;
 
+use crate::analysis::value_ranges::Ground;
 use crate::binding::Number;
-use crate::codes;
-use crate::lowering::Places;
-use crate::one_place;
-use crate::planners;
-use crate::pointless;
-use crate::ranges::Ground;
+use crate::diagnostics::codes;
+use crate::expand::Expanded;
+use crate::lowering::LoweredController;
+use crate::source_map::SourceMap;
 use crate::units::shown;
-use crate::{accelerations, bounds, braking};
-use crate::{jumps, reach, standing};
 
-/// Checks a program that has no errors so far.
-pub(crate) fn program(
+/// Checks what was lowered without errors.
+pub(crate) fn controller(
+    lowered: &LoweredController,
+    expanded: &Expanded,
+    sources: &Sources,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    let LoweredController { program: lowered, source_map, graph, table } = lowered;
+    let ground = Ground::new(graph, table, &lowered.robot.model);
+    program(&ground, lowered, source_map, sources, diagnostics);
+    if diagnostics.iter().all(|d| d.severity != dsl::Severity::Error) {
+        scenario_start::check(lowered, &source_map.scenario_starts, diagnostics);
+    }
+    if let Some(places) = &source_map.machine {
+        machine::checks(lowered, places, diagnostics);
+    }
+    ineffective::spec(expanded, lowered, diagnostics);
+}
+
+/// Checks the program alone.
+fn program(
     ground: &Ground,
     program: &Program,
-    places: &Places,
+    places: &SourceMap,
     sources: &Sources,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
     let before = diagnostics.len();
-    planners::check(program, places, diagnostics);
-    reach::limits(ground, program, places, diagnostics);
-    jumps::check(ground, program, places, diagnostics);
-    standing::check(program, places, diagnostics);
+    safety_planners::check(program, places, diagnostics);
+    reachability::limits(ground, program, places, diagnostics);
+    discontinuities::check(ground, program, places, diagnostics);
+    unknown_velocity::check(program, places, diagnostics);
     let values = &program.values.initial;
     wider(program, places, diagnostics);
     let mut reported: Vec<(usize, String)> = Vec::new();
     for (i, stack) in program.stacks.iter().enumerate() {
-        if let Some(refusal) = bounds::pairs(program, stack, places) {
+        if let Some(refusal) = size_limits::pairs(program, stack, places) {
             diagnostics.push(refusal);
             continue;
         }
         let built = build_tasks(program, stack);
         let members = stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, m)));
         let rows = built.iter().flat_map(|b| &b.task).map(|t| t.rows().len()).sum();
-        if let Some(refusal) = bounds::rows(rows, i, places) {
+        if let Some(refusal) = size_limits::rows(rows, i, places) {
             diagnostics.push(refusal);
             continue;
         }
@@ -78,33 +105,33 @@ pub(crate) fn program(
             }
         }
         if complete && diagnostics[before..].iter().all(|d| d.severity == dsl::Severity::Warning) {
-            start::start(program, i, places, diagnostics);
+            first_tick::start(program, i, places, diagnostics);
         }
     }
     let mut told = BTreeSet::new();
     if diagnostics[before..].iter().all(|d| d.severity == dsl::Severity::Warning) {
         accelerations::check(program, places, sources, diagnostics);
         braking::check(program, places, diagnostics);
-        one_place::check(program, places, diagnostics);
-        told = pointless::program(program, places, diagnostics);
+        conflicting_targets::check(program, places, diagnostics);
+        told = ineffective::program(program, places, diagnostics);
     }
-    reach::targets(ground, program, places, &told, diagnostics);
+    reachability::targets(ground, program, places, &told, diagnostics);
 }
 
-fn place(places: &Places, task: usize, param: &str) -> Span {
+fn place(places: &SourceMap, task: usize, param: &str) -> Span {
     let t = &places.tasks[task];
     t.spans.get(param).copied().unwrap_or(t.span)
 }
 
 /// Where a number of a task was written; the parameter, or the task's type, where it is a default.
-fn number(places: &Places, task: usize, param: &str, is: impl Fn(&Number) -> bool) -> Span {
+fn number(places: &SourceMap, task: usize, param: &str, is: impl Fn(&Number) -> bool) -> Span {
     let t = &places.tasks[task];
     let written = t.numbers.iter().find(|n| n.written && is(n));
     written.map_or_else(|| place(places, task, param), |n| n.span)
 }
 
 /// The parameter that sets a limit, where only one of them was written.
-fn limit(places: &Places, task: usize) -> Span {
+fn limit(places: &SourceMap, task: usize) -> Span {
     let t = &places.tasks[task];
     let written = ["d_min", "min", "max", "lower", "upper"].iter().filter_map(|p| t.spans.get(*p)).collect::<Vec<_>>();
     match written.as_slice() {
@@ -113,13 +140,13 @@ fn limit(places: &Places, task: usize) -> Span {
     }
 }
 
-fn overshoot(gain: f64, values: &[f64], period: f64, places: &Places, task: usize) -> Diagnostic {
+fn overshoot(gain: f64, values: &[f64], period: f64, places: &SourceMap, task: usize) -> Diagnostic {
     let at = number(places, task, "gain", |n| n.dimension == RATE && values.get(n.slot.at) == Some(&gain));
     codes::overshoot(at, gain, (period, places.rate), places.tasks[task].kind.nature)
 }
 
 /// Limits that a task sets beyond those of the robot: its rows then let through what the joint cannot do.
-fn wider(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+fn wider(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let dofs = &program.robot.model.dofs;
     for (i, task) in program.tasks.iter().enumerate() {
         let params: &[&str] = match task.kind.as_str() {
@@ -160,7 +187,7 @@ fn wider(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) 
     }
 }
 
-fn cannot_build(e: &BuildError, places: &Places, task: usize) -> Diagnostic {
+fn cannot_build(e: &BuildError, places: &SourceMap, task: usize) -> Diagnostic {
     let d = Diagnostic::error("HQ0503", place(places, task, &e.param), e.message.clone());
     match &e.help {
         Some(h) => d.help(h.clone()),
@@ -169,7 +196,12 @@ fn cannot_build(e: &BuildError, places: &Places, task: usize) -> Diagnostic {
 }
 
 /// Points at speed limits of the stack that do not count for a wall on this level, because they are soft or stand below.
-fn loose_speeds(mut d: Diagnostic, program: &Program, (stack, level): (usize, usize), places: &Places) -> Diagnostic {
+fn loose_speeds(
+    mut d: Diagnostic,
+    program: &Program,
+    (stack, level): (usize, usize),
+    places: &SourceMap,
+) -> Diagnostic {
     let levels = program.stacks[stack].levels.iter().zip(&places.stacks[stack].1);
     for (k, (l, span)) in levels.enumerate() {
         let limits = l.members.iter().any(|m| program.tasks[m.task].kind == "joint_velocity_limits");

@@ -7,10 +7,10 @@ use stdlib_tasks::dimension::{ANGLE, ANGULAR_VELOCITY, Dimension, LENGTH, MASS, 
 use super::fill::{Bindings, Bound, Frame};
 use super::module::missing;
 use super::{Expander, Given};
-use crate::constants::is_word;
+use crate::diagnostics::names::{list, suggest};
 use crate::expr::Kind;
+use crate::expr::constants::is_word;
 use crate::forms::{items_of, path_of, text_of};
-use crate::names::{list, suggest};
 use crate::units::assume;
 
 /// A type of parameter.

@@ -11,8 +11,8 @@ use dsl::{Diagnostic, SourceId, Span, Spanned};
 use super::fill::{Frame, parts};
 use super::module::{Target, declared, parameters};
 use super::{Class, Expander, MAX_DEPTH, Named};
+use crate::diagnostics::names::{list, suggest};
 use crate::forms::text_of;
-use crate::names::{list, suggest};
 use crate::paths::tidy;
 
 /// Keys of a human whose names are not those of values.

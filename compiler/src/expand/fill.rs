@@ -8,9 +8,9 @@ use dsl::tree::{Block, Comments, Entry, Number, TaskDefinition, Value, ValueKind
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 
 use super::{Class, Expander};
+use crate::diagnostics::names::suggest;
+use crate::diagnostics::refused::Refused;
 use crate::forms::{KEY_SEPARATOR, items_of, text_of, written};
-use crate::names::suggest;
-use crate::refused::Refused;
 use crate::units::as_written;
 
 /// What a parameter, or the name of a repetition, stands for.

@@ -31,16 +31,13 @@ use dsl::tree::{
 };
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Spelling};
 
-use crate::lowering::Input;
+use crate::input::{Input, Texts};
 use module::Module;
 
 pub use arguments::parameter_types;
 pub(crate) use arguments::{TYPES, quantity, type_of};
 pub(crate) use files::read_file;
 pub(crate) use fill::parts;
-
-/// Texts in the place of those of imported files, by canonical path: what an editor has open and has not saved.
-pub type Texts = BTreeMap<PathBuf, String>;
 
 /// Most nodes that copies may have together.
 pub(crate) const MAX_NODES: usize = 100_000;

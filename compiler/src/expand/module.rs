@@ -7,9 +7,9 @@ use dsl::tree::{Entry, Import, Item, ItemKind, MissionMember, MissionRepeat, Par
 use dsl::{Diagnostic, Span, Spanned};
 
 use super::{Class, Expander, TYPES};
-use crate::constants::is_word;
+use crate::diagnostics::names::{list, suggest};
+use crate::expr::constants::is_word;
 use crate::forms::text_of;
-use crate::names::{list, suggest};
 
 /// What a name means in a file.
 #[derive(Clone, Debug)]

@@ -6,7 +6,7 @@ use dsl::{Diagnostic, Span, Spanned};
 use super::arguments::{Arguments, Taker};
 use super::fill::Frame;
 use super::{Class, Expander};
-use crate::names::{list, suggest};
+use crate::diagnostics::names::{list, suggest};
 
 impl Expander<'_> {
     /// The levels of a stack, all of them written out. `None` where its base cannot be had.

@@ -8,8 +8,8 @@ use dsl::{Diagnostic, SourceId, Span, Spanned};
 use super::arguments::{Arguments, Taker};
 use super::fill::{Bindings, Bound, Frame, parts};
 use super::{Class, Expander, MAX_DEPTH};
+use crate::diagnostics::names::suggest;
 use crate::forms::text_of;
-use crate::names::suggest;
 use crate::units::as_written;
 
 /// A use of a task with parameters.

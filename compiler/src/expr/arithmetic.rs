@@ -9,7 +9,7 @@ use super::helps::{help_for_kinds, help_for_sum};
 use super::ops::{self, Mismatch};
 use super::scope::Failed;
 use super::{Axes, Kind, Lowering, Typed, frames};
-use crate::codes;
+use crate::diagnostics::codes;
 use crate::units;
 
 impl Lowering<'_> {

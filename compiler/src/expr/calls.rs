@@ -10,9 +10,9 @@ use super::present::PRESENT;
 use super::scope::{Failed, MEASURES};
 use super::trajectories::{self, TRAJECTORIES};
 use super::{Kind, Lowering, Typed, frames, ops};
-use crate::codes;
-use crate::constants::{bare_angle, merge_bare};
-use crate::names::suggest;
+use crate::diagnostics::codes;
+use crate::diagnostics::names::suggest;
+use crate::expr::constants::{bare_angle, merge_bare};
 
 impl Lowering<'_> {
     /// The value of a call.

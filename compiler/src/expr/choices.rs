@@ -12,8 +12,8 @@ use super::functions::CallError;
 use super::helps::help_for_sum;
 use super::scope::Failed;
 use super::{Axes, Graph, Kind, Lowering, Typed, ops};
-use crate::codes;
-use crate::constants::bare_angle;
+use crate::diagnostics::codes;
+use crate::expr::constants::bare_angle;
 
 impl Lowering<'_> {
     /// Bare numbers beside an angle are read as angles: says so.

@@ -4,7 +4,7 @@ use dsl::tree::{BinaryOp, Unit, Value, ValueKind};
 use stdlib_tasks::dimension::{ANGLE, NONE};
 
 use super::{FUNCTIONS, Kind, PRESENT, TRAJECTORIES, Typed};
-use crate::names::list;
+use crate::diagnostics::names::list;
 use crate::units;
 
 /// `one argument`, `2 to 16 arguments`.

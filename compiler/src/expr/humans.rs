@@ -6,9 +6,9 @@ use stdlib_tasks::dimension::LENGTH;
 
 use super::scope::{Failed, Meaning};
 use super::{Axes, Kind, Lowering, Typed};
-use crate::constants::Human;
+use crate::diagnostics::names::{list, suggest};
+use crate::expr::constants::Human;
 use crate::forms::{target, written};
-use crate::names::{list, suggest};
 
 /// What follows a point, `operator.chest.velocity`.
 const VELOCITY: &str = "velocity";

@@ -8,7 +8,7 @@ use stdlib_tasks::dimension::{Dimension, NONE};
 use super::helps::bracketed;
 use super::scope::{Failed, Scope};
 use super::{Axes, Graph, Kind, Typed, ops};
-use crate::codes;
+use crate::diagnostics::codes;
 use crate::units;
 
 /// Lowers values into a graph.

@@ -3,7 +3,10 @@
 mod arithmetic;
 mod calls;
 mod choices;
+pub(crate) mod constants;
+pub(crate) mod environment;
 mod facts;
+pub(crate) mod fitting;
 pub mod frames;
 mod functions;
 mod graph;

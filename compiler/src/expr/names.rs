@@ -9,8 +9,8 @@ use super::functions::FUNCTIONS;
 use super::present::Now;
 use super::scope::{Failed, Meaning};
 use super::{Axes, Kind, Lowering, Typed};
+use crate::diagnostics::names::suggest;
 use crate::forms::{target, written};
-use crate::names::suggest;
 use crate::units;
 
 impl Lowering<'_> {

@@ -6,7 +6,7 @@ use stdlib_tasks::dimension::{Dimension, LENGTH};
 
 use super::scope::Failed;
 use super::{Axes, Frame, Kind, Lowering, Typed, frames};
-use crate::constants::fits;
+use crate::expr::constants::fits;
 
 /// The functions that give what the robot does now.
 pub(crate) const PRESENT: &[&str] = &["frame", "point", "joint", "distance", "plane", "com", "field"];

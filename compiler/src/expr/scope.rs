@@ -6,7 +6,7 @@ use dsl::{Diagnostic, Span, Spanned};
 use super::present::Now;
 use super::trajectories::needs_from;
 use super::{Frame, Graph, Start, Typed};
-use crate::constants::Human;
+use crate::expr::constants::Human;
 
 /// Something that a name in an expression can mean.
 #[derive(Clone, Debug)]

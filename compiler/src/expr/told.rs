@@ -6,8 +6,8 @@ use stdlib_tasks::KINDS;
 
 use super::scope::{Failed, Meaning};
 use super::{Lowering, Typed};
+use crate::diagnostics::names::{list, suggest};
 use crate::forms::{target, written};
-use crate::names::{list, suggest};
 
 /// The name under which something that a task tells stands among the values. Nobody can write it.
 pub(crate) fn told(task: &str, output: &str) -> String {

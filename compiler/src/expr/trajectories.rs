@@ -7,9 +7,9 @@ use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, TIME};
 
 use super::scope::Failed;
 use super::{Axes, Frame, Kind, Lowering, Typed, frames, ops};
-use crate::codes;
-use crate::constants::{fits, wrong_dimension};
-use crate::names::{list, suggest};
+use crate::diagnostics::codes;
+use crate::diagnostics::names::{list, suggest};
+use crate::expr::constants::{fits, wrong_dimension};
 use crate::units;
 
 /// An argument that has a name.

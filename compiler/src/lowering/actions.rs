@@ -3,8 +3,8 @@
 use dsl::Diagnostic;
 use dsl::tree::Action;
 
-use crate::names::{list, suggest};
-use crate::refused::Refused;
+use crate::diagnostics::names::{list, suggest};
+use crate::diagnostics::refused::Refused;
 
 /// A verb.
 #[derive(Debug)]

@@ -7,8 +7,8 @@ use dsl::{Diagnostic, Span, Spanned, Spelling};
 
 use super::Lowerer;
 use super::in_place::names;
+use crate::diagnostics::names::{list, suggest};
 use crate::expand::{Class, Expanded, Named};
-use crate::names::{list, suggest};
 
 /// The declarations of a spec by kind.
 pub(super) struct Declared<'t> {

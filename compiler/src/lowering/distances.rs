@@ -7,7 +7,7 @@ use stdlib_tasks::dimension::{Dimension, LENGTH};
 use stdlib_tasks::field::{DistanceFunction, DistanceProgram, MAX_OPERATIONS, WrittenDistance};
 
 use super::Lowerer;
-use crate::constants::Constants;
+use crate::expr::constants::Constants;
 use crate::expr::{Axes, Kind, Symbol, Typed};
 use crate::forms::text_of;
 use crate::units::shown;

@@ -14,7 +14,7 @@ use super::predicates::{Graphs, measure, mixed, number, predicate};
 use super::shapes::Shape;
 use super::watch::Watch;
 use crate::binding::{Known, TaskScope};
-use crate::names::list;
+use crate::diagnostics::names::list;
 use crate::robot_binding::BoundRobot;
 
 /// What the expectations of a scenario speak of.

@@ -10,11 +10,11 @@ use stdlib_tasks::expression::Leaf;
 use stdlib_tasks::field::{DistanceProgram, FieldProgram, Over};
 
 use super::Lowerer;
-use crate::constants::{Constants, is_word};
+use crate::diagnostics::names::{list, suggest};
 use crate::expand::{Expanded, Named};
+use crate::expr::constants::{Constants, is_word};
 use crate::expr::{Axes, Frame, Kind, Meaning, Symbol, Typed, field_symbol, frames, symbol};
 use crate::forms::{check_keys, items_of, path_of, target, text_of};
-use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, unknown_geometry};
 use crate::sections::SAFETY_FIELD;
 use crate::units::shown;

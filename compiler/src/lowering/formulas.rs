@@ -8,7 +8,7 @@ use runtime::program::ExpectationProgram;
 use stdlib_tasks::dimension::TIME;
 
 use super::Lowerer;
-use crate::constants::Constants;
+use crate::expr::constants::Constants;
 
 /// The most parts that all expectations of a spec may have.
 const MAX_PARTS: usize = 3000;

@@ -4,8 +4,8 @@ use dsl::tree::Value;
 use dsl::{Diagnostic, Span, Spanned};
 
 use super::Lowerer;
-use crate::constants::{Params, fits};
 use crate::expand::{Given, quantity};
+use crate::expr::constants::{Params, fits};
 use crate::expr::{Frame, Graph, Lowering, Meaning, Now, Scope, Typed};
 
 /// The scope of what is given: what only a task knows is left to the task.

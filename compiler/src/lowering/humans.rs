@@ -10,10 +10,10 @@ use stdlib_tasks::dimension::{Dimension, LENGTH, RATE, TIME, VELOCITY};
 
 use super::Lowerer;
 use super::declared::twice;
-use crate::constants::{self, Constants, is_word};
+use crate::diagnostics::names::{list, suggest};
+use crate::expr::constants::{self, Constants, is_word};
 use crate::expr::{Axes, Frame, Kind, Typed, symbol};
 use crate::forms::{check_keys, items_of, text_of};
-use crate::names::{list, suggest};
 use crate::sections::HUMAN;
 use crate::units;
 

@@ -9,7 +9,7 @@ use dsl::Spanned;
 use dsl::tree::{Level, MemberTask, Task, TaskDefinition, Value, ValueKind};
 
 use super::declared::Declared;
-use crate::constants::is_word;
+use crate::expr::constants::is_word;
 use crate::forms::{target, written};
 
 /// Most names of what a task is about.

@@ -9,36 +9,11 @@ use runtime::program::{ActionProgram, MachineProgram, StateProgram};
 use super::Lowerer;
 use super::actions::{Verb, verb};
 use crate::binding::BoundTask;
+use crate::diagnostics::names::{list, suggest};
 use crate::forms::{check_keys, text_of};
-use crate::names::{list, suggest};
 use crate::robot_binding::BoundRobot;
 use crate::sections::{MACHINE, STATE};
-
-/// Where the parts of a machine were written, and what checks want to know of them.
-#[derive(Debug, Default)]
-pub(crate) struct MachinePlaces {
-    /// For each state its name.
-    pub states: Vec<Span>,
-    /// For each state the place that names its stack.
-    pub stacks: Vec<Option<Span>>,
-    /// For each state its transitions.
-    pub transitions: Vec<Vec<TransitionPlace>>,
-}
-
-/// Where a transition was written, and what is known of it.
-#[derive(Debug)]
-pub(crate) struct TransitionPlace {
-    /// Its trigger.
-    pub trigger: Span,
-    /// Its target.
-    pub target: Span,
-    /// Whether it, or what is around it, says how the command goes over.
-    pub blend: bool,
-    /// The value of a condition that never changes.
-    pub constant: Option<bool>,
-    /// Signals that are present when it is taken.
-    pub demands: Vec<usize>,
-}
+use crate::source_map::MachinePlaces;
 
 /// A state of the tree, flattened.
 pub(super) struct Flat<'m> {

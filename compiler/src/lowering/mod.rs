@@ -1,7 +1,6 @@
 //! From a tree to a program: declarations collected, names bound, stacks laid out.
 
 mod actions;
-mod compile;
 mod declared;
 mod distances;
 mod expectations;
@@ -32,10 +31,11 @@ mod watch;
 mod wording;
 mod world;
 
-use std::path::{Path, PathBuf};
+use std::collections::BTreeSet;
+use std::path::Path;
 
 use dsl::tree::{Stack, TaskDefinition};
-use dsl::{Diagnostic, SourceId, Span, Spelling};
+use dsl::{Diagnostic, SourceId, Span};
 use runtime::program::{
     FORMAT, Interface, MachineProgram, MissionProgram, Program, RobotProgram, RunProgram, StackProgram, TaskProgram,
 };
@@ -43,77 +43,69 @@ use runtime::program::{
 use stdlib_tasks::field::FieldProgram;
 
 use crate::binding::{Binder, BoundTask, Table};
-use crate::checks;
-use crate::constants::{Constants, Params};
 use crate::expand::Expanded;
 use crate::expr::Graph;
-use crate::ranges::Ground;
-use crate::report::Report;
+use crate::expr::constants::{Constants, Params};
+use crate::input::{CompilePart, Input, Texts};
 use crate::robot_binding::{self, BoundRobot, Files};
-use crate::starts;
+use crate::source_map::{MachinePlaces, SourceMap};
 pub use actions::{VERBS, Verb};
-use compile::{Part, compile_part};
-pub use compile::{compile, compile_among};
 use declared::Declared;
 use in_place::definitions;
-pub(crate) use machine::MachinePlaces;
 use machine::Surroundings;
-pub use params::{ParamValue, params};
+pub(crate) use missions::scenario::runs_mission;
+pub use params::ParamValue;
+pub(crate) use params::params;
 use run::{RunSettings, run_settings};
 pub use signals::signal_types;
 
-/// What to compile.
-#[derive(Clone, Debug)]
-pub struct Input<'a> {
-    /// How diagnostics call the text; usually the path as the user gave it.
-    pub name: &'a str,
-    /// The text.
-    pub text: &'a str,
-    /// Its spelling.
-    pub spelling: Spelling,
-    /// Folder that relative paths start from.
-    pub folder: &'a Path,
-    /// Parameters that are overridden, as `(name, value)` in the language.
-    pub set: &'a [(String, String)],
-    /// Where `package://` addresses are looked for, beside the usual places.
-    pub package_paths: &'a [PathBuf],
-}
-
-/// The outcome: a program, missions or both where there is no error, and everything there is to say.
-#[derive(Debug, Default)]
-pub struct Compiled {
-    /// The program of the robot; none where there is an error, or where the spec declares missions alone.
-    pub program: Option<Program>,
-    /// Missions, in the order declared; none where there is an error.
+/// A spec, lowered.
+pub(crate) struct Lowered {
+    /// The controller; none where there is an error, or where the spec declares missions alone.
+    pub controller: Option<LoweredController>,
+    /// Its missions.
     pub missions: Vec<MissionProgram>,
-    /// Errors and warnings.
-    pub report: Report,
+    /// Texts of the specs that working robots of missions run: what is said of them was said in their own spelling.
+    pub foreign: BTreeSet<SourceId>,
 }
 
-impl Compiled {
-    /// What there is of a spec that cannot be compiled: the reasons.
-    pub fn refused(report: Report) -> Compiled {
-        Compiled { report, ..Compiled::default() }
-    }
-
-    /// True where there is something that can be run or planned.
-    pub fn is_good(&self) -> bool {
-        self.program.is_some() || !self.missions.is_empty()
-    }
+/// A program, and what checks want to know of how it came to be.
+pub(crate) struct LoweredController {
+    /// The program.
+    pub program: Program,
+    /// Where its parts were written.
+    pub source_map: SourceMap,
+    /// The nodes of all expressions.
+    pub graph: Graph,
+    /// What the robot does, and what is captured, as they name it.
+    pub table: Table,
 }
 
-/// Where the parts of a program were written, for checks that look at the finished program.
-pub(crate) struct Places {
-    /// For each task of the program.
-    pub tasks: Vec<BoundTask>,
-    /// For each stack, its name; for each level of it, its name.
-    pub stacks: Vec<(Span, Vec<Span>)>,
-    /// The machine.
-    pub machine: Option<MachinePlaces>,
-    /// The robot's rate and home.
-    pub rate: Span,
-    /// See `rate`.
-    pub home: Span,
+/// What lowering is given beside the spec.
+pub(crate) struct Context<'a> {
+    /// What is compiled.
+    pub input: &'a Input<'a>,
+    /// Texts in the place of those of files.
+    pub texts: &'a Texts,
+    /// Its text.
+    pub source: SourceId,
+    /// The driver, for the specs that working robots run.
+    pub compile: CompilePart,
+}
+
+/// Lowers a spec; `empty` says that nothing could be read of it.
+pub(crate) fn lower(
+    context: &Context,
+    expanded: &Expanded,
+    empty: bool,
+    sources: &mut dsl::Sources,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Lowered {
+    let mut lowerer = Lowerer::new(context, sources, diagnostics);
+    let lowered = lowerer.spec(expanded, empty);
+    let Lowerer { graph, table, planned: missions, controllers, .. } = lowerer;
+    let controller = lowered.map(|(program, source_map)| LoweredController { program, source_map, graph, table });
+    Lowered { controller, missions, foreign: controllers.foreign }
 }
 
 struct Lowerer<'a> {
@@ -143,19 +135,14 @@ struct Lowerer<'a> {
     /// Parts of expectations so far.
     expected: usize,
     /// Tasks that could not be expanded.
-    failed: std::collections::BTreeSet<String>,
+    failed: BTreeSet<String>,
 }
 
 impl<'a> Lowerer<'a> {
-    fn new(
-        input: &'a Input<'a>,
-        source: SourceId,
-        sources: &'a mut dsl::Sources,
-        diagnostics: &'a mut Vec<Diagnostic>,
-    ) -> Self {
+    fn new(context: &'a Context<'a>, sources: &'a mut dsl::Sources, diagnostics: &'a mut Vec<Diagnostic>) -> Self {
         Lowerer {
-            input,
-            source,
+            input: context.input,
+            source: context.source,
             sources,
             diagnostics,
             graph: Graph::default(),
@@ -168,9 +155,9 @@ impl<'a> Lowerer<'a> {
             meant: Vec::new(),
             starts: Vec::new(),
             planned: Vec::new(),
-            controllers: Default::default(),
+            controllers: missions::controllers::Controllers::new(context),
             expected: 0,
-            failed: std::collections::BTreeSet::new(),
+            failed: BTreeSet::new(),
         }
     }
 
@@ -201,7 +188,7 @@ impl<'a> Lowerer<'a> {
     }
 
     /// The program of a spec; `empty` says that nothing could be read of it.
-    fn spec(&mut self, expanded: &Expanded, empty: bool) -> Option<Program> {
+    fn spec(&mut self, expanded: &Expanded, empty: bool) -> Option<(Program, SourceMap)> {
         let declared = self.collect(expanded);
         // What other files should have brought would be missed everywhere.
         if !expanded.usable {
@@ -269,18 +256,12 @@ impl<'a> Lowerer<'a> {
         }
         self.never_set(expanded);
         let robot = robot?;
-        let (mut program, places) = self.program(&robot, &definitions, bound, (&declared, stacks), (run?, machine))?;
+        let (mut program, mut source_map) =
+            self.program(&robot, &definitions, bound, (&declared, stacks), (run?, machine))?;
         program.scenarios = self.scenarios(expanded, &program, &robot);
+        source_map.scenario_starts = std::mem::take(&mut self.starts);
         self.unused(&declared, expanded, complete);
-        let ground = Ground::new(&self.graph, &self.table, &program.robot.model);
-        checks::program(&ground, &program, &places, self.sources, self.diagnostics);
-        if self.errors() == 0 {
-            starts::check(&program, &self.starts, self.diagnostics);
-        }
-        if let Some(places) = &places.machine {
-            crate::machine::checks(&program, places, self.diagnostics);
-        }
-        Some(program)
+        Some((program, source_map))
     }
 
     /// Stacks, and what is run.
@@ -314,7 +295,7 @@ impl<'a> Lowerer<'a> {
         bound: Vec<Option<BoundTask>>,
         (declared, stacks): (&Declared, Vec<StackProgram>),
         (run, machine): ((RunProgram, String), Option<(MachineProgram, MachinePlaces)>),
-    ) -> Option<(Program, Places)> {
+    ) -> Option<(Program, SourceMap)> {
         let (machine, machine_places) = machine.unzip();
         let level_names = |s: &&Stack| (s.name.span, s.levels.iter().map(|l| l.name.span).collect());
         let places = declared.stacks.iter().map(level_names).collect();
@@ -353,12 +334,13 @@ impl<'a> Lowerer<'a> {
         };
         Some((
             program,
-            Places {
+            SourceMap {
                 tasks: bound,
                 stacks: places,
                 machine: machine_places,
                 rate: robot.rate_span,
                 home: robot.home_span,
+                scenario_starts: Vec::new(),
             },
         ))
     }

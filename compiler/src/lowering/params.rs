@@ -1,13 +1,13 @@
 //! Values with a name: params, lets, signals, humans and safety fields in the order written; and what each param of a spec is worth.
 
-use dsl::Sources;
 use dsl::tree::Let;
+use dsl::{Diagnostic, Sources};
 
 use super::declared::Declared;
-use super::{Input, Lowerer};
-use crate::constants::Constants;
-use crate::expand::{Expanded, Named, Texts, expand};
+use super::{Context, Lowerer};
+use crate::expand::{Expanded, Named};
 use crate::expr::Kind;
+use crate::expr::constants::Constants;
 use crate::units;
 use stdlib_tasks::dimension::NONE;
 
@@ -56,16 +56,16 @@ impl Lowerer<'_> {
     }
 }
 
-/// What the params of a spec are worth, in the order written; without those that are wrong, of which [`super::compile`]
-/// tells. Where a value that was given instead of a param's own has no unit, the unit is that of its own.
-pub fn params(input: &Input) -> Vec<ParamValue> {
-    let (mut sources, texts) = (Sources::default(), Texts::new());
-    let source = sources.add(input.name, input.text);
-    let (spec, mut diagnostics) = dsl::parse(source, input.text, input.spelling);
-    let expanded = expand((input, &texts), source, spec, &mut sources, &mut diagnostics);
-    let mut lowerer = Lowerer::new(input, source, &mut sources, &mut diagnostics);
-    let declared = lowerer.collect(&expanded);
-    lowerer.named_values(&expanded, &declared);
+/// What the params of an expanded spec are worth, in the order written; without those that are wrong.
+pub(crate) fn params(
+    context: &Context,
+    expanded: &Expanded,
+    sources: &mut Sources,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Vec<ParamValue> {
+    let mut lowerer = Lowerer::new(context, sources, diagnostics);
+    let declared = lowerer.collect(expanded);
+    lowerer.named_values(expanded, &declared);
     let mut all = Vec::new();
     for p in &declared.params {
         let Some(symbol) = lowerer.params.symbols.get(&p.name.value) else { continue };

@@ -8,9 +8,9 @@ use stdlib_tasks::dimension::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, Dim
 
 use super::Lowerer;
 use super::declared::Declared;
-use crate::constants::Constants;
+use crate::diagnostics::names::{list, suggest};
+use crate::expr::constants::Constants;
 use crate::forms::{block_of, check_keys, text_of};
-use crate::names::{list, suggest};
 use crate::robot_binding::BoundRobot;
 use crate::sections::{RUN, SIMULATOR};
 use crate::units;

@@ -7,7 +7,7 @@ use runtime::program::Conditioning;
 use stdlib_tasks::dimension::{FORCE, MOMENT, RATE};
 
 use super::Lowerer;
-use crate::constants::Constants;
+use crate::expr::constants::Constants;
 use crate::forms::{block_of, check_keys, text_of};
 use crate::robot_binding::{BoundRobot, unknown_link};
 use crate::sections::WRENCH;

@@ -7,11 +7,11 @@ use stdlib_tasks::dimension::{Dimension, FORCE, MOMENT, NONE, TIME};
 
 use super::Lowerer;
 use super::sensors::Carried;
-use crate::constants::{Constants, is_word};
+use crate::diagnostics::names::{list, suggest};
 use crate::expand::{TYPES, quantity};
+use crate::expr::constants::{Constants, is_word};
 use crate::expr::{Axes, Frame, Kind, Typed};
 use crate::forms::check_keys;
-use crate::names::{list, suggest};
 use crate::sections::SIGNAL;
 
 /// Types of signals beside the quantities that parameters can have.

@@ -12,9 +12,9 @@ use super::Lowerer;
 use super::declared::twice;
 use super::in_place::in_place;
 use crate::binding::{Binder, BoundTask};
-use crate::constants::Constants;
+use crate::diagnostics::names::{list, suggest};
+use crate::expr::constants::Constants;
 use crate::forms::{check_keys, items_of, text_of, unknown_key};
-use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints};
 use crate::sections::{LEVEL, STACK};
 

@@ -3,7 +3,7 @@
 use dsl::{Diagnostic, Span};
 use runtime::program::MachineProgram;
 
-use crate::names::{list, suggest};
+use crate::diagnostics::names::{list, suggest};
 
 /// The index of a state by its path, or by the end of it where that is said of one state only.
 ///

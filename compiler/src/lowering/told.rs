@@ -4,8 +4,8 @@ use dsl::tree::Task;
 use runtime::program::Op;
 
 use super::Lowerer;
-use crate::constants::is_word;
 use crate::expand::type_of;
+use crate::expr::constants::is_word;
 use crate::expr::{Axes, Kind, Symbol, Typed, told};
 
 impl Lowerer<'_> {

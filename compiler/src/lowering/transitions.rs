@@ -7,14 +7,15 @@ use stdlib_tasks::dimension::TIME;
 use stdlib_tasks::task::Nature;
 
 use super::Lowerer;
-use super::machine::{Flat, Surroundings, TransitionPlace};
+use super::machine::{Flat, Surroundings};
 use super::triggers::{self, Known};
 use crate::binding::Condition;
 use crate::binding::motion::MeasuredState;
-use crate::constants::Constants;
+use crate::diagnostics::names::{list, suggest};
+use crate::expr::constants::Constants;
 use crate::forms::{check_keys, text_of};
-use crate::names::{list, suggest};
 use crate::sections::TRANSITION;
+use crate::source_map::TransitionPlace;
 
 impl Lowerer<'_> {
     /// The transitions of a state, and where they were written.

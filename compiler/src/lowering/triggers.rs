@@ -7,10 +7,10 @@ use runtime::program::FaultPattern;
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE};
 use stdlib_tasks::task::Measure;
 
+use crate::diagnostics::names::{list, suggest};
+use crate::diagnostics::refused::{Refused, refuse};
 use crate::expr::{Kind, Typed};
 use crate::forms::{path_of, text_of};
-use crate::names::{list, suggest};
-use crate::refused::{Refused, refuse};
 
 /// The names that a pattern may hold.
 pub(super) struct Known<'k> {

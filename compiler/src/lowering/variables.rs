@@ -10,11 +10,11 @@ use stdlib_tasks::dimension::Dimension;
 use super::Lowerer;
 use super::machine::Surroundings;
 use super::signals::{Carries, carries, signal_types};
-use crate::constants::is_word;
+use crate::diagnostics::names::{list, suggest};
 use crate::expand::{Expanded, Named};
 use crate::expr::Kind;
+use crate::expr::constants::is_word;
 use crate::forms::{target, text_of};
-use crate::names::{list, suggest};
 
 /// What is known of the variables, by name.
 #[derive(Debug, Default)]

@@ -6,7 +6,7 @@ use runtime::program::{HumanProgram, HumanScript, Program, Track};
 use stdlib_tasks::dimension::LENGTH;
 
 use super::Lowerer;
-use crate::constants::Constants;
+use crate::expr::constants::Constants;
 use crate::forms::{block_of, check_keys, text_of};
 use crate::recording;
 use crate::sections::{HUMAN_POINT, HUMAN_SCRIPT};

@@ -16,9 +16,9 @@ use super::shapes::Shape;
 use super::states::state;
 use crate::binding::TaskScope;
 use crate::binding::motion;
+use crate::diagnostics::names::{list, suggest};
+use crate::diagnostics::refused::{Refused, refuse};
 use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Start, Symbol, Typed};
-use crate::names::{list, suggest};
-use crate::refused::{Refused, refuse};
 
 /// The scope of an expectation.
 pub(super) struct Watch<'s> {

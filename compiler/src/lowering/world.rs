@@ -10,11 +10,11 @@ use runtime::program::{
 use stdlib_tasks::dimension::{Dimension, FORCE, LENGTH, MOMENT, NONE, TIME};
 
 use super::Lowerer;
-use crate::constants::Constants;
+use crate::diagnostics::names::{list, suggest};
 use crate::expand::quantity;
 use crate::expr::Kind;
+use crate::expr::constants::Constants;
 use crate::forms::{block_of, check_keys, items_of, text_of};
-use crate::names::{list, suggest};
 use crate::robot_binding::{BoundRobot, joints, unknown_link};
 use crate::sections::{LATE, LOST, OUTCOME, PUSH, SIGNAL_SCRIPT, Section, WAYPOINT};
 
@@ -66,7 +66,7 @@ impl Lowerer<'_> {
 
     /// Times, one or a list of them.
     pub(super) fn times(&mut self, value: &Value) -> Vec<f64> {
-        let items = crate::constants::with_units(value).unwrap_or_else(|| vec![value.clone()]);
+        let items = crate::expr::constants::with_units(value).unwrap_or_else(|| vec![value.clone()]);
         items.iter().filter_map(|v| self.scenario_number(v, TIME)).collect()
     }
 
@@ -148,7 +148,7 @@ impl Lowerer<'_> {
             self.push(d.here(is).help(format!("write {needed}")));
             return None;
         }
-        if let Some(d) = crate::constants::fits(&self.graph, &typed, dimension, what) {
+        if let Some(d) = crate::expr::constants::fits(&self.graph, &typed, dimension, what) {
             let wrong = d.severity == dsl::Severity::Error;
             self.push(d);
             if wrong {

@@ -10,8 +10,8 @@ use stdlib_tasks::dimension::{ANGLE, LENGTH};
 
 use super::lookup::joints;
 use super::{Binder, JointGroups};
-use crate::constants::{Constants, joint_dimension};
-use crate::names::list;
+use crate::diagnostics::names::list;
+use crate::expr::constants::{Constants, joint_dimension};
 use crate::units;
 
 /// What one entry of `home` says of joints, by name.

@@ -9,7 +9,7 @@ use stdlib_tasks::dimension::RATE;
 
 use super::lookup::{is_pattern, joints};
 use super::{Binder, JointGroups};
-use crate::constants::joint_dimension;
+use crate::expr::constants::joint_dimension;
 use crate::forms::{block_of, check_keys, items_of};
 use crate::sections::LIMIT;
 use crate::units;

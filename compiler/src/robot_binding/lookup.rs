@@ -8,8 +8,8 @@ use robot::{Drive, Model};
 use stdlib_tasks::bound::{Arm, Geometry};
 
 use super::JointGroups;
+use crate::diagnostics::names::{list, suggest};
 use crate::forms::text_of;
-use crate::names::{list, suggest};
 
 /// `*` stands for any run of characters, `?` for one.
 pub fn glob(pattern: &str, name: &str) -> bool {

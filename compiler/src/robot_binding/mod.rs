@@ -16,9 +16,9 @@ use runtime::program::overshoots;
 use stdlib_tasks::bound::{Arm, Geometry};
 use stdlib_tasks::dimension::{RATE, TIME};
 
-use crate::constants::Constants;
+use crate::diagnostics::names::suggest;
+use crate::expr::constants::Constants;
 use crate::forms::{block_of, check_keys, text_of};
-use crate::names::suggest;
 use crate::sections::{BASES, ROBOT};
 
 use home::Home;

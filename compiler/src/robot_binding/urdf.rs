@@ -10,7 +10,7 @@ use robot::{Base, Model};
 use super::home::Home;
 use super::lookup::joints;
 use super::{Files, JointGroups};
-use crate::constants::{Constants, joint_dimension};
+use crate::expr::constants::{Constants, joint_dimension};
 use crate::forms::{items_of, text_of};
 use crate::paths::instead_of;
 use crate::units;

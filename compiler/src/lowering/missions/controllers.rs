@@ -11,22 +11,37 @@ use dsl::{Diagnostic, SourceId, Span, Spelling};
 use runtime::Program;
 use runtime::program::{MAX_RUNNING, Subject};
 
-use super::super::{Input, Lowerer, Part, compile_part};
-use crate::expand::{Texts, read_file};
+use super::super::{Context, Lowerer};
+use crate::diagnostics::report::Report;
+use crate::expand::read_file;
+use crate::input::{CompilePart, Input, Part, Texts};
 use crate::paths::{instead_of, tidy};
-use crate::report::Report;
 
 /// The specs that were compiled for working robots.
-#[derive(Default)]
 pub(in crate::lowering) struct Controllers<'a> {
+    /// The driver.
+    compile: CompilePart,
     /// Texts that stand for those of files.
-    pub texts: Option<&'a Texts>,
+    texts: &'a Texts,
     /// By the place of the file; none where something is wrong with one, which was reported.
     known: BTreeMap<PathBuf, Option<Program>>,
     /// There were too many, which was reported.
     full: bool,
     /// Their texts: what is said of them was said in their own spelling.
     pub foreign: BTreeSet<SourceId>,
+}
+
+impl<'a> Controllers<'a> {
+    /// None so far.
+    pub fn new(context: &Context<'a>) -> Self {
+        Controllers {
+            compile: context.compile,
+            texts: context.texts,
+            known: BTreeMap::new(),
+            full: false,
+            foreign: BTreeSet::new(),
+        }
+    }
 }
 
 impl Lowerer<'_> {
@@ -66,7 +81,7 @@ impl Lowerer<'_> {
             }
             return None;
         }
-        let instead = self.controllers.texts.and_then(|texts| texts.get(&canonical));
+        let instead = self.controllers.texts.get(&canonical);
         let bytes = match instead.map_or_else(|| read_file(&on_disk), |text| Ok(text.clone().into_bytes())) {
             Ok(bytes) => bytes,
             Err(e) => {
@@ -98,8 +113,7 @@ impl Lowerer<'_> {
             set: &[],
             package_paths: self.input.package_paths,
         };
-        let none = Texts::new();
-        let compiled = compile_part(&input, self.controllers.texts.unwrap_or(&none), Part::Controller);
+        let compiled = (self.controllers.compile)(&input, self.controllers.texts, Part::Controller);
         self.adopt(compiled.report, folder, at);
         let program = compiled.program?;
         if program.run.subject != Subject::Machine {

@@ -13,8 +13,8 @@ use stdlib_tasks::params::Quantity;
 use super::super::Lowerer;
 use super::executed::Executed;
 use super::reading::Keys;
+use crate::diagnostics::names::{list, suggest};
 use crate::forms::{block_of, check_keys, items_of, text_of};
-use crate::names::{list, suggest};
 use crate::sections::{APPROACHES, DISTANCES, HAPPENING, REPLY, WAITS};
 
 /// What can happen, each with the keys that say more of it.

@@ -9,7 +9,7 @@ use runtime::program::Occurrence;
 use super::super::Lowerer;
 use super::executed::Executed;
 use super::reading::Keys;
-use crate::names::list;
+use crate::diagnostics::names::list;
 
 /// What can happen.
 const EVENTS: [&str; 5] = ["late", "failed", "lost", "back", "done"];

@@ -13,7 +13,7 @@ use super::super::declared::twice;
 use super::places::OfLayers as Places;
 use super::reading::Keys;
 use super::spots::Spots;
-use crate::constants::with_units;
+use crate::expr::constants::with_units;
 use crate::forms::{check_keys, items_of, text_of};
 use crate::sections::{LAYER, LAYERS, LAYERS_TASK, LAYERS_WEIGHTS};
 

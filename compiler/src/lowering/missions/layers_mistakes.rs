@@ -8,8 +8,8 @@ use mission::layers::reason::Reason;
 
 use super::super::Lowerer;
 use super::places::OfLayers as Places;
+use crate::diagnostics::names::suggest;
 use crate::forms::{items_of, text_of};
-use crate::names::suggest;
 
 /// So many other tasks of a mistake are underlined.
 const MOST_LABELS: usize = 4;

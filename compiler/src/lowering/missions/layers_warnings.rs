@@ -9,8 +9,8 @@ use mission::layers::problem::{Body, Problem};
 
 use super::super::Lowerer;
 use super::places::OfLayers as Places;
+use crate::diagnostics::names::suggest;
 use crate::forms::{items_of, text_of};
-use crate::names::suggest;
 
 impl Lowerer<'_> {
     /// Tells of a cost that is always zero, and of what agents are kept from although nothing is of that kind.

@@ -28,8 +28,8 @@ use dsl::{Diagnostic, Spelling};
 use runtime::program::{MissionKind, MissionProgram};
 
 use super::Lowerer;
+use crate::diagnostics::names::{list, suggest};
 use crate::expand::Expanded;
-use crate::names::{list, suggest};
 use crate::sections::{MISSION, Place, Section};
 
 impl Lowerer<'_> {

@@ -9,9 +9,9 @@ use stdlib_tasks::params::{Presence, Quantity};
 use mission::schedule::problem::{Duration, Range};
 
 use super::super::Lowerer;
-use crate::constants::{Constants, with_units};
 use crate::expr::FUNCTIONS;
-use crate::fitting::one_unit;
+use crate::expr::constants::{Constants, with_units};
+use crate::expr::fitting::one_unit;
 use crate::forms::misspelt;
 use crate::sections::{Holds, Key, Section};
 use crate::units;

@@ -12,8 +12,8 @@ use runtime::program::{
 use super::super::Lowerer;
 use super::super::states::state;
 use super::reading::Keys;
+use crate::diagnostics::names::{list, suggest};
 use crate::forms::{block_of, check_keys, path_of, text_of};
-use crate::names::{list, suggest};
 use crate::sections::RUNS;
 
 /// The machines of working robots, by agent: what expectations may name states of.

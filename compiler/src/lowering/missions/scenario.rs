@@ -13,13 +13,13 @@ use super::super::scenario::whole_seed;
 use super::executed::Executed;
 use super::reading::Keys;
 use super::runs::Machines;
+use crate::diagnostics::names::{list, suggest};
 use crate::expand::Expanded;
 use crate::forms::{text_of, unknown_key};
-use crate::names::{list, suggest};
 use crate::sections::{Holds, OF_ALL_SCENARIOS, OF_MISSIONS, SCENARIO};
 
 /// True for a scenario that runs a mission.
-pub(in crate::lowering) fn runs_mission(s: &Scenario) -> bool {
+pub(crate) fn runs_mission(s: &Scenario) -> bool {
     s.body.get("mission").is_some()
 }
 

@@ -15,8 +15,8 @@ use super::super::Lowerer;
 use super::super::declared::twice;
 use super::places::OfSchedule as Places;
 use super::reading::Keys;
+use crate::diagnostics::names::list;
 use crate::forms::{block_of, check_keys};
-use crate::names::list;
 use crate::sections::{ADAPTATION, SCHEDULE, SCHEDULE_WEIGHTS, Section};
 
 /// So many ways that are missing from a table are named.

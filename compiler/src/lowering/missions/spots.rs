@@ -8,9 +8,9 @@ use stdlib_tasks::dimension::LENGTH;
 
 use super::super::Lowerer;
 use super::reading::Keys;
-use crate::constants::Constants;
+use crate::diagnostics::names::{list, suggest};
+use crate::expr::constants::Constants;
 use crate::forms::check_keys;
-use crate::names::{list, suggest};
 use crate::sections::LAYERS_PLACE;
 
 /// Positions (m) by the names of their places.

@@ -9,10 +9,10 @@ use super::super::predicates::measure;
 use super::super::states::state;
 use super::executed::Executed;
 use super::runs::Machines;
-use crate::constants::Params;
+use crate::diagnostics::names::{list, suggest};
+use crate::expr::constants::Params;
 use crate::expr::{Axes, Frame, Graph, Kind, Meaning, Now, Scope, Start, Symbol, Typed};
 use crate::forms::{path_of, text_of, written};
-use crate::names::{list, suggest};
 use crate::quantities::{Form, MissionQuantity, Whose, find, instead};
 
 /// The scope of an expectation of a mission.

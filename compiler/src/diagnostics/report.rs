@@ -6,7 +6,7 @@ use dsl::{Diagnostic, Label, Severity, Sources, Span};
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, Report as Miette};
 use serde_json::{Value as Json, json};
 
-use crate::window::Window;
+use crate::diagnostics::window::Window;
 /// Most uses that are shown with a diagnostic.
 const USES: usize = 4;
 

@@ -4,11 +4,16 @@ use std::collections::BTreeSet;
 
 use dsl::{Diagnostic, Severity, Sources, Span};
 
-use crate::lowering::{Input, compile};
+use crate::input::{Compiled, Input};
 
 /// Moves errors that the spec does not have by itself to the value given with `--set` that they name, where there is
 /// just one. The text under the error becomes a label. True where one was moved.
-pub(crate) fn blame(input: &Input, diagnostics: &mut [Diagnostic], sources: &Sources) -> bool {
+pub(crate) fn blame(
+    compile: fn(&Input) -> Compiled,
+    input: &Input,
+    diagnostics: &mut [Diagnostic],
+    sources: &Sources,
+) -> bool {
     let is_error = |d: &Diagnostic| d.severity == Severity::Error;
     if input.set.is_empty() || !diagnostics.iter().any(is_error) {
         return false;

@@ -1,5 +1,5 @@
 //! Targets and limits that lie outside of all that a value can be: a cosine of 2, a place farther away than the links are
-//! long. Only what is proven is said, see [`crate::ranges`].
+//! long. Only what is proven is said, see [`crate::analysis::value_ranges`].
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,9 +8,9 @@ use runtime::program::{Op, Program};
 use stdlib_tasks::dimension::{Dimension, LENGTH};
 use stdlib_tasks::expression::Leaf;
 
+use crate::analysis::value_ranges::{Ground, Ranges};
 use crate::expr::{Graph, Interval, Kind, Typed};
-use crate::lowering::Places;
-use crate::ranges::{Ground, Ranges};
+use crate::source_map::SourceMap;
 use crate::units::{shown, shown_range};
 
 /// What rounding, or a decimal that was left out, can move.
@@ -25,7 +25,7 @@ pub(crate) fn in_stacks(program: &Program) -> BTreeSet<usize> {
 }
 
 /// Reports limits of `keep` that no position of the joints meets.
-pub(crate) fn limits(ground: &Ground, program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+pub(crate) fn limits(ground: &Ground, program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     for task in in_stacks(program).into_iter().filter_map(|i| places.tasks.get(i)) {
         let Some(value) = task.operands.get("value") else { continue };
         for (param, side) in task.operands.iter().filter(|(p, _)| ["min", "max"].contains(p)) {
@@ -40,7 +40,7 @@ pub(crate) fn limits(ground: &Ground, program: &Program, places: &Places, diagno
 pub(crate) fn targets(
     ground: &Ground,
     program: &Program,
-    places: &Places,
+    places: &SourceMap,
     told: &BTreeSet<usize>,
     diagnostics: &mut Vec<Diagnostic>,
 ) {

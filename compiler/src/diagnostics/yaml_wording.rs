@@ -1,6 +1,6 @@
 //! Helps are written for `*.hq` files; in a YAML spec they show the YAML spelling.
 
-use crate::snippets;
+use crate::diagnostics::snippets;
 
 /// What a help shows in a `*.hq` file, and the same in YAML, where the general rule does not lead there.
 static PAIRS: &[(&str, &str)] = &[

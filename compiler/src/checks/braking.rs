@@ -19,7 +19,7 @@ use runtime::{Built, build_tasks};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::{ACCELERATION, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, Dimension, VELOCITY};
 
-use crate::lowering::Places;
+use crate::source_map::SourceMap;
 use crate::units::shown;
 
 /// A barrier of a joint: its task, the joint, its gain in 1/s and the width of its range.
@@ -123,7 +123,7 @@ impl Weak {
 }
 
 /// Warns of joints that hard levels let run faster towards their limits, or towards a wall, than they let them brake.
-pub(crate) fn check(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let mut told = BTreeSet::new();
     for stack in &program.stacks {
         let built = build_tasks(program, stack);
@@ -192,13 +192,13 @@ fn before_walls(hard: &Hard, limits: &[(usize, f64)]) -> Vec<(usize, f64, Weak)>
 }
 
 /// The place of a limit of accelerations.
-fn place(places: &Places, task: usize) -> dsl::Span {
+fn place(places: &SourceMap, task: usize) -> dsl::Span {
     places.tasks[task].spans.get("max").copied().unwrap_or(places.tasks[task].span)
 }
 
 fn of_positions(
     program: &Program,
-    places: &Places,
+    places: &SourceMap,
     (brakes, barrier): (usize, usize),
     weak: &Weak,
     others: usize,
@@ -219,7 +219,13 @@ fn of_positions(
         ))
 }
 
-fn of_wall(program: &Program, places: &Places, (brakes, wall): (usize, usize), weak: &Weak, gain: f64) -> Diagnostic {
+fn of_wall(
+    program: &Program,
+    places: &SourceMap,
+    (brakes, wall): (usize, usize),
+    weak: &Weak,
+    gain: f64,
+) -> Diagnostic {
     let (speed, acceleration) = weak.quantities(program);
     let name = &program.robot.model.dofs[weak.dof].name;
     let title = format!("the joints cannot brake before `{}`", program.tasks[wall].name);

@@ -7,10 +7,10 @@ use runtime::program::{Program, TaskProgram, Velocity};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::task::Reckons;
 
-use crate::lowering::Places;
+use crate::source_map::SourceMap;
 
 /// Warns of people with `velocity none` that limits and planners reckon with, each of them once.
-pub(crate) fn check(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     for human in &program.interface.humans {
         let signals = || human.points.iter().filter_map(|&s| program.interface.signals.get(s));
         if !signals().any(|s| s.motion.is_some_and(|m| m.velocity == Velocity::None)) {

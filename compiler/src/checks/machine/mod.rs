@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use dsl::Diagnostic;
 use runtime::program::{FaultPattern, MachineProgram, Program, Subject, TransitionProgram, Trigger};
 
-use crate::lowering::MachinePlaces;
+use crate::source_map::MachinePlaces;
 
 /// A machine of a program and where it was written.
 pub(crate) struct Checked<'c> {

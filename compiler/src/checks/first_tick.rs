@@ -14,11 +14,11 @@ use stdlib_tasks::task::{Nature, RowInfo};
 use super::{limit, number, place};
 use crate::binding::Number;
 use crate::entries;
-use crate::lowering::Places;
+use crate::source_map::SourceMap;
 use crate::units::shown;
 
 /// Evaluates a stack at the home configuration, and lets it run for a tick.
-pub(super) fn start(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+pub(super) fn start(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return };
     // What signals will say is not known.
     if !evaluator.needs().is_empty() {
@@ -155,7 +155,7 @@ fn hard_levels(
     program: &Program,
     stack: usize,
     written: usize,
-    places: &Places,
+    places: &SourceMap,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> bool {
     let Ok(mut controller) = Controller::for_stack(program, stack) else { return false };
@@ -176,7 +176,7 @@ fn hard_levels(
 }
 
 /// Runs a stack for a tick at home and warns of levels that nothing is left for.
-fn freedom(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+fn freedom(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let Ok(mut controller) = Controller::for_stack(program, stack) else { return };
     controller.step(&Observation { time: 0.0, q: &program.robot.home });
     // A hard level that cannot be met here may be met where the stack is entered.
@@ -211,7 +211,7 @@ fn freedom(program: &Program, stack: usize, places: &Places, diagnostics: &mut V
 }
 
 /// Warns of limits whose reserve is larger than the margin at the start: they push the robot away from the first tick.
-fn reserves(evaluator: &Evaluator, program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+fn reserves(evaluator: &Evaluator, program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     for (i, m) in evaluator.members().iter().enumerate() {
         let kept = evaluator.reserve(i);
         let margins = &evaluator.margins()[m.margins.clone()];

@@ -9,9 +9,9 @@ use stdlib_tasks::bound::Bound;
 use stdlib_tasks::task::{Nature, Task};
 
 use super::{Checked, is_dead, is_fault};
-use crate::accelerations::AccelerationBounds;
-use crate::checks::start::millimetres;
-use crate::names::list;
+use crate::checks::accelerations::AccelerationBounds;
+use crate::checks::first_tick::millimetres;
+use crate::diagnostics::names::list;
 
 /// A reserve that is larger by less counts as no larger, in m.
 const SLIGHT: f64 = 1e-5;

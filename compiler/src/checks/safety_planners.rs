@@ -8,7 +8,7 @@ use stdlib_tasks::dimension::LENGTH;
 use stdlib_tasks::field::Chi;
 use stdlib_tasks::kinds::safety_planner::DeviationParams;
 
-use crate::lowering::Places;
+use crate::source_map::SourceMap;
 use crate::units::shown;
 
 /// The task that a planner protects; none for other tasks.
@@ -39,7 +39,7 @@ fn deviating(target: &BoundParams, deviate: &BoundParams, path: &str, out: &mut 
 }
 
 /// Checks the planners of all stacks.
-pub(crate) fn check(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let mut told: Vec<usize> = Vec::new();
     for (stack, (name, levels)) in program.stacks.iter().zip(&places.stacks) {
         let before = diagnostics.len();
@@ -87,12 +87,12 @@ pub(crate) fn check(program: &Program, places: &Places, diagnostics: &mut Vec<Di
     }
 }
 
-fn place(places: &Places, task: usize, param: &str) -> Span {
+fn place(places: &SourceMap, task: usize, param: &str) -> Span {
     places.tasks.get(task).map_or_else(Span::default, |t| t.spans.get(param).copied().unwrap_or(t.span))
 }
 
 /// Reports a threshold that does not move and lies beyond what the field's distance ends at.
-fn out_of_reach(program: &Program, guard: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+fn out_of_reach(program: &Program, guard: usize, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let params = &program.tasks[guard].params;
     let (Some(Bound::Field(field)), Some(Bound::Value(min))) = (params.get("field"), params.get("min")) else { return };
     let Some((f, name)) = program.fields.get(*field).and_then(|f| Some((f.field(&program.robot.model).ok()?, &f.name)))
@@ -118,7 +118,7 @@ fn target(
     program: &Program,
     stack: &StackProgram,
     (guard, task): (usize, usize),
-    places: &Places,
+    places: &SourceMap,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
     let t = &program.tasks[task];

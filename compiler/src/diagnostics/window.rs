@@ -5,7 +5,7 @@ use std::ops::Range;
 use dsl::SourceText;
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 
-use crate::report::colourless;
+use crate::diagnostics::report::colourless;
 
 /// Lines shown before and behind those with a mark, and one more so that the renderer sees them end.
 const AROUND: usize = 3;

@@ -13,8 +13,8 @@ use runtime::{Evaluator, Member, Rest, build_tasks};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::task::Nature;
 
-use crate::lowering::Places;
-use crate::names::list;
+use crate::diagnostics::names::list;
+use crate::source_map::SourceMap;
 
 /// Number of configurations beside home that are tried for the joints that a task moves: at one alone the robot may be singular.
 const CONFIGURATIONS: usize = 3;
@@ -185,7 +185,7 @@ fn keeps_distances(stack: &StackProgram, program: &Program) -> bool {
 }
 
 /// Warns of stacks that move joints whose accelerations they do not bound; once for stacks that share the level of limits.
-pub(crate) fn check(program: &Program, places: &Places, sources: &Sources, diagnostics: &mut Vec<Diagnostic>) {
+pub(crate) fn check(program: &Program, places: &SourceMap, sources: &Sources, diagnostics: &mut Vec<Diagnostic>) {
     let mut found: Vec<Unbounded> = Vec::new();
     for (i, stack) in program.stacks.iter().enumerate() {
         let bounds = AccelerationBounds::of(program, i);
@@ -213,7 +213,7 @@ struct Unbounded {
     others: usize,
 }
 
-fn warning(program: &Program, places: &Places, found: &Unbounded) -> Diagnostic {
+fn warning(program: &Program, places: &SourceMap, found: &Unbounded) -> Diagnostic {
     let (stack, model, bounds) = (&program.stacks[found.stack], &program.robot.model, &found.bounds);
     let more = match found.others {
         0 => String::new(),

@@ -14,7 +14,7 @@ use stdlib_tasks::expression::{Leaf, Op};
 use stdlib_tasks::task::Nature;
 
 use crate::expand::Expanded;
-use crate::lowering::Places;
+use crate::source_map::SourceMap;
 use crate::units::{shown, shown_range};
 
 /// Weights of one level may differ by as much; beyond, the lighter task is lost in the rounding of the heavier one.
@@ -86,13 +86,13 @@ fn twice(stack: &Stack, tasks: &BTreeMap<&str, &TaskDefinition>, diagnostics: &m
 }
 
 /// What only the finished program shows. Gives the tasks that nothing moves.
-pub(crate) fn program(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) -> BTreeSet<usize> {
+pub(crate) fn program(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) -> BTreeSet<usize> {
     targets(program, places, diagnostics);
     (0..program.stacks.len()).flat_map(|stack| unmoved(program, stack, places, diagnostics)).collect()
 }
 
 /// Constant targets of joints that lie beyond the joints' limits.
-fn targets(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+fn targets(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let moving = |at: usize| program.values.tape.outputs.iter().any(|o| o.at == at);
     for (task, bound) in program.tasks.iter().zip(&places.tasks) {
         let list: Vec<(usize, Slot)> = match (task.kind.as_str(), task.params.get("value"), task.params.get("target")) {
@@ -131,7 +131,7 @@ fn targets(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>
 
 /// Targets whose rows no degree of freedom enters: tried at home and at a few other configurations, since at one alone
 /// the robot may be singular.
-fn unmoved(program: &Program, stack: usize, places: &Places, diagnostics: &mut Vec<Diagnostic>) -> Vec<usize> {
+fn unmoved(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) -> Vec<usize> {
     let mut told = Vec::new();
     let model = &program.robot.model;
     if program.stacks[stack].locked.len() >= model.nv() {

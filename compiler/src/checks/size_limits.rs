@@ -5,7 +5,8 @@ use dsl::{Diagnostic, Span};
 use runtime::program::{Program, StackProgram};
 use stdlib_tasks::bound::Bound;
 
-use crate::lowering::Places;
+use crate::expand::Expanded;
+use crate::source_map::SourceMap;
 
 /// Most declarations of a spec.
 const MAX_DECLARATIONS: usize = 5_000;
@@ -49,7 +50,7 @@ fn past<T>(all: impl IntoIterator<Item = T>, parts: impl Fn(&T) -> usize, most: 
 }
 
 /// The diagnostic for machines with too many parts.
-pub(crate) fn machines<'m>(machines: impl IntoIterator<Item = &'m Machine>) -> Option<Diagnostic> {
+fn machines<'m>(machines: impl IntoIterator<Item = &'m Machine>) -> Option<Diagnostic> {
     // What stands in a machine, and then in its states, as they are written.
     let mut bodies: Vec<(Span, &StateBody)> = Vec::new();
     let mut open: Vec<(Span, &StateBody)> = machines.into_iter().map(|m| (m.name.span, &m.body)).collect();
@@ -66,7 +67,7 @@ pub(crate) fn machines<'m>(machines: impl IntoIterator<Item = &'m Machine>) -> O
 }
 
 /// The diagnostic for stacks with too many parts, once what stands for several is written out.
-pub(crate) fn stacks(stacks: &[Stack]) -> Option<Diagnostic> {
+fn stacks(stacks: &[Stack]) -> Option<Diagnostic> {
     if let Some(stack) = stacks.get(MAX_STACKS) {
         return Some(too_many(stack.name.span, "stacks", MAX_STACKS));
     }
@@ -78,8 +79,13 @@ pub(crate) fn stacks(stacks: &[Stack]) -> Option<Diagnostic> {
     Some(too_many(member.span, "tasks on its levels", MAX_MEMBERS))
 }
 
+/// The diagnostic for a spec with too many parts, once what stands for several is written out.
+pub(crate) fn expanded(expanded: &Expanded) -> Option<Diagnostic> {
+    stacks(&expanded.stacks).or_else(|| machines(&expanded.machines))
+}
+
 /// The diagnostic for a task of a stack that compares too many pairs: such a task is not even built.
-pub(crate) fn pairs(program: &Program, stack: &StackProgram, places: &Places) -> Option<Diagnostic> {
+pub(crate) fn pairs(program: &Program, stack: &StackProgram, places: &SourceMap) -> Option<Diagnostic> {
     let members = stack.levels.iter().flat_map(|l| &l.members);
     let large = members.map(|m| m.task).find(|&t| {
         let sides = ["between", "and"].map(|side| match program.tasks[t].params.get(side) {
@@ -97,7 +103,7 @@ pub(crate) fn pairs(program: &Program, stack: &StackProgram, places: &Places) ->
 }
 
 /// The diagnostic for stack `i` with too many rows.
-pub(crate) fn rows(rows: usize, i: usize, places: &Places) -> Option<Diagnostic> {
+pub(crate) fn rows(rows: usize, i: usize, places: &SourceMap) -> Option<Diagnostic> {
     let at = places.stacks.get(i)?.0;
     (rows > MAX_ROWS).then(|| {
         Diagnostic::error("HQ0623", at, format!("this stack has {rows} rows, and {MAX_ROWS} are the most"))

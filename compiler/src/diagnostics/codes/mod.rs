@@ -67,7 +67,7 @@ pub fn unit_error(error: &UnitError, span: Span) -> Diagnostic {
     match error {
         UnitError::Unknown(symbol) => {
             let d = Diagnostic::error("HQ0303", span, format!("there is no unit `{symbol}`"));
-            match crate::names::suggest(symbol, units::symbols()) {
+            match crate::diagnostics::names::suggest(symbol, units::symbols()) {
                 Some(near) => d.help(format!("did you mean `{near}`?")),
                 None => d.help("`hierarq explain HQ0303` lists the units"),
             }

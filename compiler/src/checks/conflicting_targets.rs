@@ -8,7 +8,7 @@ use robot::{Data, LinkId};
 use runtime::program::Program;
 use stdlib_tasks::bound::Bound;
 
-use crate::lowering::Places;
+use crate::source_map::SourceMap;
 
 /// Where a task wants the origin of a frame: the frame, and a place of the world that never changes.
 fn target(program: &Program, task: usize) -> Option<(LinkId, [f64; 3])> {
@@ -29,7 +29,7 @@ fn target(program: &Program, task: usize) -> Option<(LinkId, [f64; 3])> {
 }
 
 /// Warns of stacks in which two frames are pulled to one place.
-pub(crate) fn check(program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let mut told = BTreeSet::new();
     for stack in &program.stacks {
         let members = stack.levels.iter().flat_map(|l| &l.members);

@@ -5,9 +5,9 @@ use dsl::{Diagnostic, Span, Spanned};
 use robot::{DofUnit, Model};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH};
 
+pub use crate::expr::environment::{Human, Params, is_word};
+pub use crate::expr::fitting::{bare_angle, fits, merge_bare, one_unit, unit_of_divisor, wrong_dimension};
 use crate::expr::{Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Typed};
-pub use crate::fitting::{bare_angle, fits, merge_bare, one_unit, unit_of_divisor, wrong_dimension};
-pub use crate::known::{Human, Params, is_word};
 
 /// Values that are needed before anything moves: the graph that they stand in, and what they may name.
 pub struct Constants<'a> {

@@ -9,10 +9,10 @@ use std::collections::BTreeMap;
 use dsl::{Diagnostic, Span};
 use runtime::program::{Op, Program};
 
+use crate::analysis::value_ranges::{Ground, Ranges};
+use crate::checks::reachability::in_stacks;
 use crate::expr::{Interval, Kind, Typed};
-use crate::lowering::Places;
-use crate::ranges::{Ground, Ranges};
-use crate::reach::in_stacks;
+use crate::source_map::SourceMap;
 use crate::units::shown;
 
 /// Most comparisons of one parameter that are looked at.
@@ -22,7 +22,7 @@ const COMPARISONS: usize = 16;
 const SLIP: f64 = 1e-6;
 
 /// Warns of every parameter that jumps, once.
-pub(crate) fn check(ground: &Ground, program: &Program, places: &Places, diagnostics: &mut Vec<Diagnostic>) {
+pub(crate) fn check(ground: &Ground, program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let mut told: Vec<Span> = Vec::new();
     for i in in_stacks(program) {
         let Some(task) = places.tasks.get(i) else { continue };

@@ -1,0 +1,103 @@
+//! The driver: from the text of a spec to its program and missions, and everything that there is to say of it.
+//!
+//! [`dsl::parse`] reads the text, `expand` writes out what stands for several declarations, `lowering` makes a program and missions of
+//! them, `checks` look at the program, and the report keeps what was not said already.
+
+use std::collections::BTreeSet;
+
+use dsl::{Diagnostic, SourceId, Sources, Spelling};
+
+use crate::checks::{self, size_limits};
+use crate::cli_overrides;
+use crate::diagnostics::follow_ons;
+use crate::diagnostics::report::Report;
+use crate::diagnostics::yaml_wording::in_yaml;
+use crate::expand::{Expanded, expand};
+use crate::input::{Compiled, Input, Part, Texts};
+use crate::lowering::{self, Context, ParamValue, lower, runs_mission};
+
+/// Compiles a spec.
+pub fn compile(input: &Input) -> Compiled {
+    compile_among(input, &Texts::new())
+}
+
+/// Compiles a spec whose imports may have other texts than their files.
+pub fn compile_among(input: &Input, texts: &Texts) -> Compiled {
+    compile_part(input, texts, Part::Whole)
+}
+
+/// What the params of a spec are worth, in the order written; without those that are wrong, of which [`compile`] tells. Where a
+/// value that was given instead of a param's own has no unit, the unit is that of its own.
+pub fn params(input: &Input) -> Vec<ParamValue> {
+    let (mut sources, texts) = (Sources::default(), Texts::new());
+    let source = sources.add(input.name, input.text);
+    let (spec, mut diagnostics) = dsl::parse(source, input.text, input.spelling);
+    let expanded = expand((input, &texts), source, spec, &mut sources, &mut diagnostics);
+    let context = Context { input, texts: &texts, source, compile: compile_part };
+    lowering::params(&context, &expanded, &mut sources, &mut diagnostics)
+}
+
+fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled {
+    let mut report = Report::default();
+    let source = report.sources.add(input.name, input.text);
+    let (spec, mut diagnostics) = dsl::parse(source, input.text, input.spelling);
+    if let Some(refusal) = size_limits::spec(&spec) {
+        return refused(report, diagnostics, refusal);
+    }
+    let (form, whole) = (diagnostics.len(), spec.clone());
+    let empty = spec.items.is_empty();
+
+    let mut expanded = expand((input, texts), source, spec, &mut report.sources, &mut diagnostics);
+    let left_out = part == Part::Controller && !expanded.missions.is_empty();
+    if part == Part::Controller {
+        expanded.missions.clear();
+        expanded.scenarios.retain(|(s, _)| !runs_mission(s));
+    }
+    if let Some(refusal) = size_limits::expanded(&expanded).filter(|_| expanded.usable) {
+        return refused(report, diagnostics, refusal);
+    }
+
+    let context = Context { input, texts, source, compile: compile_part };
+    let lowered = lower(&context, &expanded, empty, &mut report.sources, &mut diagnostics);
+    if let Some(controller) = &lowered.controller {
+        checks::controller(controller, &expanded, &report.sources, &mut diagnostics);
+    }
+
+    follow_ons::remove(&mut diagnostics, form, &whole, &report.sources);
+    // What missions would use seems unused without them.
+    diagnostics.retain(|d| !left_out || d.code != "HQ0203");
+    word(&mut diagnostics, input.spelling, &expanded, &lowered.foreign, &report.sources);
+    report.diagnostics = diagnostics;
+    report.finish();
+    if cli_overrides::blame(compile, input, &mut report.diagnostics, &report.sources) {
+        report.finish();
+    }
+    if report.errors() > 0 {
+        return Compiled::refused(report);
+    }
+    Compiled { program: lowered.controller.map(|c| c.program), missions: lowered.missions, report }
+}
+
+/// Words the helps of each text in its own spelling, but for those of `foreign` texts, which have theirs.
+fn word(
+    diagnostics: &mut [Diagnostic],
+    own: Spelling,
+    expanded: &Expanded,
+    foreign: &BTreeSet<SourceId>,
+    sources: &Sources,
+) {
+    for d in diagnostics.iter_mut().filter(|d| !foreign.contains(&d.primary.span.source)) {
+        let spelling = expanded.spellings.get(&sources.text_of(d.primary.span.source));
+        if *spelling.unwrap_or(&own) == Spelling::Yaml {
+            d.help = d.help.as_deref().map(in_yaml);
+        }
+    }
+}
+
+/// The outcome for a spec that is too large to be looked at.
+fn refused(mut report: Report, mut diagnostics: Vec<Diagnostic>, refusal: Diagnostic) -> Compiled {
+    diagnostics.push(refusal);
+    report.diagnostics = diagnostics;
+    report.finish();
+    Compiled::refused(report)
+}
