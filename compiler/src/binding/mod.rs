@@ -5,6 +5,7 @@ mod capture;
 mod condition;
 mod cut;
 mod expression;
+pub(crate) mod gain;
 pub(crate) mod motion;
 mod parts;
 mod people;

@@ -7,9 +7,9 @@ use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::dimension::{Dimension, RATE};
 use stdlib_tasks::params::{ParamInfo, Quantity};
 
+use super::gain;
 use super::scope::TaskScope;
 use super::{Binder, DEFAULTS, Number, Owner, present};
-use crate::diagnostics::codes;
 use crate::diagnostics::names::list;
 use crate::expr::constants::{fits, one_unit, unit_of_divisor, with_units};
 use crate::expr::{Frame, Kind, Lowering, Typed, frames};
@@ -165,7 +165,7 @@ impl Binder<'_> {
                     // Said here, beside all other mistakes of the file; defaults are judged with the finished program.
                     let (period, rate) = (self.robot.period, self.robot.rate_span);
                     if gain && written && overshoots(x, period) {
-                        self.diagnostics.push(codes::overshoot(value.span, x, (period, rate), owner.kind.nature));
+                        self.diagnostics.push(gain::overshoot(value.span, x, (period, rate), owner.kind.nature));
                         return None;
                     }
                 }

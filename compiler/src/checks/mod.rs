@@ -24,7 +24,7 @@ use stdlib_tasks::task::BuildError;
 
 use crate::analysis::value_ranges::Ground;
 use crate::binding::Number;
-use crate::diagnostics::codes;
+use crate::binding::gain;
 use crate::expand::Expanded;
 use crate::lowering::LoweredController;
 use crate::source_map::SourceMap;
@@ -142,7 +142,7 @@ fn limit(places: &SourceMap, task: usize) -> Span {
 
 fn overshoot(gain: f64, values: &[f64], period: f64, places: &SourceMap, task: usize) -> Diagnostic {
     let at = number(places, task, "gain", |n| n.dimension == RATE && values.get(n.slot.at) == Some(&gain));
-    codes::overshoot(at, gain, (period, places.rate), places.tasks[task].kind.nature)
+    gain::overshoot(at, gain, (period, places.rate), places.tasks[task].kind.nature)
 }
 
 /// Limits that a task sets beyond those of the robot: its rows then let through what the joint cannot do.

@@ -5,11 +5,11 @@ use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE};
 
+use super::errors;
 use super::helps::{help_for_kinds, help_for_sum};
 use super::ops::{self, Mismatch};
 use super::scope::Failed;
 use super::{Axes, Kind, Lowering, Typed, frames};
-use crate::diagnostics::codes;
 use crate::units;
 
 impl Lowering<'_> {
@@ -26,7 +26,7 @@ impl Lowering<'_> {
             return self.fail(Diagnostic::error("HQ0304", span, text).help("leave the unit out"));
         }
         let Some(total) = inner.dimension.times(dimension) else {
-            return self.fail(codes::unit_error(&units::UnitError::TooLarge, span));
+            return self.fail(errors::unit_error(&units::UnitError::TooLarge, span));
         };
         let f = self.graph.number(factor);
         let nodes = inner.nodes.iter().map(|&n| self.graph.push(Op::Mul(n, f))).collect();
@@ -64,7 +64,7 @@ impl Lowering<'_> {
         match result {
             Ok(x) => Ok(x),
             Err(Mismatch::Dimensions) => self.fail(
-                codes::different(a, b, &format!("only like can be {verb}ed {what} like"), span)
+                errors::different(a, b, &format!("only like can be {verb}ed {what} like"), span)
                     .help(help_for_sum(a, b)),
             ),
             Err(Mismatch::Kinds) => self.fail(
@@ -81,7 +81,7 @@ impl Lowering<'_> {
                 self.fail(frames::turned(a, b, span, self.scope.follows()))
             }
             Err(Mismatch::Axes) => self.fail(frames::different(a, b, span, self.scope.follows())),
-            Err(Mismatch::TooLarge) => self.fail(codes::unit_error(&units::UnitError::TooLarge, span)),
+            Err(Mismatch::TooLarge) => self.fail(errors::unit_error(&units::UnitError::TooLarge, span)),
         }
     }
 
@@ -110,7 +110,7 @@ impl Lowering<'_> {
         }
         let n = exponent as i32;
         let Some(dimension) = a.dimension.power(n) else {
-            return self.fail(codes::unit_error(&units::UnitError::TooLarge, span));
+            return self.fail(errors::unit_error(&units::UnitError::TooLarge, span));
         };
         let node = self.graph.push(Op::Powi(a.nodes[0], n));
         Ok(Typed { kind: Kind::Scalar, dimension, nodes: vec![node], bare: a.bare, axes: Axes::default(), span })

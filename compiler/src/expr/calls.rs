@@ -4,13 +4,13 @@ use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use stdlib_tasks::dimension::{ANGLE, TIME};
 
+use super::errors;
 use super::functions::{self, CallError, FUNCTIONS};
 use super::helps::{count, elsewhere, families};
 use super::present::PRESENT;
 use super::scope::{Failed, MEASURES};
 use super::trajectories::{self, TRAJECTORIES};
 use super::{Kind, Lowering, Typed, frames, ops};
-use crate::diagnostics::codes;
 use crate::diagnostics::names::suggest;
 use crate::expr::constants::{bare_angle, merge_bare};
 
@@ -106,7 +106,7 @@ impl Lowering<'_> {
                 }
                 d
             }
-            CallError::Different { first, second } => codes::different(
+            CallError::Different { first, second } => errors::different(
                 &typed[first],
                 &typed[second],
                 &format!("the arguments of `{}` have one unit", known.name),

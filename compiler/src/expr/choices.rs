@@ -8,11 +8,11 @@ use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::Op;
 use stdlib_tasks::dimension::NONE;
 
+use super::errors;
 use super::functions::CallError;
 use super::helps::help_for_sum;
 use super::scope::Failed;
 use super::{Axes, Graph, Kind, Lowering, Typed, ops};
-use crate::diagnostics::codes;
 use crate::expr::constants::bare_angle;
 
 impl Lowering<'_> {
@@ -61,7 +61,7 @@ impl Lowering<'_> {
                     return self.fail(d.help("compare one of its numbers, or its `norm`"));
                 }
                 if ops::joined(self.graph, a, b).is_none() {
-                    let d = codes::different(a, b, "only like can be compared with like", span);
+                    let d = errors::different(a, b, "only like can be compared with like", span);
                     return self.fail(d.help(help_for_sum(a, b)));
                 }
                 match compared {

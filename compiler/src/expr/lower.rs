@@ -5,10 +5,10 @@ use dsl::{Diagnostic, Span};
 use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE};
 
+use super::errors;
 use super::helps::bracketed;
 use super::scope::{Failed, Scope};
 use super::{Axes, Graph, Kind, Typed, ops};
-use crate::diagnostics::codes;
 use crate::units;
 
 /// Lowers values into a graph.
@@ -52,7 +52,7 @@ impl Lowering<'_> {
                 }
                 let (factor, dimension) = match units::meaning(unit) {
                     Ok(x) => x,
-                    Err(e) => return self.fail(codes::unit_error(&e, unit.span)),
+                    Err(e) => return self.fail(errors::unit_error(&e, unit.span)),
                 };
                 self.scaled(inner, factor, dimension, span)
             }
@@ -127,7 +127,7 @@ impl Lowering<'_> {
                 Some(dimension) => sum.dimension = if ops::is_zero(self.graph, &sum) { x.dimension } else { dimension },
                 None => {
                     return self.fail(
-                        codes::different(&sum, x, "the parts of a vector have one unit", span)
+                        errors::different(&sum, x, "the parts of a vector have one unit", span)
                             .help("give all three the same unit"),
                     );
                 }

@@ -5,6 +5,7 @@ mod calls;
 mod choices;
 pub(crate) mod constants;
 pub(crate) mod environment;
+pub(crate) mod errors;
 mod facts;
 pub(crate) mod fitting;
 pub mod frames;

@@ -5,9 +5,9 @@ use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::{MAX_POINTS, Motion, Shape, TrajectoryProgram};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, TIME};
 
+use super::errors;
 use super::scope::Failed;
 use super::{Axes, Frame, Kind, Lowering, Typed, frames, ops};
-use crate::diagnostics::codes;
 use crate::diagnostics::names::{list, suggest};
 use crate::expr::constants::{fits, wrong_dimension};
 use crate::units;
@@ -262,7 +262,7 @@ impl Lowering<'_> {
         }
         for i in 1..goals.len() {
             let Some(dimension) = ops::joined(self.graph, &goals[0], &goals[i]) else {
-                let d = codes::different(&goals[0], &goals[i], "the points of one way have one unit", span);
+                let d = errors::different(&goals[0], &goals[i], "the points of one way have one unit", span);
                 return self.fail(d.help("bring them to one unit"));
             };
             let Some(axes) = goals[0].axes.joined(&goals[i].axes) else {
@@ -291,7 +291,7 @@ impl Lowering<'_> {
     fn limit(&mut self, of: &Named, value: &Value, (base, order): (Dimension, usize)) -> Result<usize, Failed> {
         let per = Dimension { s: -(order as i8), ..NONE };
         let Some(dimension) = base.times(per) else {
-            return self.fail(codes::unit_error(&units::UnitError::TooLarge, value.span));
+            return self.fail(errors::unit_error(&units::UnitError::TooLarge, value.span));
         };
         self.number_of(of, value, dimension, false)
     }

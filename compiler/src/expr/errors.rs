@@ -1,0 +1,39 @@
+//! Diagnostics that several kinds of expressions share.
+
+use dsl::{Diagnostic, Span};
+
+use super::{Kind, Typed};
+use crate::diagnostics::names::suggest;
+use crate::units::{self, UnitError};
+
+/// A unit has no meaning.
+pub(crate) fn unit_error(error: &UnitError, span: Span) -> Diagnostic {
+    match error {
+        UnitError::Unknown(symbol) => {
+            let d = Diagnostic::error("HQ0303", span, format!("there is no unit `{symbol}`"));
+            match suggest(symbol, units::symbols()) {
+                Some(near) => d.help(format!("did you mean `{near}`?")),
+                None => d.help("`hierarq explain HQ0303` lists the units"),
+            }
+        }
+        UnitError::TooLarge => {
+            Diagnostic::error("HQ0303", span, "the exponents of this unit are beyond anything meant")
+                .help("exponents go from -127 to 127; check the powers")
+        }
+    }
+}
+
+/// Two values that should have one dimension do not.
+pub(crate) fn different(a: &Typed, b: &Typed, why: &str, span: Span) -> Diagnostic {
+    let what = |x: &Typed| {
+        if x.kind == Kind::Scalar {
+            x.dimension.describe()
+        } else {
+            format!("{} ({})", x.kind.describe(), x.dimension.describe())
+        }
+    };
+    Diagnostic::error("HQ0302", span, format!("{} and {} do not go together", what(a), what(b)))
+        .label(a.span, what(a))
+        .label(b.span, what(b))
+        .note(why)
+}
