@@ -1,7 +1,7 @@
 //! Parameters of declarations, arguments in parentheses, and the values of a repetition: the same in both spellings.
 
 use crate::Diagnostic;
-use crate::explain::clip;
+use crate::diagnostic::clip;
 use crate::expr::{Place, missing};
 use crate::grammar::{Pair, Rule};
 use crate::limits::MAX_PARAMETERS;

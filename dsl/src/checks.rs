@@ -1,6 +1,6 @@
 //! Mistakes of form that both readers look for in a finished part of the tree.
 
-use crate::explain::clip;
+use crate::diagnostic::clip;
 use crate::tree::{Block, Entry, Stack, Value, ValueKind};
 use crate::words::{is_quoted_key, is_text_key};
 use crate::{Diagnostic, Span};

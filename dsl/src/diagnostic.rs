@@ -82,3 +82,9 @@ impl Diagnostic {
         self
     }
 }
+
+/// A piece of text short enough to be quoted in a message.
+pub(crate) fn clip(text: &str) -> String {
+    let line = text.lines().next().unwrap_or("");
+    if line.chars().count() <= 40 { line.to_owned() } else { line.chars().take(37).chain("...".chars()).collect() }
+}

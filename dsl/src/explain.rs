@@ -1,5 +1,6 @@
 //! What is wrong with text that the grammar could not read: one diagnostic per piece, at the exact place.
 
+use crate::diagnostic::clip;
 use crate::expr::Place;
 use crate::grammar::{Grammar, Rule};
 use crate::words::{nearest_unit, unit_text};
@@ -376,10 +377,4 @@ pub(crate) fn opener(text: &str, start: usize, end: usize) -> Option<(usize, cha
         at += 1;
     }
     open.pop()
-}
-
-/// A piece of text short enough to be quoted in a message.
-pub(crate) fn clip(text: &str) -> String {
-    let line = text.lines().next().unwrap_or("");
-    if line.chars().count() <= 40 { line.to_owned() } else { line.chars().take(37).chain("...".chars()).collect() }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::explain::clip;
+use crate::diagnostic::clip;
 use crate::tree::{Block, Comments, Entry, MissionMember, MissionRepeat, ValueKind};
 use crate::vocabulary::ROLES;
 use crate::words::nearest;

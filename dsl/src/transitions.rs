@@ -1,6 +1,6 @@
 //! What both readers look for in states and transitions.
 
-use crate::explain::clip;
+use crate::diagnostic::clip;
 use crate::limits::MAX_STATE_NESTING;
 use crate::tree::{Block, State};
 use crate::{Diagnostic, Span, checks};
@@ -8,11 +8,6 @@ use crate::{Diagnostic, Span, checks};
 /// The words that begin a part of a state, and its keys in YAML: none can be a setting.
 pub(crate) const STATE_WORDS: &[&str] =
     &["state", "states", "final", "stack", "enter", "do", "exit", "on", "when", "after", "transitions"];
-
-/// True for a word that begins a part of a state in the native spelling.
-pub(crate) fn begins_part(word: &str) -> bool {
-    matches!(word, "state" | "final" | "stack" | "enter" | "do" | "exit" | "on" | "when" | "after")
-}
 
 /// The keys of a transition in YAML that are no settings either.
 pub(crate) const TRANSITION_WORDS: &[&str] = &["for", "to"];

@@ -19,3 +19,8 @@ pub static MISSION_KINDS: &[&str] = &["schedule", "layers"];
 
 /// What a task of a layer says of its action; none of these is one.
 pub static TASK_SETTINGS: &[&str] = &["label", "features", "to", "via", "object", "agent"];
+
+/// True for a word that begins a part of a state in the native spelling.
+pub(crate) fn begins_part(word: &str) -> bool {
+    matches!(word, "state" | "final" | "stack" | "enter" | "do" | "exit" | "on" | "when" | "after")
+}

@@ -6,7 +6,7 @@
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use crate::assemble::Motor;
+use crate::model::assemble::Motor;
 use crate::{Base, Data, Model, Motion};
 
 impl Model {

@@ -9,7 +9,6 @@
 
 #![allow(non_snake_case, reason = "frames stand in the names: X_WL, p_W")]
 
-mod assemble;
 mod base;
 mod data;
 pub mod geometry;

@@ -2,7 +2,8 @@
 
 use super::Reader;
 use super::parts::Parts;
-use crate::explain::{self, After, clip};
+use crate::diagnostic::clip;
+use crate::explain::{self, After};
 use crate::expr::Place;
 use crate::grammar::{Pair, Rule};
 use crate::tree::{Comments, Human, Item, ItemKind, Robot, Run, SafetyField, Spec};

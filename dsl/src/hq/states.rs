@@ -1,7 +1,8 @@
 //! States and what stands in them: the stack, settings, actions, transitions.
 
 use super::Reader;
-use crate::explain::{self, After, clip};
+use crate::diagnostic::clip;
+use crate::explain::{self, After};
 use crate::expr::{Place, missing};
 use crate::grammar::{Pair, Rule};
 use crate::limits::MAX_STATE_NESTING;

@@ -2,8 +2,8 @@
 
 use super::expr;
 use super::hq_reuse::arguments;
-use crate::transitions::begins_part;
 use crate::tree::{Action, Formula, FormulaKind, Transition, Trigger, Value, ValueKind, Window};
+use crate::vocabulary::begins_part;
 
 /// A formula, with brackets where they are needed.
 pub(crate) fn text(it: &Formula) -> String {

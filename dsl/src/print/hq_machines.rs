@@ -3,8 +3,8 @@
 use super::hq::{block, empty, entries};
 use super::hq_reuse as reuse;
 use super::{Lines, OneLine, WIDTH, expr, formulas, no_comments};
-use crate::transitions::begins_part;
 use crate::tree::{Block, Entry, Machine, Scenario, Signal, State, StateBody, Transition, Value, ValueKind};
+use crate::vocabulary::begins_part;
 use crate::words::{has_block, is_name};
 
 /// `signal peduncle : point?  timeout 0.5 s`

@@ -2,7 +2,7 @@
 
 use super::Reader;
 use super::events::{Kind, Node, NodeId};
-use crate::explain::clip;
+use crate::diagnostic::clip;
 use crate::hq::{bad_version, no_header};
 use crate::tree::{
     Block, Comments, Human, Item, ItemKind, Let, Parameter, Robot, Run, SafetyField, Spec, Task, TaskDefinition,

@@ -2,7 +2,7 @@
 
 use super::Reader;
 use super::events::{Kind, NodeId};
-use crate::explain::clip;
+use crate::diagnostic::clip;
 use crate::tree::{
     Beside, Block, Comments, Entry, Level, Member, MemberTask, Parameter, Stack, TaskDefinition, Value, ValueKind,
 };

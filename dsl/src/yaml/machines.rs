@@ -2,7 +2,7 @@
 
 use super::Reader;
 use super::events::{Kind, NodeId};
-use crate::explain::clip;
+use crate::diagnostic::clip;
 use crate::grammar::{Grammar, Rule};
 use crate::limits::MAX_STATE_NESTING;
 use crate::tree::{Action, Block, Comments, Machine, Moment, State, StateBody};

@@ -3,7 +3,7 @@
 use super::Reader;
 use super::events::{Kind, NodeId};
 use crate::calls;
-use crate::explain::clip;
+use crate::diagnostic::clip;
 use crate::missions::{self, Body};
 use crate::tree::{Comments, Mission, MissionMember, MissionRepeat};
 use crate::vocabulary::{MISSION_KINDS, ROLES, TASK_SETTINGS};

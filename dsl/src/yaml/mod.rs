@@ -15,7 +15,8 @@ mod syntax;
 mod transitions;
 
 use crate::comments::Pool;
-use crate::explain::{self, clip};
+use crate::diagnostic::clip;
+use crate::explain;
 use crate::expr::missing;
 use crate::limits::{MAX_DEPTH, MAX_NODES, check_size, too_deep};
 use crate::tree::{Block, Comments, Entry, Spec, Value, ValueKind};

@@ -7,7 +7,7 @@ use pest::Parser;
 
 use super::events::{Kind, Node, NodeId, Style};
 use super::syntax::line_of;
-use crate::explain::clip;
+use crate::diagnostic::clip;
 use crate::grammar::{Grammar, Rule};
 use crate::limits::MAX_DEPTH;
 use crate::{Diagnostic, SourceId, Span};

@@ -3,7 +3,8 @@
 use super::Reader;
 use super::events::{Kind, NodeId, Style};
 use crate::calls;
-use crate::explain::{self, After, clip};
+use crate::diagnostic::clip;
+use crate::explain::{self, After};
 use crate::grammar::{Grammar, Rule};
 use crate::tree::{Comments, Item, ItemKind, Member, MemberTask, RepeatItems, RepeatMembers, Values};
 use crate::words::nearest;

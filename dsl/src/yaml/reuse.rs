@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use super::Reader;
 use super::events::{Kind, NodeId, Style};
 use crate::calls;
-use crate::explain::{self, clip};
+use crate::diagnostic::clip;
+use crate::explain;
 use crate::expr::missing;
 use crate::grammar::{Grammar, Pair, Rule};
 use crate::tree::{

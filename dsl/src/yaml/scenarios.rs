@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use super::Reader;
 use super::events::{Kind, NodeId};
-use crate::explain::{self, clip};
+use crate::diagnostic::clip;
+use crate::explain;
 use crate::grammar::{Grammar, Rule};
 use crate::tree::{Block, Comments, Expect, Formula, FormulaKind, Item, ItemKind, Scenario};
 use crate::{Diagnostic, Span, Spanned, checks, formulas};

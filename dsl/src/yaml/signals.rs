@@ -2,7 +2,7 @@
 
 use super::Reader;
 use super::events::{Kind, NodeId};
-use crate::explain::clip;
+use crate::diagnostic::clip;
 use crate::tree::{Block, Comments, Signal, Value, ValueKind, Variable};
 use crate::words::{is_name, nearest};
 use crate::{Diagnostic, Span, Spanned, calls, checks, transitions};

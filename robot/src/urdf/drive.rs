@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::cx::{Cx, Spanned, list};
 use super::read::{RawJoint, RawRobot};
 use super::{Options, UrdfCode, UrdfMessage};
-use crate::assemble::MAX_MOVING;
+use crate::model::assemble::MAX_MOVING;
 use crate::sample::nearest;
 use crate::{Drive, JointKind};
 

@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use crate::assemble::Parts;
+use crate::model::assemble::Parts;
 use crate::{Base, Dof, DofUnit, Drive, Joint, JointId, JointKind, Link, LinkId, Model};
 
 mod cx;

@@ -1,12 +1,14 @@
 //! The robot as it was built: links, joints, degrees of freedom. Read-only once made.
 
+pub(crate) mod assemble;
+
 use std::fmt;
 
 use nalgebra::{Isometry3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::assemble::{Parts, Tape};
 use crate::{Base, JointId, LinkId, PlacedShape, Visual};
+use assemble::{Parts, Tape};
 
 /// How a joint can move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::model::{Drive, JointKind, Support};
+use super::{Drive, JointKind, Support};
 use crate::{Base, Dof, Joint, Link, Model};
 
 /// Most joints that may move: `support` grows with their square in a chain.
