@@ -8,8 +8,8 @@
 use nalgebra::{Point3, Vector3};
 use robot::{Shape, geometry};
 
-use crate::bound::Geometry;
-use crate::task::State;
+use crate::geometry::Geometry;
+use crate::state::State;
 
 /// Two parts, and the last way apart that was found.
 #[derive(Clone, Debug)]

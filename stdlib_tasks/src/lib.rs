@@ -6,16 +6,21 @@
 
 pub mod apart;
 pub mod bound;
+pub mod build;
 pub mod clearance;
 pub mod compliance;
 pub mod dimension;
 pub mod expression;
 pub mod field;
+pub mod geometry;
 pub mod kinds;
+pub mod numbers;
 pub mod params;
 mod reserve;
 pub mod slope;
+pub mod slot;
 pub mod so3;
+pub mod state;
 pub mod task;
 pub mod tracking;
 pub mod written;

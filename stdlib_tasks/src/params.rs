@@ -6,6 +6,7 @@
 use crate::bound::{Arm, Bound, BoundParams, Geometry, Slot};
 use crate::dimension::Dimension;
 use crate::expression::Expression;
+pub use crate::expression::Operand;
 use robot::LinkId;
 
 /// What a parameter may hold.
@@ -196,7 +197,7 @@ pub struct Input<const N: usize> {
 
 impl<const N: usize> Input<N> {
     /// This tick's values (or rates, from the table of rates). NaN where the table is too short, which
-    /// [`crate::bound::check`] excludes when a task is built.
+    /// [`crate::build::check`] excludes when a task is built.
     pub fn of(&self, table: &[f64]) -> [f64; N] {
         let mut out = [f64::NAN; N];
         if let Some(s) = table.get(self.at..).and_then(|rest| rest.get(..N)) {
@@ -230,30 +231,6 @@ impl FromBound for Auto {
             Some(Bound::Choice(word)) if word == "auto" => Some(Auto::Auto),
             value => Input::from_bound(value).map(Auto::Given),
         }
-    }
-}
-
-/// A number, vector, orientation or pose, in which the robot's present state may stand.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Operand {
-    /// It depends on time alone.
-    Slot(Slot),
-    /// It depends on the robot's state.
-    Expression(Expression),
-}
-
-impl Operand {
-    /// How many numbers it has.
-    pub fn len(&self) -> usize {
-        match self {
-            Operand::Slot(slot) => slot.len,
-            Operand::Expression(e) => e.outputs.len(),
-        }
-    }
-
-    /// True for none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 }
 

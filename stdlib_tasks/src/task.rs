@@ -1,10 +1,12 @@
 //! What a task is: "given the kinematics at this tick, write my rows `lower <= J v <= upper`".
 
-use robot::{Data, Model};
+use robot::Model;
 
 use crate::bound::BoundParams;
+pub use crate::build::{BuildError, Context};
 use crate::dimension::Dimension;
-use crate::params::{ParamInfo, WrongForm};
+use crate::params::ParamInfo;
+pub use crate::state::{Rows, State};
 
 /// Whether a task pulls towards a target or keeps out of a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,61 +154,6 @@ impl std::fmt::Debug for TaskKind {
     }
 }
 
-/// What a task is built for.
-pub struct Context<'a> {
-    /// The robot.
-    pub model: &'a Model,
-    /// Values at the moment of building: constants hold their value, moving numbers their value at `t = 0`.
-    pub values: &'a [f64],
-    /// Control period T, in s.
-    pub period: f64,
-    /// For each degree of freedom the largest speed that hard levels down to that of the task let through, in rad/s or
-    /// m/s; infinite where none bounds it. What the robot itself can do does not count: the reference, which the
-    /// limits are kept for, moves as the levels say.
-    pub speed: &'a [f64],
-    /// The same while joints that the stack locks still come to rest: `speed` has zero for them, this has the speed that they may be
-    /// entered with.
-    pub coasting: &'a [f64],
-}
-
-impl Context<'_> {
-    /// Size of the table of values.
-    pub fn slot_count(&self) -> usize {
-        self.values.len()
-    }
-}
-
-/// Why a task cannot be built from well-formed parameters.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BuildError {
-    /// The parameter at fault; empty for the task as a whole.
-    pub param: String,
-    /// What is wrong.
-    pub message: String,
-    /// What to do.
-    pub help: Option<String>,
-}
-
-impl BuildError {
-    /// An error about a parameter.
-    pub fn new(param: &str, message: impl Into<String>) -> Self {
-        BuildError { param: param.to_string(), message: message.into(), help: None }
-    }
-
-    /// Says what to do.
-    pub fn help(mut self, text: impl Into<String>) -> Self {
-        self.help = Some(text.into());
-        self
-    }
-}
-
-impl From<WrongForm> for BuildError {
-    fn from(w: WrongForm) -> Self {
-        let message = format!("`{}` does not have the form that this task type declares", w.param);
-        BuildError { param: w.param, message, help: None }
-    }
-}
-
 /// What a row is called and measured in.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RowInfo {
@@ -223,66 +170,6 @@ pub struct Measure {
     pub name: String,
     /// Its dimension.
     pub dimension: Dimension,
-}
-
-/// The robot at a tick.
-pub struct State<'a> {
-    /// The robot.
-    pub model: &'a Model,
-    /// Kinematics at `q`.
-    pub data: &'a Data,
-    /// Configuration, `nq` numbers.
-    pub q: &'a [f64],
-    /// This tick's parameter values.
-    pub values: &'a [f64],
-    /// Their time derivatives.
-    pub rates: &'a [f64],
-    /// The velocity that the reference moved with since the last tick, `nv` numbers; zero at the beginning.
-    pub velocity: &'a [f64],
-    /// The velocity that the hierarchy of the stack returned at the last tick, `nv` numbers. It differs from `velocity`
-    /// during a blend alone, and equals `velocity` at the tick at which the stack is entered.
-    pub stack_velocity: &'a [f64],
-}
-
-/// Where a task writes: its rows of `lower <= J v <= upper`, and what monitors and plots read.
-pub struct Rows<'a> {
-    /// Row-major, `stride` numbers a row, zero on entry.
-    pub jacobian: &'a mut [f64],
-    /// Numbers from one row to the next, at least `nv`.
-    pub stride: usize,
-    /// Lower bounds; minus infinity on entry.
-    pub lower: &'a mut [f64],
-    /// Upper bounds; infinity on entry.
-    pub upper: &'a mut [f64],
-    /// Limits only: `h` of each row, safe where not negative. Infinite on entry.
-    pub margins: &'a mut [f64],
-    /// Targets only: one number for each of [`Task::measures`].
-    pub measures: &'a mut [f64],
-    /// Set to true where a row could not be defined at this configuration and was left free.
-    pub undefined: &'a mut bool,
-    /// Rows that are known to have no say: only their margins are wanted. Empty where all have one.
-    pub idle: &'a [bool],
-    /// The rows are only looked at, and are asked for once more before the tick ends: what the next tick's rows depend on
-    /// stays as it is. What every update writes anew may change.
-    pub trial: bool,
-}
-
-impl Rows<'_> {
-    /// The coefficients of row `i`, `nv` or more numbers.
-    pub fn row(&mut self, i: usize) -> &mut [f64] {
-        &mut self.jacobian[i * self.stride..(i + 1) * self.stride]
-    }
-
-    /// Whether row `i` has no say, so that its coefficients and bounds need not be written.
-    pub fn is_idle(&self, i: usize) -> bool {
-        self.idle.get(i).copied().unwrap_or(false)
-    }
-
-    /// Makes row `i` an equality.
-    pub fn equal(&mut self, i: usize, value: f64) {
-        self.lower[i] = value;
-        self.upper[i] = value;
-    }
 }
 
 /// A task cannot write its rows at this configuration.

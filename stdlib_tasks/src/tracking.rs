@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use robot::LinkId;
 
 use crate::so3;
-use crate::task::{Rows, State};
+use crate::state::{Rows, State};
 
 /// The world's axes.
 pub fn axes() -> [Vector3<f64>; 3] {
@@ -57,18 +57,4 @@ pub fn position_target(state: &State, at: crate::params::Input<3>) -> (Vector3<f
 /// An orientation target and its angular velocity from the tables.
 pub fn orientation_target(state: &State, at: crate::params::Input<4>) -> (UnitQuaternion<f64>, Vector3<f64>) {
     so3::target(at.of(state.values), at.of(state.rates))
-}
-
-/// Writes a vector.
-pub fn write_vector(v: &Vector3<f64>, out: &mut [f64]) {
-    for (o, x) in out.iter_mut().zip(v.iter()) {
-        *o = *x;
-    }
-}
-
-/// Writes a quaternion as `w x y z`.
-pub fn write_rotation(q: &UnitQuaternion<f64>, out: &mut [f64]) {
-    for (o, x) in out.iter_mut().zip([q.w, q.i, q.j, q.k]) {
-        *o = x;
-    }
 }

@@ -11,8 +11,8 @@ use nalgebra::Vector3;
 use robot::{LinkId, Model, geometry};
 use serde::{Deserialize, Serialize};
 
-use crate::bound::Geometry;
-use crate::task::State;
+use crate::geometry::Geometry;
+use crate::state::State;
 
 /// A plane `n·x = d`, and the side that `n` points to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -13,8 +13,8 @@ use robot::{Model, Shape, geometry};
 use serde::{Deserialize, Serialize};
 
 use crate::apart::{NoWay, overlap};
-use crate::bound::Geometry;
-use crate::task::State;
+use crate::geometry::Geometry;
+use crate::state::State;
 
 /// A part, and what it is away from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

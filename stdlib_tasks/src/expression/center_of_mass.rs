@@ -10,7 +10,7 @@
 use nalgebra::{Point3, Vector3};
 use robot::{Data, LinkId, Model};
 
-use crate::task::State;
+use crate::state::State;
 
 /// The links that have a mass, each with its centre in its own frame in m, and its share of the total mass.
 #[derive(Clone, Debug)]

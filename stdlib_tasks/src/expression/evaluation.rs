@@ -25,8 +25,8 @@ use super::center_of_mass::CenterOfMass;
 use super::people::People;
 use super::{Expression, Leaf, Op};
 use crate::apart::{Apart, NoWay, Pair};
-use crate::task::State;
-use crate::tracking::{write_rotation, write_vector};
+use crate::numbers::{write_rotation, write_vector};
+use crate::state::State;
 
 /// A leaf, and where it was found at this tick.
 #[derive(Clone, Debug)]

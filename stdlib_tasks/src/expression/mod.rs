@@ -10,6 +10,7 @@ mod away;
 mod center_of_mass;
 mod evaluation;
 mod op;
+mod operand;
 mod people;
 mod term;
 
@@ -17,15 +18,17 @@ use nalgebra::Vector3;
 use robot::{LinkId, Model};
 use serde::{Deserialize, Serialize};
 
-use crate::bound::{Geometry, Slot};
 use crate::dimension::Dimension;
 use crate::field::FieldProgram;
+use crate::geometry::Geometry;
+use crate::slot::Slot;
 
 pub use above::{Above, Plane};
 pub use away::Away;
 pub use center_of_mass::center_of_mass;
 pub use evaluation::Evaluation;
 pub use op::{Op, ROUNDING};
+pub use operand::Operand;
 pub use term::{Term, settle, turn_seeds};
 
 /// Something that the robot does now, of which expressions are made.

@@ -11,7 +11,7 @@ use robot::Model;
 
 use crate::apart::NoWay;
 use crate::field::{Field, FieldProgram, HumanPoint};
-use crate::task::State;
+use crate::state::State;
 
 /// A safety field with its points.
 #[derive(Clone, Debug)]

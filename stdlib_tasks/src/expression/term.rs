@@ -4,9 +4,9 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use robot::Model;
 
 use super::Evaluation;
+use super::Operand;
 use crate::apart::NoWay;
-use crate::params::Operand;
-use crate::task::State;
+use crate::state::State;
 
 /// An [`Operand`] made ready.
 #[derive(Clone, Debug)]

@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 use robot::LinkId;
 
-use crate::bound::{BoundParams, check};
+use crate::bound::BoundParams;
+use crate::build::check;
 use crate::compliance::{Body, Damping, Mass, Motion, Stiffness, Wrench, read};
 use crate::dimension::LENGTH;
 use crate::kinds::frame_pose::{actual_pose, pose_measures, pose_rows};

@@ -11,10 +11,12 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use robot::LinkId;
 
-use crate::bound::{Arm, BoundParams, check};
+use crate::bound::{Arm, BoundParams};
+use crate::build::check;
 use crate::dimension::{LENGTH, NONE};
 use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::kinds::uncooperative_motion::Pose;
+use crate::numbers;
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::so3;
 use crate::task::{
@@ -289,8 +291,8 @@ impl Task for CooperativeMotion {
             _ => return false,
         };
         match part {
-            "position" => tracking::write_vector(&p, out),
-            "orientation" => tracking::write_rotation(&r, out),
+            "position" => numbers::write_vector(&p, out),
+            "orientation" => numbers::write_rotation(&r, out),
             _ => return false,
         }
         true

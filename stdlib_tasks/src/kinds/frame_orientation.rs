@@ -2,7 +2,8 @@
 
 use robot::LinkId;
 
-use crate::bound::{BoundParams, check};
+use crate::bound::BoundParams;
+use crate::build::check;
 use crate::dimension::{ANGLE, RATE};
 use crate::kinds::frame_pose::{actual_pose, pose_rows};
 use crate::params::{Input, ParamType, Presence, Quantity};

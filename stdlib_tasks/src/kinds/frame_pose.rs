@@ -2,8 +2,10 @@
 
 use robot::LinkId;
 
-use crate::bound::{BoundParams, check};
+use crate::bound::BoundParams;
+use crate::build::check;
 use crate::dimension::{ANGLE, LENGTH};
+use crate::numbers;
 use crate::params::{Input, ParamType, Presence};
 use crate::task::{
     Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
@@ -77,8 +79,8 @@ pub(crate) fn pose_measures(prefix: &str) -> Vec<Measure> {
 pub(crate) fn actual_pose(part: &str, link: LinkId, state: &State, out: &mut [f64]) -> bool {
     let pose = state.data.pose(link);
     match part {
-        "position" => tracking::write_vector(&pose.translation.vector, out),
-        "orientation" => tracking::write_rotation(&pose.rotation, out),
+        "position" => numbers::write_vector(&pose.translation.vector, out),
+        "orientation" => numbers::write_rotation(&pose.rotation, out),
         _ => return false,
     }
     true

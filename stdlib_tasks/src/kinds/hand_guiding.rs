@@ -2,7 +2,8 @@
 
 use robot::LinkId;
 
-use crate::bound::{BoundParams, check};
+use crate::bound::BoundParams;
+use crate::build::check;
 use crate::compliance::{Body, Damping, Mass, Motion, Wrench, read};
 use crate::dimension::{ANGULAR_VELOCITY, VELOCITY};
 use crate::kinds::frame_pose::pose_rows;

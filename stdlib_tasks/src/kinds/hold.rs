@@ -3,7 +3,8 @@
 use nalgebra::{Isometry3, Vector3};
 use robot::LinkId;
 
-use crate::bound::{BoundParams, check};
+use crate::bound::BoundParams;
+use crate::build::check;
 use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::params::{Input, ParamType, Presence};
 use crate::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};

@@ -1,6 +1,7 @@
 //! Keeps joint accelerations inside limits: the velocity may change by so much from tick to tick.
 
-use crate::bound::{BoundParams, Slot, check};
+use crate::bound::{BoundParams, Slot};
+use crate::build::check;
 use crate::dimension::{ACCELERATION, ANGULAR_ACCELERATION};
 use crate::kinds::joint_position_limits::{among, replaced};
 use crate::params::{ParamType, Presence};

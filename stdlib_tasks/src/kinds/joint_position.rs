@@ -1,6 +1,7 @@
 //! Pulls joints to target positions.
 
-use crate::bound::{BoundParams, Slot, check};
+use crate::bound::{BoundParams, Slot};
+use crate::build::check;
 use crate::dimension::{Dimension, RATE};
 use crate::kinds::joint_position_limits::dof_dimension;
 use crate::params::{Input, ParamType, Presence, Quantity};

@@ -2,7 +2,8 @@
 
 use robot::Model;
 
-use crate::bound::{BoundParams, Slot, check};
+use crate::bound::{BoundParams, Slot};
+use crate::build::check;
 use crate::dimension::{ANGLE, LENGTH, RATE};
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind};

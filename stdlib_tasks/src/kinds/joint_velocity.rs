@@ -1,6 +1,7 @@
 //! Drives joints at given velocities.
 
-use crate::bound::{BoundParams, Slot, check};
+use crate::bound::{BoundParams, Slot};
+use crate::build::check;
 use crate::dimension::{ANGULAR_VELOCITY, VELOCITY};
 use crate::kinds::joint_position::common_dimension;
 use crate::params::{ParamType, Presence};

@@ -1,6 +1,7 @@
 //! Keeps joint velocities inside their limits.
 
-use crate::bound::{BoundParams, Slot, check};
+use crate::bound::{BoundParams, Slot};
+use crate::build::check;
 use crate::dimension::{ANGULAR_VELOCITY, VELOCITY};
 use crate::kinds::joint_position_limits::{among, replaced};
 use crate::params::{ParamType, Presence};

@@ -9,7 +9,8 @@
 
 use std::cell::RefCell;
 
-use crate::bound::{BoundParams, check};
+use crate::bound::BoundParams;
+use crate::build::check;
 use crate::dimension::{Dimension, NONE, RATE};
 use crate::expression::{Term, settle};
 use crate::params::{Form, Input, Operand, ParamType, Presence, Quantity};

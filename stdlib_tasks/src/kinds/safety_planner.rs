@@ -7,7 +7,8 @@
 //!
 //! What is decided, and what it does to the protected task, is worked out by the runtime, which knows both tasks.
 
-use crate::bound::{Bound, BoundParams, check};
+use crate::bound::{Bound, BoundParams};
+use crate::build::check;
 use crate::dimension::{ANGLE, ANGULAR_VELOCITY, LENGTH, NONE, RATE, VELOCITY};
 use crate::kinds::joint_position::common_dimension;
 use crate::params::{Form, Input, ParamInfo, ParamType, Presence, Quantity};

@@ -8,7 +8,8 @@
 use robot::Model;
 
 use crate::apart::{NoWay, Pair};
-use crate::bound::{BoundParams, Geometry, check};
+use crate::bound::{BoundParams, Geometry};
+use crate::build::check;
 use crate::clearance;
 use crate::dimension::{LENGTH, RATE};
 use crate::params::{Auto, Input, ParamType, Presence, Quantity};

@@ -13,7 +13,8 @@
 use nalgebra::{Isometry3, Vector3};
 use robot::{Shape, geometry};
 
-use crate::bound::{Bound, BoundParams, Geometry, check};
+use crate::bound::{Bound, BoundParams, Geometry};
+use crate::build::check;
 use crate::dimension::{ACCELERATION, LENGTH, TIME, VELOCITY};
 use crate::field::{SpeedAndSeparation, Stopping};
 use crate::params::{Input, ParamType, Presence, Quantity};

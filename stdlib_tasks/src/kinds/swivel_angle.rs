@@ -18,7 +18,8 @@
 use nalgebra::Vector3;
 use robot::LinkId;
 
-use crate::bound::{Arm, BoundParams, Slot, check};
+use crate::bound::{Arm, BoundParams, Slot};
+use crate::build::check;
 use crate::dimension::{ANGLE, RATE};
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::task::{

@@ -12,7 +12,8 @@ use std::cell::RefCell;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::bound::{BoundParams, check};
+use crate::bound::BoundParams;
+use crate::build::check;
 use crate::dimension::{ANGLE, Dimension, RATE};
 use crate::expression::{Term, settle, turn_seeds};
 use crate::kinds::frame_pose::{pose_measures, pose_rows};

@@ -2,7 +2,8 @@
 
 use robot::LinkId;
 
-use crate::bound::{Arm, BoundParams, check};
+use crate::bound::{Arm, BoundParams};
+use crate::build::check;
 use crate::dimension::LENGTH;
 use crate::kinds::frame_pose::{actual_pose, pose_measures, pose_rows};
 use crate::params::{Input, ParamType, Presence};

@@ -11,7 +11,8 @@
 use nalgebra::{Point3, Vector3};
 use robot::{LinkId, Model, geometry};
 
-use crate::bound::{BoundParams, Geometry, Slot, check};
+use crate::bound::{BoundParams, Geometry, Slot};
+use crate::build::check;
 use crate::clearance;
 use crate::dimension::{LENGTH, RATE};
 use crate::params::{Auto, FromBound, Input, ParamType, Presence, Quantity};

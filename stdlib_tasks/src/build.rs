@@ -1,0 +1,101 @@
+//! What a task is built for, and why it cannot be.
+
+use robot::{LinkId, Model};
+
+use crate::bound::{Arm, Bound, BoundParams};
+use crate::params::WrongForm;
+use crate::slot::Slot;
+
+/// What a task is built for.
+pub struct Context<'a> {
+    /// The robot.
+    pub model: &'a Model,
+    /// Values at the moment of building: constants hold their value, moving numbers their value at `t = 0`.
+    pub values: &'a [f64],
+    /// Control period T, in s.
+    pub period: f64,
+    /// For each degree of freedom the largest speed that hard levels down to that of the task let through, in rad/s or
+    /// m/s; infinite where none bounds it. What the robot itself can do does not count: the reference, which the
+    /// limits are kept for, moves as the levels say.
+    pub speed: &'a [f64],
+    /// The same while joints that the stack locks still come to rest: `speed` has zero for them, this has the speed that they may be
+    /// entered with.
+    pub coasting: &'a [f64],
+}
+
+impl Context<'_> {
+    /// Size of the table of values.
+    pub fn slot_count(&self) -> usize {
+        self.values.len()
+    }
+}
+
+/// Why a task cannot be built from well-formed parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BuildError {
+    /// The parameter at fault; empty for the task as a whole.
+    pub param: String,
+    /// What is wrong.
+    pub message: String,
+    /// What to do.
+    pub help: Option<String>,
+}
+
+impl BuildError {
+    /// An error about a parameter.
+    pub fn new(param: &str, message: impl Into<String>) -> Self {
+        BuildError { param: param.to_string(), message: message.into(), help: None }
+    }
+
+    /// Says what to do.
+    pub fn help(mut self, text: impl Into<String>) -> Self {
+        self.help = Some(text.into());
+        self
+    }
+}
+
+impl From<WrongForm> for BuildError {
+    fn from(w: WrongForm) -> Self {
+        let message = format!("`{}` does not have the form that this task type declares", w.param);
+        BuildError { param: w.param, message, help: None }
+    }
+}
+
+/// Makes sure that every index in the parameters points somewhere, so that a built task never looks outside a table.
+///
+/// # Errors
+/// A link, a joint or a place in the table of values does not exist, or a shape has no sound size and placement.
+pub fn check(params: &BoundParams, ctx: &Context) -> Result<(), BuildError> {
+    for (name, bound) in params {
+        check_one(bound, ctx).map_err(|message| BuildError::new(name, message))?;
+    }
+    Ok(())
+}
+
+fn check_one(bound: &Bound, ctx: &Context) -> Result<(), &'static str> {
+    let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };
+    let link = |l: &LinkId| ensure(l.index() < ctx.model.links.len(), "a frame does not exist");
+    let dof = |d: &usize| ensure(*d < ctx.model.nv() && *d < ctx.speed.len(), "a joint does not exist");
+    let slot = |s: &Slot| {
+        let inside = s.at.checked_add(s.len).is_some_and(|end| end <= ctx.slot_count());
+        ensure(inside, "a number has no place in the table of values")
+    };
+    let one = |s: &Slot| ensure(s.len == 1, "a single number is needed").and_then(|()| slot(s));
+    let arm = |a: &Arm| {
+        [Some(&a.tip), a.shoulder.as_ref(), a.elbow.as_ref(), a.wrist.as_ref()].into_iter().flatten().try_for_each(link)
+    };
+    match bound {
+        Bound::Value(s) => slot(s),
+        Bound::Frame(_, l) => link(l),
+        Bound::Frames(list) => list.iter().try_for_each(|(_, l)| link(l)),
+        Bound::Arm(a) => arm(a),
+        Bound::Geometries(list) => list.iter().try_for_each(|g| g.check(ctx.model)),
+        Bound::Joints(list) => list.iter().try_for_each(dof),
+        Bound::PerJoint(list) => list.iter().try_for_each(|(d, s)| dof(d).and_then(|()| one(s))),
+        Bound::PerArm(list) => list.iter().try_for_each(|(a, s)| arm(a).and_then(|()| one(s))),
+        // The program knows which there are.
+        Bound::Choice(_) | Bound::Task(_) | Bound::Field(_) => Ok(()),
+        Bound::Expression(e) => e.check(ctx.model, ctx.slot_count()),
+        Bound::Group(group) => group.values().try_for_each(|b| check_one(b, ctx)),
+    }
+}
