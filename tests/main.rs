@@ -19,6 +19,7 @@ mod hard_limits;
 mod hard_motion;
 mod humans;
 mod idle;
+mod imports;
 mod labels;
 mod layers_scenarios;
 mod lsp;

@@ -4,8 +4,8 @@
 use crate::common;
 
 use common::program_of;
-use runtime::program::{HighGain, PeriodError, Program};
 use runtime::{Controller, ProgramError};
+use runtime::{HighGain, PeriodError, Program};
 
 /// An arm with gains of 80 /s and 60 /s, one that moves, and a low-level layer.
 fn arm(rate: f64) -> Program {

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use compiler::{ParamValue, Report};
-use runtime::expect::formula::Unit;
 use runtime::program::ScenarioProgram;
+use runtime::program::Unit;
 use runtime::record::roster::Roster;
 use runtime::{Program, Simulation};
 use stdlib_tasks::task::Nature;

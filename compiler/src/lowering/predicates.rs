@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use dsl::Diagnostic;
 use dsl::tree::{BinaryOp, Value, ValueKind};
-use runtime::expect::formula::Unit;
+use runtime::program::Unit;
 use runtime::program::{Op, Predicate, PredicateTable};
 use stdlib_tasks::dimension::NONE;
 

@@ -8,15 +8,12 @@
 
 use robot::{Data, LinkId, Model};
 use solver::Problem;
-use stdlib_tasks::field::Field;
 use stdlib_tasks::task::{Nature, Rows, State, Task};
 
 use super::Member;
 use crate::program::{Interface, Times};
+use crate::sampling::{SAMPLES, SEED, Spread};
 use crate::values::ValueTable;
-
-/// Configurations that are looked at.
-const SAMPLES: usize = 48;
 
 /// The share of them whose coefficients count, from the smallest: near a singular configuration of the row itself they may
 /// be as large as one likes.
@@ -32,32 +29,6 @@ const HORIZON: f64 = 0.065;
 /// The time tau of a program with this period, in s.
 pub(super) fn horizon(period: f64) -> f64 {
     HORIZON.max(2.0 * period)
-}
-
-/// How much a safety field bends with each degree of freedom over a time `horizon`, of a size as the rows of tasks.
-pub(crate) fn curvature_of_field(field: &mut Field, model: &Model, locked: &[usize], horizon: f64) -> Vec<f64> {
-    let (mut data, mut spread) = (Data::new(model), Spread(SEED));
-    let mut most = vec![0.0_f64; model.nv()];
-    for _ in 0..SAMPLES {
-        let q = model.random_configuration(&mut || spread.next());
-        model.forward(&q, &mut data);
-        most.iter_mut().zip(field.levers(model, &data)).for_each(|(most, lever)| *most = most.max(lever));
-    }
-    locked.iter().for_each(|&dof| most[dof] = 0.0);
-    most.iter().map(|a| horizon * most.iter().map(|b| a.min(*b)).sum::<f64>()).collect()
-}
-
-/// Where the spread of configurations begins.
-const SEED: u64 = 0x5eed;
-
-/// Uniform numbers in 0..1: a linear congruential generator is enough to spread configurations (Knuth, MMIX).
-struct Spread(u64);
-
-impl Spread {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
 }
 
 /// What a stack's tasks are looked at with.

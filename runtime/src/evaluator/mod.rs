@@ -6,7 +6,6 @@
 mod build;
 mod capture;
 mod curvature;
-pub(crate) use curvature::curvature_of_field;
 mod member;
 mod moment;
 mod ready;

@@ -5,7 +5,6 @@
 //! storage that was allocated before, and comes to the same [`Outcome`]. The two share the definition of a [`Value`] and
 //! nothing else. The definitions stand in the book, "Expectations".
 
-pub mod formula;
 mod network;
 pub mod offline;
 pub mod online;
@@ -14,11 +13,9 @@ mod queue;
 pub mod value;
 pub mod verdict;
 mod wedge;
-mod window;
 
-pub use formula::{Formula, MAX_NODES, Node, Unit};
+pub use crate::program::{Formula, MAX_NODES, Node, Unit, Window, WindowError};
 pub use network::MAX_KEPT;
 pub use online::{Monitor, PushError};
 pub use value::{Interval, Value};
 pub use verdict::{Outcome, Verdict};
-pub use window::{Window, WindowError};

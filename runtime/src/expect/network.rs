@@ -4,12 +4,12 @@
 //! certain, in a [`Ring`]. What no temporal operator stands over is wanted at the first tick alone; it needs no ring, and
 //! is known at any time as far as it goes, so that a violation shows at once.
 
-use super::formula::{Formula, Node};
 use super::operator::{FirstTime, Running, Sliding, first_times, open_end};
 use super::queue::{Queue, Stretch};
 use super::value::{Interval, Value};
 use super::verdict::Sense;
-use super::window::Window;
+use crate::program::Window;
+use crate::program::{Formula, Node};
 use crate::program::{ProgramError, error};
 
 /// The most values that one network keeps, and those of all expectations of a scenario together.

@@ -4,11 +4,11 @@
 //! time that grows with the ticks alone: windows by [`super::wedge`], `until` by its rewriting to a window and a
 //! recursion (Donzé, Ferrère, Maler, *Efficient robust monitoring for STL*, 2013).
 
-use super::formula::{Formula, Node, Unit};
 use super::value::{Interval, Value};
 use super::verdict::{Outcome, Sense};
 use super::wedge::largest_ahead;
-use super::window::Window;
+use crate::program::Window;
+use crate::program::{Formula, Node, Unit};
 use crate::program::{ProgramError, error};
 
 /// One interval a tick.

@@ -3,10 +3,10 @@
 //! The formula is evaluated twice, by one network of operations over the signals as they are, and by one over their truth
 //! values: the first knows the robustness and its instant, the second the tick at which the verdict became certain.
 
-use super::formula::{Formula, Unit};
 use super::network::{Network, Step};
 use super::verdict::{Outcome, Sense, Verdict};
 use crate::program::ProgramError;
+use crate::program::{Formula, Unit};
 
 /// Why a tick was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

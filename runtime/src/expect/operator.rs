@@ -7,7 +7,7 @@
 
 use super::queue::{Queue, Stretch};
 use super::value::{Interval, Value};
-use super::window::Window;
+use crate::program::Window;
 
 /// `until` at the first tick.
 #[derive(Clone, Debug)]

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::formula::Unit;
 use super::value::Interval;
+use crate::program::Unit;
 
 /// Whether it held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

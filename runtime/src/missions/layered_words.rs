@@ -4,7 +4,7 @@ use mission::layers::execution::{Doing, Event, Happening};
 use mission::layers::problem::Problem;
 
 use super::words::changed;
-use crate::text::number;
+use crate::numbers::number;
 
 fn name(problem: &Problem, agent: usize) -> &str {
     problem.agent_label(agent).unwrap_or("somebody")

@@ -4,7 +4,7 @@ use mission::execution::{Event, Happening};
 use mission::plan::Actor;
 use mission::schedule::problem::Problem;
 
-use crate::text::number;
+use crate::numbers::number;
 
 /// An index that stands for infinity: what cost nothing costs something.
 const LARGE: f64 = 1e6;

@@ -5,6 +5,7 @@
 //! `K e` towards the safe target, and its Jacobian; with the rates of the clock, which gives `eta` as the difference; and
 //! last for the hierarchy. Rows are affine in the rates, whatever the type of the task, and so nothing here knows one.
 
+mod curvature;
 mod settings;
 
 use std::collections::BTreeSet;
@@ -159,7 +160,7 @@ impl Planning {
     pub fn bend(&mut self, model: &Model, above: &[Level], task: (&Level, usize), exact: &[bool], horizon: f64) {
         // The least time: room for people comes before smoothness.
         let least = 0.5 * self.planner.period();
-        let field = crate::evaluator::curvature_of_field(&mut self.field, model, &self.locked, least);
+        let field = curvature::curvature_of_field(&mut self.field, model, &self.locked, least);
         self.planner.bend(&Bending { above, task, field: &field, exact, part: least / horizon });
     }
 

@@ -10,10 +10,10 @@ use mission::schedule::choose::Options;
 use mission::schedule::problem::{AgentKind, Problem};
 use serde::{Deserialize, Serialize};
 
+use super::Unit;
 use super::check::ensure;
 use super::layers_scenario::{OfLayers, OfTeammate};
 use super::{ExpectationProgram, Predicate, PredicateTable, ProgramError, ScheduleProgram, WorkerProgram, error};
-use crate::expect::Unit;
 
 /// The most instants at which the expectations of a run are judged.
 pub const MAX_INSTANTS: u32 = 200_000;

@@ -8,15 +8,17 @@ mod alike;
 mod check;
 mod check_machine;
 mod check_scenario;
+mod formula;
+mod gain;
 mod layers_scenario;
 mod machine;
 mod mission;
 mod mission_scenario;
-mod period;
 mod scenario;
 mod signal;
 mod tape;
 mod trajectory;
+mod window;
 mod worker;
 
 use robot::Model;
@@ -27,6 +29,8 @@ use stdlib_tasks::field::FieldProgram;
 
 pub use check::ProgramError;
 pub(crate) use check::error;
+pub use formula::{Formula, MAX_NODES, Node, Unit};
+pub use gain::overshoots;
 pub use layers_scenario::{OfLayers, OfTeammate};
 pub use machine::{
     ActionProgram, FaultPattern, MachineProgram, MeasuredProgram, OwnAction, StateProgram, TransitionProgram, Trigger,
@@ -36,7 +40,6 @@ pub use mission_scenario::{
     Happens, MAX_HAPPENINGS, MAX_INSTANTS, MAX_MISSION, MissionMeasure, MissionScenarioProgram, Occurrence, OfAgent,
     OfMission, OfRobot, Replies, Reply, ends_with_step, step_within,
 };
-pub use period::{HighGain, PeriodError, overshoots};
 pub use scenario::{
     ExpectationProgram, Force, HumanScript, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate,
     PredicateTable, PushScript, ScenarioProgram, Sending, SignalScript, Track, WorldProgram,
@@ -44,6 +47,7 @@ pub use scenario::{
 pub use signal::{Conditioning, HumanProgram, Initial, Interface, Lost, MAX_SIGNAL, SignalProgram, Tracking, Velocity};
 pub use tape::{Op, Output, Tape, Times};
 pub use trajectory::{MAX_POINTS, Motion, Shape, TrajectoryProgram};
+pub use window::{Window, WindowError};
 pub use worker::{ControllerProgram, MAX_RUNNING, MAX_TICKS, Running, WorkerProgram};
 
 /// The version of the format; a program of another version is refused.

@@ -4,8 +4,8 @@ use robot::LinkId;
 use serde::{Deserialize, Serialize};
 use stdlib_tasks::expression::Expression;
 
+use super::{Formula, Unit};
 use super::{Program, RunProgram};
-use crate::expect::{Formula, formula::Unit};
 use crate::fault::FaultKind;
 
 /// A run with a world of its own.

@@ -25,7 +25,7 @@ use crate::controller::Controller;
 use crate::csv::cell;
 use crate::evaluator::{Evaluator, Member};
 use crate::program::{Program, Subject};
-use crate::simulate::{Recorder, Tick};
+use crate::tick::{Recorder, Tick};
 use stdlib_tasks::task::Nature;
 
 /// Writes ticks to a stream.

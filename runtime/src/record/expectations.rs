@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::expect::formula::Unit;
 use crate::expect::{Outcome, Verdict};
+use crate::program::Unit;
 use crate::program::{ExpectationProgram, Measure, ScenarioProgram};
 
 /// What became of an expectation.

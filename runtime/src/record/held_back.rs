@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::controller::{Controller, Stage};
 use crate::evaluator::Member;
-use crate::simulate::{Recorder, Tick};
+use crate::tick::{Recorder, Tick};
 
 /// A level that could not do all it asked for, because of a row above it.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -12,7 +12,7 @@ mod summarise;
 pub mod summary;
 pub mod verify;
 
-use crate::simulate::{Recorder, Tick};
+use crate::tick::{Recorder, Tick};
 
 /// Several recorders at once.
 pub struct All<'a>(pub Vec<&'a mut dyn Recorder>);

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::controller::Controller;
 use crate::evaluator::Member;
-use crate::simulate::Tick;
+use crate::tick::Tick;
 
 /// A level of a stack.
 #[derive(Clone, Debug)]

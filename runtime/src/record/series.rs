@@ -6,7 +6,7 @@ use stdlib_tasks::task::Nature;
 use super::roster::Roster;
 use crate::controller::Controller;
 use crate::evaluator::Member;
-use crate::simulate::{Recorder, Tick};
+use crate::tick::{Recorder, Tick};
 
 /// The most samples that are kept.
 pub const MAX_SAMPLES: usize = 1000;

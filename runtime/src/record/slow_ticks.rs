@@ -5,7 +5,7 @@ use serde::Serialize;
 use solver::Active;
 
 use crate::controller::Controller;
-use crate::simulate::{Recorder, Tick};
+use crate::tick::{Recorder, Tick};
 
 /// So many are kept.
 const KEPT: usize = 3;

@@ -19,7 +19,7 @@ use crate::record::held_back::HeldBackRecorder;
 use crate::record::joint_motion::JointMotionRecorder;
 use crate::record::roster::{Roster, RosterLevel};
 use crate::record::slow_ticks::SlowTicksRecorder;
-use crate::simulate::{Recorder, Tick};
+use crate::tick::{Recorder, Tick};
 
 #[derive(Clone, Copy)]
 struct PartStatistics {

@@ -1,5 +1,6 @@
 //! `summary.json`: what a run came to, task by task and level by level, as data. [`SummaryRecorder`] gathers it.
 
+pub use crate::tick::MARGIN_TOLERANCE;
 use std::collections::BTreeMap;
 
 use serde::Serialize;
@@ -11,10 +12,6 @@ use crate::record::slow_ticks::SlowTick;
 use crate::record::verify::Verification;
 
 pub use super::summarise::SummaryRecorder;
-
-/// A margin counts as passed below minus this, in the row's SI unit. The solver meets a bound to about 1e-11 of the
-/// row's size, and a joint that rests at its limit has a margin of zero up to rounding.
-pub const MARGIN_TOLERANCE: f64 = 1e-9;
 
 /// A run in numbers. SI units throughout.
 #[derive(Clone, Debug, PartialEq, Serialize)]

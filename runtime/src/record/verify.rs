@@ -6,7 +6,7 @@ use solver::{Backend, HierarchicalSolver, Problem, Solution, Status, certificate
 
 use crate::controller::{Controller, Stage};
 use crate::program::Program;
-use crate::simulate::{Recorder, Tick};
+use crate::tick::{Recorder, Tick};
 
 /// Two answers that differ by more are two answers, in rad/s or m/s. It happens close to singular configurations, where a
 /// direction moves a task by about 1e-9 of its size: one solver may count it, the other not.

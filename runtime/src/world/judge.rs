@@ -5,10 +5,10 @@ use stdlib_tasks::expression::Evaluation;
 use stdlib_tasks::task::State;
 
 use super::measures::Measures;
-use crate::expect::formula::Unit;
 use crate::expect::{MAX_KEPT, Monitor, Outcome};
+use crate::program::Unit;
 use crate::program::{Measure, PredicateTable, Program, ProgramError, ScenarioProgram, error};
-use crate::simulate::{Recorder, Tick};
+use crate::tick::{Recorder, Tick};
 
 /// A recorder that knows at the end what became of each expectation.
 pub struct Judge {

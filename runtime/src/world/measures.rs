@@ -6,8 +6,8 @@
 use crate::evaluator::{Evaluator, Moment};
 use crate::motion::Motion;
 use crate::program::{LevelProgram, Measure, MemberProgram, Program, ProgramError, StackProgram, Times};
-use crate::record::summary::MARGIN_TOLERANCE;
-use crate::simulate::Tick;
+use crate::tick::MARGIN_TOLERANCE;
+use crate::tick::Tick;
 use nalgebra::Vector3;
 use robot::Data;
 use solver::Problem;

@@ -16,7 +16,7 @@ use serde::Serialize;
 use stdlib_tasks::dimension::{ACCELERATION, ANGULAR_ACCELERATION, Dimension};
 
 use crate::controller::{Controller, Stage};
-use crate::simulate::{Recorder, Tick};
+use crate::tick::{Recorder, Tick};
 pub use jumps::Jumps;
 use jumps::{Change, JumpCounter};
 pub use reversals::Reversals;

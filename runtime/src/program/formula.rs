@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use stdlib_tasks::dimension::{Dimension, TIME};
 
 use super::window::Window;
-use crate::program::{ProgramError, error};
+use super::{ProgramError, error};
 
 /// The most nodes of a formula.
 pub const MAX_NODES: usize = 1000;
@@ -184,8 +184,8 @@ impl Formula {
 mod tests {
     use stdlib_tasks::dimension::{ANGLE, LENGTH, TIME};
 
+    use super::super::Window;
     use super::{Formula, Node, Unit};
-    use crate::expect::Window;
 
     fn formula(nodes: Vec<Node>) -> Formula {
         Formula { nodes, period: 0.01 }

@@ -8,16 +8,7 @@
 use std::fmt;
 
 use crate::evaluator::{Evaluator, build_tasks};
-
-use super::{Program, ProgramError};
-
-/// `φ T` above one by no more than this is rounding.
-const ROUNDING: f64 = 1e-12;
-
-/// Whether a gain in 1/s overshoots within a period in s.
-pub fn overshoots(gain: f64, period: f64) -> bool {
-    gain * period > 1.0 + ROUNDING
-}
+use crate::program::{Program, ProgramError, overshoots};
 
 /// A gain that is too high for a period.
 #[derive(Clone, Debug, PartialEq)]
