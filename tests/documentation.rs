@@ -164,6 +164,32 @@ fn the_map_names_only_what_exists() {
     assert!(named > 10, "only {named} paths were found");
 }
 
+/// Files of source that other pages name; what a user may have in a folder of their own is none.
+#[test]
+fn pages_name_only_files_of_source_that_exist() {
+    let mut pages = vec![root().join("CONTRIBUTING.md"), root().join("README.md"), root().join("SECURITY.md")];
+    markdown_files(&root().join("docs/src"), &mut pages);
+    let mut named = 0;
+    for page in pages {
+        let text = std::fs::read_to_string(&page).expect("text");
+        for word in text.split('`').skip(1).step_by(2) {
+            let is_source = (word.contains("src/") || word.starts_with("tests/") || word.starts_with("benches/"))
+                && !word.starts_with('/')
+                && !word.contains([' ', '(', ':', '<', '*', '{', '$', '"', '\n']);
+            if is_source {
+                named += 1;
+                let beside = page.parent().is_some_and(|folder| folder.join(word).exists());
+                assert!(
+                    beside || root().join(word).exists(),
+                    "{} names `{word}`, which does not exist",
+                    page.display()
+                );
+            }
+        }
+    }
+    assert!(named > 10, "only {named} files were found");
+}
+
 #[test]
 fn links_between_pages_lead_somewhere() {
     let mut files = Vec::new();

@@ -197,3 +197,32 @@ fn circles_are_seen() {
     assert_eq!(edges[&module("a/inner")], BTreeSet::from([module("b"), module("c")]));
     assert!(reached(&edges, &module("b")).contains(&module("b")));
 }
+
+/// The stages of the compiler from the bottom up, as `ARCHITECTURE.md` has them; those of one line do not know each other.
+const STAGES: [&[&str]; 10] = [
+    &["entries", "sections", "units"],
+    &["diagnostics"],
+    &["forms", "input", "paths", "quantities"],
+    &["cli_overrides", "expr", "recording"],
+    &["expand", "robot_binding"],
+    &["binding", "named"],
+    &["analysis", "source_map"],
+    &["lowering"],
+    &["checks"],
+    &["compile"],
+];
+
+#[test]
+fn stages_of_the_compiler_look_down() {
+    let imports = Imports::of(&Path::new(env!("CARGO_MANIFEST_DIR")).join("compiler/src"));
+    let stage = |module: &str| {
+        STAGES.iter().position(|s| s.contains(&module)).unwrap_or_else(|| panic!("`{module}` is in no stage: add it"))
+    };
+    let mut wrong = Vec::new();
+    for (from, targets) in imports.edges() {
+        for to in targets.iter().filter(|to| to[0] != from[0] && stage(&to[0]) >= stage(&from[0])) {
+            wrong.push(format!("{} imports {}", from.join("/"), to.join("/")));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}

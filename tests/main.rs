@@ -41,5 +41,6 @@ mod solve;
 mod solvers;
 mod supply_chain;
 mod sweep;
+mod task_names;
 mod tools;
 mod trajectories;

@@ -1,0 +1,73 @@
+//! A task type is known by its properties outside the library, not by its name. Where one is still known by name, it stands in a list that
+//! may only become shorter.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// Task type, and the file that has its name in quotes. `hold` is also a choice of a trajectory and of people.
+const NAMED: [(&str, &str); 29] = [
+    ("frame_pose", "compiler/src/checks/conflicting_targets.rs"),
+    ("frame_position", "compiler/src/checks/conflicting_targets.rs"),
+    ("hold", "compiler/src/expr/trajectories.rs"),
+    ("hold", "compiler/src/lowering/humans.rs"),
+    ("hold", "compiler/src/sections/human.rs"),
+    ("hold", "src/sweep/digest.rs"),
+    ("joint_acceleration_limits", "compiler/src/checks/braking.rs"),
+    ("joint_acceleration_limits", "src/init/spec.rs"),
+    ("joint_position", "compiler/src/checks/ineffective.rs"),
+    ("joint_position_limits", "compiler/src/checks/accelerations.rs"),
+    ("joint_position_limits", "compiler/src/checks/braking.rs"),
+    ("joint_position_limits", "compiler/src/checks/mod.rs"),
+    ("joint_position_limits", "src/init/spec.rs"),
+    ("joint_velocity", "compiler/src/checks/accelerations.rs"),
+    ("joint_velocity", "compiler/src/entries.rs"),
+    ("joint_velocity_limits", "compiler/src/checks/accelerations.rs"),
+    ("joint_velocity_limits", "compiler/src/checks/mod.rs"),
+    ("joint_velocity_limits", "compiler/src/entries.rs"),
+    ("joint_velocity_limits", "src/init/spec.rs"),
+    ("keep", "compiler/src/binding/scope.rs"),
+    ("keep", "compiler/src/checks/scenario_start.rs"),
+    ("safety_planner", "compiler/src/checks/safety_planners.rs"),
+    ("safety_planner", "runtime/src/planning/settings.rs"),
+    ("self_collision", "compiler/src/checks/first_tick.rs"),
+    ("self_collision", "src/report/scene.rs"),
+    ("speed_separation", "compiler/src/checks/accelerations.rs"),
+    ("track", "compiler/src/checks/ineffective.rs"),
+    ("virtual_wall", "compiler/src/checks/first_tick.rs"),
+    ("virtual_wall", "src/report/scene.rs"),
+];
+
+fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            sources(&path, files);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            files.push(path);
+        }
+    }
+}
+
+#[test]
+fn task_types_are_named_in_the_library_alone() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut files = Vec::new();
+    for folder in ["compiler/src", "runtime/src", "mission/src", "dsl/src", "context/src", "src"] {
+        sources(&root.join(folder), &mut files);
+    }
+    let mut found = BTreeSet::new();
+    for file in &files {
+        let text = std::fs::read_to_string(file).expect("text");
+        let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+        for kind in stdlib_tasks::KINDS {
+            if text.contains(&format!("\"{}\"", kind.name)) {
+                found.insert((kind.name, file.strip_prefix(root).expect("below").to_string_lossy().into_owned()));
+            }
+        }
+    }
+    let known: BTreeSet<(&str, String)> = NAMED.iter().map(|(kind, file)| (*kind, file.to_string())).collect();
+    let new: Vec<_> = found.difference(&known).collect();
+    assert!(new.is_empty(), "known by name, and not by a property of the type: {new:?}");
+    let gone: Vec<_> = known.difference(&found).collect();
+    assert!(gone.is_empty(), "no longer named there: {gone:?}");
+}
