@@ -200,7 +200,7 @@ fn circles_are_seen() {
 
 /// The stages of the compiler from the bottom up, as `ARCHITECTURE.md` has them; those of one line do not know each other.
 const STAGES: [&[&str]; 10] = [
-    &["entries", "sections", "units"],
+    &["sections", "units"],
     &["diagnostics"],
     &["forms", "input", "paths", "quantities"],
     &["cli_overrides", "expr", "recording"],

@@ -13,7 +13,6 @@ mod checks;
 mod cli_overrides;
 mod compile;
 mod diagnostics;
-mod entries;
 mod expand;
 pub mod expr;
 mod forms;

@@ -11,9 +11,9 @@ use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::{Dimension, LENGTH};
 use stdlib_tasks::task::{Nature, RowInfo};
 
+use super::entries;
 use super::{limit, number, place};
 use crate::binding::Number;
-use crate::entries;
 use crate::source_map::SourceMap;
 use crate::units::shown;
 

@@ -4,6 +4,7 @@ mod accelerations;
 mod braking;
 mod conflicting_targets;
 mod discontinuities;
+mod entries;
 mod first_tick;
 mod ineffective;
 mod machine;

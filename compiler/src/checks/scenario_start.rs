@@ -11,7 +11,7 @@ use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::expression::Leaf;
 
-use crate::entries;
+use super::entries;
 use crate::units::shown;
 
 /// Poses that are looked at for the best value of a safety field.
