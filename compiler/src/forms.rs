@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use dsl::tree::{Block, Entry, Value, ValueKind};
 use dsl::{Diagnostic, Spanned};
+use names::{list, suggest};
 
-use crate::diagnostics::names::{list, suggest};
 use crate::sections::Section;
 
 /// Reports a key that has no meaning in a section.

@@ -27,10 +27,11 @@ pub mod sections;
 mod source_map;
 pub mod units;
 
+pub use ::names;
 pub use analysis::idle_rows::leave_out;
 pub use compile::{compile, compile_among, params};
 pub use diagnostics::report::{Report, Style};
-pub use diagnostics::{codes, names, report};
+pub use diagnostics::{codes, report};
 pub use expand::{files, parameter_types};
 pub use input::{Compiled, Input, Texts};
 pub use lowering::{ParamValue, VERBS, Verb, signal_types};

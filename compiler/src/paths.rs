@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use crate::diagnostics::names::suggest;
+use names::suggest;
 
 /// The help for a path that leads to no file: one of nearly this name in the same folder, or where it was looked for.
 pub(crate) fn instead_of(path: &Path) -> String {

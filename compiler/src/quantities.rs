@@ -1,10 +1,9 @@
 //! What can be expected of a mission, written once: what each quantity is called, whose it is, its unit and what it says.
 //! Expectations, their diagnostics, the language server and the page of keys derive from it.
 
+use names::{list, suggest};
 use runtime::program::{MissionMeasure, OfAgent, OfLayers, OfMission, OfRobot, OfTeammate};
 use stdlib_tasks::dimension::{Dimension, LENGTH, NONE, TIME, VELOCITY};
-
-use crate::diagnostics::names::{list, suggest};
 
 const ENERGY: Dimension = Dimension { m: 2, kg: 1, s: -2, rad: 0 };
 const WORKLOAD: Dimension = Dimension { m: 0, kg: 1, s: 1, rad: 0 };

@@ -10,9 +10,9 @@ use std::path::Path;
 
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned};
 use lines::{Cell, Lines};
+use names::{list, suggest};
 use runtime::program::Track;
 
-use crate::diagnostics::names::{list, suggest};
 use crate::paths::instead_of;
 
 /// Largest file that is read, in bytes.

@@ -6,22 +6,9 @@ use crate::holes::{Part, is_plain_name, parts};
 use crate::tree::{Unit, Value, ValueKind};
 use crate::vocabulary::TEXT_KEYS;
 
-/// The candidate nearest to `word`, if it is near enough to be meant.
+/// The candidate nearest to `word`, if it is near enough to be meant. Long words come from nowhere near a keyboard.
 pub(crate) fn nearest<'c>(word: &str, candidates: &[&'c str]) -> Option<&'c str> {
-    if word.len() > 64 {
-        return None;
-    }
-    let allowed = ((word.chars().count() + 1) / 3).clamp(1, 3);
-    let lower = word.to_lowercase();
-    let length = lower.chars().count();
-    candidates
-        .iter()
-        // As many letters as two words differ in length are to be added at least.
-        .filter(|c| c.chars().count().abs_diff(length) <= allowed)
-        .map(|c| (strsim::osa_distance(&lower, &c.to_lowercase()), *c))
-        .filter(|(distance, c)| *distance <= allowed && *distance < c.len())
-        .min_by_key(|(distance, c)| (*distance, c.len().abs_diff(word.len())))
-        .map(|(_, c)| c)
+    if word.len() > 64 { None } else { ::names::suggest(word, candidates.iter().copied()) }
 }
 
 /// The unit symbol that a misspelt one probably means.

@@ -5,6 +5,7 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
+use names::{list, suggest};
 use runtime::program::{CaptureSource, Op};
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::expression::Leaf;
@@ -12,7 +13,6 @@ use stdlib_tasks::task::ActualType;
 
 use super::cut::cut;
 use super::scope::TaskScope;
-use crate::diagnostics::names::{list, suggest};
 use crate::diagnostics::refused::Refused;
 use crate::expr::constants::is_word;
 use crate::expr::{Graph, Kind, Lowering, Typed, root};

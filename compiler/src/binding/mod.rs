@@ -21,13 +21,13 @@ use std::collections::BTreeMap;
 
 use dsl::tree::{Block, Entry, Let, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned, Spelling};
+use names::{list, suggest};
 use robot::LinkId;
 use stdlib_tasks::bound::{Bound, BoundParams, Slot};
 use stdlib_tasks::dimension::{Dimension, NONE, RATE};
 use stdlib_tasks::params::{ParamInfo, ParamType, Presence};
 use stdlib_tasks::task::TaskKind;
 
-use crate::diagnostics::names::{list, suggest};
 use crate::expr::constants::Params;
 use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Typed};
 use crate::forms::{block_of, items_of, text_of, unknown_keys};

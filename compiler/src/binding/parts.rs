@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 
 use dsl::Diagnostic;
 use dsl::tree::{Value, ValueKind};
+use names::{list, suggest};
 use robot::LinkId;
 use stdlib_tasks::bound::{Arm, Geometry};
 use stdlib_tasks::params::ParamInfo;
 
 use super::Binder;
-use crate::diagnostics::names::{list, suggest};
 use crate::forms::{items_of, path_of, text_of};
 use crate::robot_binding::{BoundRobot, unknown_geometry, unknown_link};
 

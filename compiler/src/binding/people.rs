@@ -2,11 +2,11 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
+use names::{list, suggest};
 use stdlib_tasks::bound::Geometry;
 use stdlib_tasks::expression::{Away, Leaf};
 
 use super::scope::TaskScope;
-use crate::diagnostics::names::{list, suggest};
 use crate::diagnostics::refused::{Refused, refuse};
 use crate::expr::constants::Human;
 use crate::expr::{Graph, Meaning, Typed, symbol};

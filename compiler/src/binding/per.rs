@@ -149,7 +149,7 @@ impl Binder<'_> {
                         .map(|d| d.name.as_str())
                         .collect();
                     let help = if based && !rest.is_empty() {
-                        let joints = crate::diagnostics::names::pattern(&rest);
+                        let joints = names::pattern(&rest);
                         format!(
                             "the base is among these: name the other joints alone, {joints}, and the base by its own names"
                         )

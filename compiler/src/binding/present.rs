@@ -3,6 +3,7 @@
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use nalgebra::Vector3;
+use names::{list, suggest};
 use robot::{Data, LinkId, Model};
 use runtime::program::Op;
 use stdlib_tasks::bound::Geometry;
@@ -12,7 +13,6 @@ use stdlib_tasks::task::TaskKind;
 
 use super::parts;
 use super::scope::TaskScope;
-use crate::diagnostics::names::{list, suggest};
 use crate::diagnostics::refused::{Refused, refuse};
 use crate::expr::constants::joint_dimension;
 use crate::expr::{self, Axes, Frame, Graph, Kind, Meaning, Now, Typed, field_symbol};

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use dsl::Diagnostic;
 use dsl::tree::{Block, Value, ValueKind};
+use names::{list, suggest};
 use stdlib_tasks::bound::{Bound, BoundParams};
 use stdlib_tasks::kinds::safety_planner::{PATH, TURN};
 use stdlib_tasks::params::{ParamInfo, ParamType};
 use stdlib_tasks::task::Nature;
 
 use super::{Binder, Owner};
-use crate::diagnostics::names::{list, suggest};
 use crate::expr::{Axes, Frame};
 use crate::forms::{block_of, target, text_of, unknown_key, written};
 

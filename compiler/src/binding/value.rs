@@ -2,6 +2,7 @@
 
 use dsl::Diagnostic;
 use dsl::tree::{Value, ValueKind};
+use names::list;
 use runtime::program::{ValueRange, overshoots};
 use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::dimension::{Dimension, RATE};
@@ -10,7 +11,6 @@ use stdlib_tasks::params::{ParamInfo, Quantity};
 use super::gain;
 use super::scope::TaskScope;
 use super::{Binder, DEFAULTS, Number, Owner, present};
-use crate::diagnostics::names::list;
 use crate::expr::constants::{fits, one_unit, unit_of_divisor, with_units};
 use crate::expr::{Frame, Kind, Lowering, Typed, frames};
 use crate::forms::unknown_key;

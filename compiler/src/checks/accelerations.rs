@@ -8,12 +8,12 @@
 use std::collections::BTreeSet;
 
 use dsl::{Diagnostic, Sources, Span};
+use names::list;
 use runtime::program::{MemberProgram, Op, Program, StackProgram, Tape, TaskProgram, Times};
 use runtime::{Evaluator, Member, Rest, build_tasks};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::task::Nature;
 
-use crate::diagnostics::names::list;
 use crate::source_map::SourceMap;
 
 /// Number of configurations beside home that are tried for the joints that a task moves: at one alone the robot may be singular.

@@ -2,7 +2,6 @@
 
 pub mod codes;
 pub(crate) mod follow_ons;
-pub mod names;
 pub(crate) mod refused;
 pub mod report;
 mod snippets;

@@ -2,12 +2,12 @@
 
 use dsl::tree::{Entry, Member, MemberTask, Parameter, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
+use names::{list, suggest};
 use stdlib_tasks::dimension::{ANGLE, ANGULAR_VELOCITY, Dimension, LENGTH, MASS, NONE, RATE, TIME, VELOCITY};
 
 use super::fill::{Bindings, Bound, Frame};
 use super::module::missing;
 use super::{Expander, Given};
-use crate::diagnostics::names::{list, suggest};
 use crate::expr::Kind;
 use crate::expr::constants::is_word;
 use crate::forms::{items_of, path_of, text_of};

@@ -7,11 +7,11 @@ use dsl::tree::{
     Entry, Human, ItemKind, Let, Param, Robot, SafetyField, Signal, Spec, Stack, Task, Value, ValueKind, Variable,
 };
 use dsl::{Diagnostic, SourceId, Span, Spanned};
+use names::{list, suggest};
 
 use super::fill::{Frame, parts};
 use super::module::{Target, declared, parameters};
 use super::{Class, Expander, MAX_DEPTH, Named};
-use crate::diagnostics::names::{list, suggest};
 use crate::forms::text_of;
 use crate::paths::tidy;
 

@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use dsl::holes::{self, Factor, Part};
 use dsl::tree::{Block, Comments, Entry, Number, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, SourceId, Span, Spanned};
+use names::suggest;
 
 use super::{Class, Expander};
-use crate::diagnostics::names::suggest;
 use crate::diagnostics::refused::Refused;
 use crate::forms::{KEY_SEPARATOR, items_of, text_of, written};
 use crate::units::as_written;

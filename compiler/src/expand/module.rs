@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use dsl::tree::{Entry, Import, Item, ItemKind, MissionMember, MissionRepeat, Parameter, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
+use names::{list, suggest};
 
 use super::{Class, Expander, TYPES};
-use crate::diagnostics::names::{list, suggest};
 use crate::expr::constants::is_word;
 use crate::forms::text_of;
 

@@ -2,11 +2,11 @@
 
 use dsl::tree::{Beside, Change, ItemKind, Level, Member, MemberTask, Removal, Repeat, Stack, Values};
 use dsl::{Diagnostic, Span, Spanned};
+use names::{list, suggest};
 
 use super::arguments::{Arguments, Taker};
 use super::fill::Frame;
 use super::{Class, Expander};
-use crate::diagnostics::names::{list, suggest};
 
 impl Expander<'_> {
     /// The levels of a stack, all of them written out. `None` where its base cannot be had.

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use dsl::tree::{ItemKind, MemberTask, Task, TaskDefinition, ValueKind};
 use dsl::{Diagnostic, SourceId, Span, Spanned};
+use names::suggest;
 
 use super::arguments::{Arguments, Taker};
 use super::fill::{Bindings, Bound, Frame, parts};
 use super::{Class, Expander, MAX_DEPTH};
-use crate::diagnostics::names::suggest;
 use crate::forms::text_of;
 use crate::units::as_written;
 

@@ -2,6 +2,7 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
+use names::suggest;
 use stdlib_tasks::dimension::{ANGLE, TIME};
 
 use super::errors;
@@ -11,7 +12,6 @@ use super::present::PRESENT;
 use super::scope::{Failed, MEASURES};
 use super::trajectories::{self, TRAJECTORIES};
 use super::{Kind, Lowering, Typed, frames, ops};
-use crate::diagnostics::names::suggest;
 use crate::expr::constants::{bare_angle, merge_bare};
 
 impl Lowering<'_> {

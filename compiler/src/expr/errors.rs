@@ -1,9 +1,9 @@
 //! Diagnostics that several kinds of expressions share.
 
 use dsl::{Diagnostic, Span};
+use names::suggest;
 
 use super::{Kind, Typed};
-use crate::diagnostics::names::suggest;
 use crate::units::{self, UnitError};
 
 /// A unit has no meaning.

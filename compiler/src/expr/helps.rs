@@ -1,10 +1,10 @@
 //! What to do about operands that do not go together.
 
 use dsl::tree::{BinaryOp, Unit, Value, ValueKind};
+use names::list;
 use stdlib_tasks::dimension::{ANGLE, NONE};
 
 use super::{FUNCTIONS, Kind, PRESENT, TRAJECTORIES, Typed};
-use crate::diagnostics::names::list;
 use crate::units;
 
 /// `one argument`, `2 to 16 arguments`.

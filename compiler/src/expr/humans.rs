@@ -2,11 +2,11 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
+use names::{list, suggest};
 use stdlib_tasks::dimension::LENGTH;
 
 use super::scope::{Failed, Meaning};
 use super::{Axes, Kind, Lowering, Typed};
-use crate::diagnostics::names::{list, suggest};
 use crate::expr::constants::Human;
 use crate::forms::{target, written};
 

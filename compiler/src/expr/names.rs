@@ -2,6 +2,7 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
+use names::suggest;
 use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE, TIME};
 
@@ -9,7 +10,6 @@ use super::functions::FUNCTIONS;
 use super::present::Now;
 use super::scope::{Failed, Meaning};
 use super::{Axes, Kind, Lowering, Typed};
-use crate::diagnostics::names::suggest;
 use crate::forms::{target, written};
 use crate::units;
 

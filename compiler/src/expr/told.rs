@@ -2,11 +2,11 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
+use names::{list, suggest};
 use stdlib_tasks::KINDS;
 
 use super::scope::{Failed, Meaning};
 use super::{Lowering, Typed};
-use crate::diagnostics::names::{list, suggest};
 use crate::forms::{target, written};
 
 /// The name under which something that a task tells stands among the values. Nobody can write it.

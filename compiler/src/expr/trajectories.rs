@@ -2,13 +2,13 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
+use names::{list, suggest};
 use runtime::program::{MAX_POINTS, Motion, Shape, TrajectoryProgram};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, TIME};
 
 use super::errors;
 use super::scope::Failed;
 use super::{Axes, Frame, Kind, Lowering, Typed, frames, ops};
-use crate::diagnostics::names::{list, suggest};
 use crate::expr::constants::{fits, wrong_dimension};
 use crate::units;
 

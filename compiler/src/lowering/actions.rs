@@ -2,8 +2,8 @@
 
 use dsl::Diagnostic;
 use dsl::tree::Action;
+use names::{list, suggest};
 
-use crate::diagnostics::names::{list, suggest};
 use crate::diagnostics::refused::Refused;
 
 /// A verb.

@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::tree::{ItemKind, Machine, MemberTask, Param, Robot, Run, Stack, Task, Value};
 use dsl::{Diagnostic, Span, Spanned, Spelling};
+use names::{list, suggest};
 
 use super::Lowerer;
 use super::in_place::names;
-use crate::diagnostics::names::{list, suggest};
 use crate::expand::{Class, Expanded, Named};
 
 /// The declarations of a spec by kind.

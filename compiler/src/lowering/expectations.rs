@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use dsl::tree::{Expect, Value};
 use dsl::{Diagnostic, Span};
+use names::list;
 use runtime::expect::Unit;
 use runtime::program::{Measure, PredicateTable, Program, ScenarioProgram};
 use runtime::world::is_bound_to_its_stack;
@@ -14,7 +15,6 @@ use super::predicates::{Graphs, measure, mixed, number, predicate};
 use super::shapes::Shape;
 use super::watch::Watch;
 use crate::binding::{Known, TaskScope};
-use crate::diagnostics::names::list;
 use crate::robot_binding::BoundRobot;
 
 /// What the expectations of a scenario speak of.

@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 
 use dsl::Diagnostic;
 use dsl::tree::{SafetyField, Value, ValueKind};
+use names::{list, suggest};
 use robot::{Drive, LinkId, Model};
 use stdlib_tasks::dimension::{Dimension, LENGTH};
 use stdlib_tasks::expression::Leaf;
 use stdlib_tasks::field::{DistanceProgram, FieldProgram, Over};
 
 use super::Lowerer;
-use crate::diagnostics::names::{list, suggest};
 use crate::expand::{Expanded, Named};
 use crate::expr::constants::{Constants, is_word};
 use crate::expr::{Axes, Frame, Kind, Meaning, Symbol, Typed, field_symbol, frames, symbol};

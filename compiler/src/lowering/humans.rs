@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 
 use dsl::tree::{Block, Human, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
+use names::{list, suggest};
 use runtime::program::{Conditioning, HumanProgram, Lost, Op, SignalProgram, Tracking, Velocity};
 use stdlib_tasks::dimension::{Dimension, LENGTH, RATE, TIME, VELOCITY};
 
 use super::Lowerer;
 use super::declared::twice;
-use crate::diagnostics::names::{list, suggest};
 use crate::expr::constants::{self, Constants, is_word};
 use crate::expr::{Axes, Frame, Kind, Typed, symbol};
 use crate::forms::{check_keys, items_of, text_of};

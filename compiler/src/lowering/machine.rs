@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use dsl::tree::{Action, Machine, Moment, StateBody};
 use dsl::{Diagnostic, Span, Spanned};
+use names::{list, suggest};
 use runtime::program::{ActionProgram, MachineProgram, StateProgram};
 
 use super::Lowerer;
 use super::actions::{Verb, verb};
 use crate::binding::BoundTask;
-use crate::diagnostics::names::{list, suggest};
 use crate::forms::{check_keys, text_of};
 use crate::robot_binding::BoundRobot;
 use crate::sections::{MACHINE, STATE};

@@ -2,13 +2,13 @@
 
 use dsl::tree::{Block, Entry, Run};
 use dsl::{Diagnostic, Span, Spanned};
+use names::{list, suggest};
 use runtime::program::{RunProgram, Simulator, Subject};
 use solver::Backend;
 use stdlib_tasks::dimension::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, Dimension, NONE, TIME};
 
 use super::Lowerer;
 use super::declared::Declared;
-use crate::diagnostics::names::{list, suggest};
 use crate::expr::constants::Constants;
 use crate::forms::{block_of, check_keys, text_of};
 use crate::robot_binding::BoundRobot;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use dsl::tree::{Block, Scenario};
 use dsl::{Diagnostic, Span};
+use names::{list, suggest};
 use runtime::program::{Program, RunProgram, ScenarioProgram, Subject, WorldProgram};
 use stdlib_tasks::dimension::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, Dimension, LENGTH, NONE, TIME};
 
@@ -11,7 +12,6 @@ use super::Lowerer;
 use super::declared::twice;
 use super::missions::scenario::{check_scenario_keys, runs_mission};
 use super::shapes::shapes;
-use crate::diagnostics::names::{list, suggest};
 use crate::expand::Expanded;
 use crate::expr::constants::{Constants, joint_dimension};
 use crate::forms::{block_of, check_keys, text_of};

@@ -2,12 +2,12 @@
 
 use dsl::tree::Signal;
 use dsl::{Diagnostic, Span};
+use names::{list, suggest};
 use runtime::program::{Conditioning, Op, SignalProgram};
 use stdlib_tasks::dimension::{Dimension, FORCE, MOMENT, NONE, TIME};
 
 use super::Lowerer;
 use super::sensors::Carried;
-use crate::diagnostics::names::{list, suggest};
 use crate::expand::{TYPES, quantity};
 use crate::expr::constants::{Constants, is_word};
 use crate::expr::{Axes, Frame, Kind, Typed};

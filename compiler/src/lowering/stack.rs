@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use dsl::tree::{Entry, Let, MemberTask, Stack, Task, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
+use names::{list, suggest};
 use runtime::program::{LevelProgram, MemberProgram, StackProgram};
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::params::ParamType;
@@ -12,7 +13,6 @@ use super::Lowerer;
 use super::declared::twice;
 use super::in_place::in_place;
 use crate::binding::{Binder, BoundTask};
-use crate::diagnostics::names::{list, suggest};
 use crate::expr::constants::Constants;
 use crate::forms::{check_keys, items_of, text_of, unknown_key};
 use crate::robot_binding::{BoundRobot, joints};

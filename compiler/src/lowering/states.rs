@@ -1,9 +1,8 @@
 //! States by their paths.
 
 use dsl::{Diagnostic, Span};
+use names::{list, suggest};
 use runtime::program::MachineProgram;
-
-use crate::diagnostics::names::{list, suggest};
 
 /// The index of a state by its path, or by the end of it where that is said of one state only.
 ///

@@ -2,6 +2,7 @@
 
 use dsl::tree::{Transition, Value, ValueKind};
 use dsl::{Diagnostic, Span};
+use names::{list, suggest};
 use runtime::program::{FaultPattern, MeasuredProgram, TransitionProgram, Trigger};
 use stdlib_tasks::dimension::TIME;
 use stdlib_tasks::task::Nature;
@@ -11,7 +12,6 @@ use super::machine::{Flat, Surroundings};
 use super::triggers::{self, Known};
 use crate::binding::Condition;
 use crate::binding::motion::MeasuredState;
-use crate::diagnostics::names::{list, suggest};
 use crate::expr::constants::Constants;
 use crate::forms::{check_keys, text_of};
 use crate::sections::TRANSITION;

@@ -2,12 +2,12 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
+use names::{list, suggest};
 use runtime::FaultKind;
 use runtime::program::FaultPattern;
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE};
 use stdlib_tasks::task::Measure;
 
-use crate::diagnostics::names::{list, suggest};
 use crate::diagnostics::refused::{Refused, refuse};
 use crate::expr::{Kind, Typed};
 use crate::forms::{path_of, text_of};

@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 
 use dsl::tree::{Action, Value, Variable};
 use dsl::{Diagnostic, Spanned};
+use names::{list, suggest};
 use runtime::program::{Conditioning, Initial, OwnAction, SignalProgram};
 use stdlib_tasks::dimension::Dimension;
 
 use super::Lowerer;
 use super::machine::Surroundings;
 use super::signals::{Carries, carries, signal_types};
-use crate::diagnostics::names::{list, suggest};
 use crate::expand::{Expanded, Named};
 use crate::expr::Kind;
 use crate::expr::constants::is_word;

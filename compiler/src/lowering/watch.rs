@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use dsl::tree::Value;
 use dsl::{Diagnostic, Span, Spanned};
+use names::{list, suggest};
 use runtime::FaultKind;
 use runtime::expect::Unit;
 use runtime::program::{Measure, PredicateTable, Program};
@@ -16,7 +17,6 @@ use super::shapes::Shape;
 use super::states::state;
 use crate::binding::TaskScope;
 use crate::binding::motion;
-use crate::diagnostics::names::{list, suggest};
 use crate::diagnostics::refused::{Refused, refuse};
 use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Start, Symbol, Typed};
 

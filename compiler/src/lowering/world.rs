@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 
 use dsl::tree::{Block, Entry, Value, ValueKind};
 use dsl::{Diagnostic, Span};
+use names::{list, suggest};
 use runtime::program::{
     Force, LostReading, OutcomeProgram, OutcomeScript, Program, PushScript, Sending, SignalProgram, SignalScript,
 };
 use stdlib_tasks::dimension::{Dimension, FORCE, LENGTH, MOMENT, NONE, TIME};
 
 use super::Lowerer;
-use crate::diagnostics::names::{list, suggest};
 use crate::expand::quantity;
 use crate::expr::Kind;
 use crate::expr::constants::Constants;

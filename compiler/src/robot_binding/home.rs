@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 
 use dsl::tree::{Block, Value, ValueKind};
 use dsl::{Diagnostic, Span};
+use names::list;
 use robot::{Base, Model};
 use stdlib_tasks::dimension::{ANGLE, LENGTH};
 
 use super::lookup::joints;
 use super::{Binder, JointGroups};
-use crate::diagnostics::names::list;
 use crate::expr::constants::{Constants, joint_dimension};
 use crate::units;
 

@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
+use names::{list, suggest};
 use robot::{Drive, Model};
 use stdlib_tasks::bound::{Arm, Geometry};
 
 use super::JointGroups;
-use crate::diagnostics::names::{list, suggest};
 use crate::forms::text_of;
 
 /// `*` stands for any run of characters, `?` for one.

@@ -11,12 +11,12 @@ use std::path::{Path, PathBuf};
 
 use dsl::tree::{Block, Robot, Value, ValueKind};
 use dsl::{Diagnostic, Sources, Span, Spanned};
+use names::suggest;
 use robot::{Base, LinkId, Model};
 use runtime::program::overshoots;
 use stdlib_tasks::bound::{Arm, Geometry};
 use stdlib_tasks::dimension::{RATE, TIME};
 
-use crate::diagnostics::names::suggest;
 use crate::expr::constants::Constants;
 use crate::forms::{block_of, check_keys, text_of};
 use crate::sections::{BASES, ROBOT};

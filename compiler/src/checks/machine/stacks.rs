@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::{Diagnostic, Span};
+use names::list;
 use runtime::build_tasks;
 use runtime::program::Program;
 use stdlib_tasks::bound::Bound;
@@ -11,7 +12,6 @@ use stdlib_tasks::task::{Nature, Task};
 use super::{Checked, is_dead, is_fault};
 use crate::checks::accelerations::AccelerationBounds;
 use crate::checks::first_tick::millimetres;
-use crate::diagnostics::names::list;
 
 /// A reserve that is larger by less counts as no larger, in m.
 const SLIGHT: f64 = 1e-5;

@@ -6,6 +6,7 @@ use mission::execution::Event;
 use mission::plan::Actor;
 use mission::schedule::check::MAX_NUMBER;
 use mission::schedule::problem::{AgentKind, Distances, Problem};
+use names::{list, suggest};
 use runtime::program::{Happens, MAX_HAPPENINGS, Occurrence, Replies, Reply};
 use stdlib_tasks::dimension::TIME;
 use stdlib_tasks::params::Quantity;
@@ -13,7 +14,6 @@ use stdlib_tasks::params::Quantity;
 use super::super::Lowerer;
 use super::executed::Executed;
 use super::reading::Keys;
-use crate::diagnostics::names::{list, suggest};
 use crate::forms::{block_of, check_keys, items_of, text_of};
 use crate::sections::{APPROACHES, DISTANCES, HAPPENING, REPLY, WAITS};
 

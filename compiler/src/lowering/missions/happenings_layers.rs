@@ -4,12 +4,12 @@ use dsl::Diagnostic;
 use dsl::tree::Block;
 use mission::layers::execution::Event;
 use mission::layers::problem::Problem;
+use names::list;
 use runtime::program::Occurrence;
 
 use super::super::Lowerer;
 use super::executed::Executed;
 use super::reading::Keys;
-use crate::diagnostics::names::list;
 
 /// What can happen.
 const EVENTS: [&str; 5] = ["late", "failed", "lost", "back", "done"];

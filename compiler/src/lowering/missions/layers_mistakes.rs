@@ -5,10 +5,10 @@ use dsl::{Diagnostic, Span};
 use mission::layers::check::{Item, Key, Mistake};
 use mission::layers::problem::Problem;
 use mission::layers::reason::Reason;
+use names::suggest;
 
 use super::super::Lowerer;
 use super::places::OfLayers as Places;
-use crate::diagnostics::names::suggest;
 use crate::forms::{items_of, text_of};
 
 /// So many other tasks of a mistake are underlined.

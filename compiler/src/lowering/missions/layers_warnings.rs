@@ -6,10 +6,10 @@ use dsl::Diagnostic;
 use dsl::tree::Mission;
 use mission::layers::check::{Item, Key};
 use mission::layers::problem::{Body, Problem};
+use names::suggest;
 
 use super::super::Lowerer;
 use super::places::OfLayers as Places;
-use crate::diagnostics::names::suggest;
 use crate::forms::{items_of, text_of};
 
 impl Lowerer<'_> {

@@ -25,10 +25,10 @@ mod watch;
 
 use dsl::tree::{Mission, MissionMember};
 use dsl::{Diagnostic, Spelling};
+use names::{list, suggest};
 use runtime::program::{MissionKind, MissionProgram};
 
 use super::Lowerer;
-use crate::diagnostics::names::{list, suggest};
 use crate::expand::Expanded;
 use crate::sections::{MISSION, Place, Section};
 

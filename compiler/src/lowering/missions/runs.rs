@@ -3,6 +3,7 @@
 use dsl::tree::{Entry, Mission, MissionMember};
 use dsl::{Diagnostic, Span};
 use mission::schedule::problem::{AgentKind, Problem};
+use names::{list, suggest};
 use runtime::Program;
 use runtime::program::{
     ControllerProgram, MAX_RUNNING, MAX_TICKS, MachineProgram, MissionScenarioProgram, Running, ScenarioProgram,
@@ -12,7 +13,6 @@ use runtime::program::{
 use super::super::Lowerer;
 use super::super::states::state;
 use super::reading::Keys;
-use crate::diagnostics::names::{list, suggest};
 use crate::forms::{block_of, check_keys, path_of, text_of};
 use crate::sections::RUNS;
 

@@ -5,6 +5,7 @@ use dsl::tree::{Block, Entry, Scenario};
 use dsl::{Diagnostic, Span};
 use mission::execution::Replan;
 use mission::schedule::problem::Distances;
+use names::{list, suggest};
 use runtime::program::{MAX_INSTANTS, MAX_MISSION, MissionKind, MissionScenarioProgram, step_within};
 use runtime::text::number;
 
@@ -13,7 +14,6 @@ use super::super::scenario::whole_seed;
 use super::executed::Executed;
 use super::reading::Keys;
 use super::runs::Machines;
-use crate::diagnostics::names::{list, suggest};
 use crate::expand::Expanded;
 use crate::forms::{text_of, unknown_key};
 use crate::sections::{Holds, OF_ALL_SCENARIOS, OF_MISSIONS, SCENARIO};

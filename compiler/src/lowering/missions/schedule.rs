@@ -7,6 +7,7 @@ use dsl::tree::{Block, Mission, MissionMember};
 use mission::schedule::adapt::Adaptation;
 use mission::schedule::check::{Item, Key};
 use mission::schedule::problem::{Agent, AgentKind, Distances, Problem, Robot, Weights};
+use names::list;
 use runtime::program::{MAX_BATCH, ScheduleProgram};
 use stdlib_tasks::dimension::LENGTH;
 use stdlib_tasks::params::Quantity;
@@ -15,7 +16,6 @@ use super::super::Lowerer;
 use super::super::declared::twice;
 use super::places::OfSchedule as Places;
 use super::reading::Keys;
-use crate::diagnostics::names::list;
 use crate::forms::{block_of, check_keys};
 use crate::sections::{ADAPTATION, SCHEDULE, SCHEDULE_WEIGHTS, Section};
 

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use dsl::tree::{MissionMember, Value, ValueKind};
 use dsl::{Diagnostic, Span};
+use names::{list, suggest};
 use stdlib_tasks::dimension::LENGTH;
 
 use super::super::Lowerer;
 use super::reading::Keys;
-use crate::diagnostics::names::{list, suggest};
 use crate::expr::constants::Constants;
 use crate::forms::check_keys;
 use crate::sections::LAYERS_PLACE;

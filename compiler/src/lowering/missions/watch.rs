@@ -2,6 +2,7 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
+use names::{list, suggest};
 use runtime::program::{MachineProgram, MissionMeasure, Op};
 use stdlib_tasks::dimension::{Dimension, LENGTH, NONE};
 
@@ -9,7 +10,6 @@ use super::super::predicates::measure;
 use super::super::states::state;
 use super::executed::Executed;
 use super::runs::Machines;
-use crate::diagnostics::names::{list, suggest};
 use crate::expr::constants::Params;
 use crate::expr::{Axes, Frame, Graph, Kind, Meaning, Now, Scope, Start, Symbol, Typed};
 use crate::forms::{path_of, text_of, written};

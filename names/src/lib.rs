@@ -1,4 +1,5 @@
-//! "Did you mean": the nearest of the names that could have been written.
+//! Names in messages: the nearest of those that could have been written, and lists of them. One metric for the whole program, so that
+//! a word that is misspelt gets the same answer wherever it is looked up.
 
 /// So many candidates of about the right length are compared.
 const MOST: usize = 200;
