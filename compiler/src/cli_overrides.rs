@@ -1,4 +1,4 @@
-//! Mistakes that only a value from the command line makes are shown there, and not where the spec uses it.
+//! Moves errors that a value from the command line causes from the place of use to that value.
 
 use std::collections::BTreeSet;
 
@@ -6,8 +6,8 @@ use dsl::{Diagnostic, Severity, Sources, Span};
 
 use crate::input::{Compiled, Input};
 
-/// Moves errors that the spec does not have by itself to the value given with `--set` that they name, where there is
-/// just one. The text under the error becomes a label. True where one was moved.
+/// Moves errors that occur only with the values of `--set` to the value that causes them, if it is unique. The text of
+/// the former place becomes a label. Returns true if an error was moved.
 pub(crate) fn blame(
     compile: fn(&Input) -> Compiled,
     input: &Input,
@@ -48,7 +48,7 @@ pub(crate) fn blame(
     moved
 }
 
-/// Where the value of a `--set` stands.
+/// Span of the value of a `--set`.
 fn place(name: &str, text: &str, sources: &Sources) -> Option<Span> {
     let title = format!("--set {name}={text}");
     let (id, source) = sources.iter().find(|(_, s)| s.name == title)?;
@@ -56,7 +56,7 @@ fn place(name: &str, text: &str, sources: &Sources) -> Option<Span> {
     Some(Span::new(id, (source.text.len() - 1).checked_sub(text.len())?, end))
 }
 
-/// The words of a text.
+/// Splits a text into words.
 fn words(text: &str) -> impl Iterator<Item = &str> {
     text.split(|c: char| !(c.is_alphanumeric() || c == '_')).filter(|w| !w.is_empty())
 }

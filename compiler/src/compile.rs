@@ -1,7 +1,8 @@
-//! The driver: from the text of a spec to its program and missions, and everything that there is to say of it.
+//! Driver of the compiler: from the text of a spec to its program and missions, with all diagnostics.
 //!
-//! [`dsl::parse`] reads the text, `expand` writes out what stands for several declarations, `lowering` makes a program and missions of
-//! them, `checks` look at the program, and the report keeps what was not said already.
+//! [`dsl::parse`] reads the text, `expand` resolves imports, repetitions and parameters, `lowering` builds a program
+//! and missions, and `checks` examines the program. Diagnostics that only follow from others are removed before the
+//! report.
 
 use std::collections::BTreeSet;
 
@@ -21,13 +22,13 @@ pub fn compile(input: &Input) -> Compiled {
     compile_among(input, &Texts::new())
 }
 
-/// Compiles a spec whose imports may have other texts than their files.
+/// Compiles a spec; `texts` replaces the contents of imported files.
 pub fn compile_among(input: &Input, texts: &Texts) -> Compiled {
     compile_part(input, texts, Part::Whole)
 }
 
-/// What the params of a spec are worth, in the order written; without those that are wrong, of which [`compile`] tells. Where a
-/// value that was given instead of a param's own has no unit, the unit is that of its own.
+/// Evaluates the params of a spec, in source order. Params with errors are left out; [`compile`] reports these. A value
+/// from `Input::set` without a unit takes the unit of the param's default.
 pub fn params(input: &Input) -> Vec<ParamValue> {
     let (mut sources, texts) = (Sources::default(), Texts::new());
     let source = sources.add(input.name, input.text);
@@ -64,7 +65,7 @@ fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled {
     }
 
     follow_ons::remove(&mut diagnostics, form, &whole, &report.sources);
-    // What missions would use seems unused without them.
+    // Without the missions, names that only missions use would be reported as unused.
     diagnostics.retain(|d| !left_out || d.code != "HQ0203");
     word(&mut diagnostics, input.spelling, &expanded, &lowered.foreign, &report.sources);
     report.diagnostics = diagnostics;
@@ -78,7 +79,7 @@ fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled {
     Compiled { program: lowered.controller.map(|c| c.program), missions: lowered.missions, report }
 }
 
-/// Words the helps of each text in its own spelling, but for those of `foreign` texts, which have theirs.
+/// Converts the helps to the syntax of their file, except in `foreign` texts, whose helps are already converted.
 fn word(
     diagnostics: &mut [Diagnostic],
     own: Spelling,
@@ -94,7 +95,7 @@ fn word(
     }
 }
 
-/// The outcome for a spec that is too large to be looked at.
+/// Result for a spec that is too large to compile.
 fn refused(mut report: Report, mut diagnostics: Vec<Diagnostic>, refusal: Diagnostic) -> Compiled {
     diagnostics.push(refusal);
     report.diagnostics = diagnostics;

@@ -1,4 +1,4 @@
-//! The forms that a written value can have: text, name, list, block; and the keys of blocks.
+//! Forms of a value: text, name, list, block; and the keys of blocks.
 
 use std::collections::BTreeSet;
 
@@ -8,20 +8,20 @@ use names::{list, suggest};
 
 use crate::sections::Section;
 
-/// Reports a key that has no meaning in a section.
+/// Reports the unknown keys of a section.
 pub fn check_keys(block: &Block, section: &Section, diagnostics: &mut Vec<Diagnostic>) {
     let keys: Vec<&str> = section.entries().collect();
     unknown_keys(block, &keys, section.name, diagnostics);
 }
 
-/// Behind so many diagnostics, more than a report shows, it is only said that a key is unknown.
+/// Number of diagnostics, more than a report shows, after which unknown keys are reported without a help.
 const EXPLAINED: usize = 1000;
 
-/// Reports the keys of a block that are not among those that it may have, each once. True where there are some.
+/// Reports the unknown keys of a block, each once. Returns true if there are some.
 pub fn unknown_keys(block: &Block, keys: &[&str], what: &str, diagnostics: &mut Vec<Diagnostic>) -> bool {
     let mut seen: BTreeSet<&str> = BTreeSet::new();
     for (i, e) in block.entries.iter().enumerate().filter(|(_, e)| !keys.contains(&e.key.value.as_str())) {
-        // A key that is given again was reported for that.
+        // A repeated key was reported as such.
         if seen.insert(&e.key.value) {
             diagnostics.push(unknown_key(diagnostics.len(), block, i, keys, what));
         }
@@ -29,8 +29,8 @@ pub fn unknown_keys(block: &Block, keys: &[&str], what: &str, diagnostics: &mut 
     !seen.is_empty()
 }
 
-/// The diagnostic for the unknown key of entry `i`, behind `told` others; a word behind a bare number may have been meant
-/// as its unit.
+/// Diagnostic for the unknown key of entry `i`, after `told` other diagnostics. A word after a bare number may have
+/// been meant as its unit.
 pub fn unknown_key(told: usize, block: &Block, i: usize, keys: &[&str], what: &str) -> Diagnostic {
     let key = &block.entries[i].key;
     let mut d = Diagnostic::error("HQ0205", key.span, format!("{what} has no `{}`", key.value));
@@ -55,13 +55,13 @@ pub fn unknown_key(told: usize, block: &Block, i: usize, keys: &[&str], what: &s
     d
 }
 
-/// True where a key that the section does not have was meant as this one: that it is missing is said with that.
+/// True if an unknown key of the block was probably meant as `name`. Its diagnostic then covers that `name` is missing.
 pub fn misspelt(block: &Block, section: &Section, name: &str) -> bool {
     let unknown = block.entries.iter().map(|e| e.key.value.as_str()).filter(|key| section.entries().all(|k| k != *key));
     unknown.take(EXPLAINED).any(|key| suggest(key, section.entries()) == Some(name))
 }
 
-/// What a key is called elsewhere in the language, for one that people bring along.
+/// Key of this language for a key that users know from elsewhere.
 fn synonym(key: &str) -> Option<&'static str> {
     let known = [
         ("lower", "min"),
@@ -83,16 +83,16 @@ fn synonym(key: &str) -> Option<&'static str> {
     known.iter().find(|k| k.0 == key.to_lowercase()).map(|k| k.1)
 }
 
-/// What stands between names where a parameter that is several joints was written for a key. No key has it in a text.
+/// Separator of several joints from a parameter used as one key. No key in a text contains it.
 pub const KEY_SEPARATOR: &str = ", ";
 
-/// The names that a key stands for: itself, or those of a parameter.
+/// Names that a key represents: itself, or those of a parameter.
 pub fn names_of_key(key: &Spanned<String>) -> Vec<Value> {
     let one = |name: &str| Value { kind: ValueKind::Text(name.to_string()), span: key.span };
     key.value.split(KEY_SEPARATOR).map(one).collect()
 }
 
-/// The text of a value that must be text or a name.
+/// Text of a value that must be a text or a name.
 pub fn text_of(value: &Value) -> Option<&str> {
     match &value.kind {
         ValueKind::Text(s) => Some(s),
@@ -101,18 +101,18 @@ pub fn text_of(value: &Value) -> Option<&str> {
     }
 }
 
-/// What a name is in the text. An expansion writes `NAME@VALUE` where the name could be that of a value which has
-/// another name in the program.
+/// Source text of a name. The expansion writes `NAME@VALUE` if the name may be that of a value with a different name in
+/// the program.
 pub fn written(name: &str) -> &str {
     name.split_once('@').map_or(name, |n| n.0)
 }
 
-/// The name in the program of the value that a name could be that of; see [`written`].
+/// Name in the program of the value that a name may refer to; see [`written`].
 pub fn target(name: &str) -> &str {
     name.split_once('@').map_or(name, |n| n.1)
 }
 
-/// A dotted name such as `arms.left`.
+/// Parses a dotted name such as `arms.left`.
 pub fn path_of(value: &Value) -> Option<String> {
     match &value.kind {
         ValueKind::Name(n) => Some(written(n).to_string()),
@@ -122,7 +122,7 @@ pub fn path_of(value: &Value) -> Option<String> {
     }
 }
 
-/// A value as a list: a list's items, or the value itself.
+/// Items of a list, or the value itself.
 pub fn items_of(value: &Value) -> &[Value] {
     match &value.kind {
         ValueKind::List(items) => items,
@@ -130,7 +130,7 @@ pub fn items_of(value: &Value) -> &[Value] {
     }
 }
 
-/// The block of a value that must be one.
+/// Block of a value that must be one.
 pub fn block_of<'v>(value: &'v Value, what: &str, diagnostics: &mut Vec<Diagnostic>) -> Option<&'v Block> {
     match &value.kind {
         ValueKind::Block(b) => Some(b),

@@ -1,4 +1,4 @@
-//! What the compiler is given, and what it gives back.
+//! Input and output of the compiler.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -8,57 +8,57 @@ use runtime::program::{MissionProgram, Program};
 
 use crate::diagnostics::report::Report;
 
-/// Texts in the place of those of imported files, by canonical path: what an editor has open and has not saved.
+/// Texts that replace those of imported files, by canonical path: unsaved texts of an editor.
 pub type Texts = BTreeMap<PathBuf, String>;
 
-/// What to compile.
+/// Input of a compilation.
 #[derive(Clone, Debug)]
 pub struct Input<'a> {
-    /// How diagnostics call the text; usually the path as the user gave it.
+    /// Name of the text in diagnostics; usually the path as the user wrote it.
     pub name: &'a str,
     /// The text.
     pub text: &'a str,
-    /// Its spelling.
+    /// Syntax.
     pub spelling: Spelling,
-    /// Folder that relative paths start from.
+    /// Base folder of relative paths.
     pub folder: &'a Path,
-    /// Parameters that are overridden, as `(name, value)` in the language.
+    /// Overridden parameters, as `(name, value)` in the language.
     pub set: &'a [(String, String)],
-    /// Where `package://` addresses are looked for, beside the usual places.
+    /// Folders in which `package://` addresses are searched, besides the usual ones.
     pub package_paths: &'a [PathBuf],
 }
 
-/// The outcome: a program, missions or both where there is no error, and everything there is to say.
+/// Result of a compilation: a program, missions or both if there is no error, and the diagnostics.
 #[derive(Debug, Default)]
 pub struct Compiled {
-    /// The program of the robot; none where there is an error, or where the spec declares missions alone.
+    /// Program of the robot; `None` if there is an error, or if the spec declares only missions.
     pub program: Option<Program>,
-    /// Missions, in the order declared; none where there is an error.
+    /// Missions, in source order; empty if there is an error.
     pub missions: Vec<MissionProgram>,
     /// Errors and warnings.
     pub report: Report,
 }
 
 impl Compiled {
-    /// What there is of a spec that cannot be compiled: the reasons.
+    /// Result for a spec that cannot be compiled: only the diagnostics.
     pub fn refused(report: Report) -> Compiled {
         Compiled { report, ..Compiled::default() }
     }
 
-    /// True where there is something that can be run or planned.
+    /// True if there is something to run or plan.
     pub fn is_good(&self) -> bool {
         self.program.is_some() || !self.missions.is_empty()
     }
 }
 
-/// What of a spec is compiled.
+/// Part of a spec to compile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
-    /// Everything.
+    /// The whole spec.
     Whole,
-    /// All but its missions and their scenarios.
+    /// All but missions and their scenarios.
     Controller,
 }
 
-/// The driver, as stages that meet another spec call it.
+/// The driver, for stages that compile another spec.
 pub(crate) type CompilePart = fn(&Input, &Texts, Part) -> Compiled;

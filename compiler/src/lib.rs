@@ -1,11 +1,13 @@
-//! The compiler: from a spec to a program, with diagnostics that say what, where, why and what to do.
+//! The compiler: translates a spec to a program, with diagnostics that report the mistake, its place, its reason and a
+//! fix.
 //!
 //! [`compile`] reads a text, binds its names to a robot and to the task library, checks types, units and safety, and
-//! lowers it to a [`runtime::Program`]. It knows nothing of how a hierarchy is solved.
+//! lowers it to a [`runtime::Program`]. It does not depend on how a hierarchy is solved.
 //!
-//! The stages stand one above the other, and each knows only those below it: `compile` is the driver, `checks` look at the finished
-//! program with `analysis`, `lowering` makes it of what `binding` and `robot_binding` bind, `expand` writes out imports, repetitions and
-//! parameters, `expr` types expressions, `sections` declare the keys of all blocks, `diagnostics` make the report.
+//! The stages form layers, each of which depends only on those below it: `compile` is the driver; `checks` examines the
+//! finished program with `analysis`; `lowering` builds it from the results of `binding` and `robot_binding`; `expand`
+//! resolves imports, repetitions and parameters; `expr` types expressions; `sections` declares the keys of all blocks;
+//! `diagnostics` builds the report.
 
 mod analysis;
 mod binding;

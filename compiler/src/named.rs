@@ -11,7 +11,7 @@ use crate::forms::target;
 use crate::units;
 
 impl Params {
-    /// Gives a name its value, or says that it has none.
+    /// Stores the value of a name, or marks the name as failed.
     pub fn put(&mut self, name: &Spanned<String>, value: Option<Typed>) {
         self.later.remove(&name.value);
         match value {
@@ -25,7 +25,7 @@ impl Params {
     }
 }
 
-/// Whether a value names what belongs to the robot: what it does now or did at the start, axes, or a name for such.
+/// True if a value depends on the robot: on its current or captured state, on axes, or on a name with such a value.
 fn of_the_robot(value: &Value, params: &Params) -> bool {
     let here = match &value.kind {
         ValueKind::In(..) => true,
@@ -37,8 +37,8 @@ fn of_the_robot(value: &Value, params: &Params) -> bool {
 }
 
 impl Constants<'_> {
-    /// Types a declared parameter; `changed` is the value given in its place on the command line. One without a value,
-    /// or outside its range, is reported.
+    /// Types a declared parameter; `changed` is a value from the command line that replaces its own. Reports a
+    /// parameter without a value, or outside its range.
     pub fn declare(&mut self, param: &Param, changed: Option<&Value>, diagnostics: &mut Vec<Diagnostic>) {
         if self.taken(&param.name, diagnostics) {
             return;
@@ -56,7 +56,7 @@ impl Constants<'_> {
         self.params.put(&param.name, value);
     }
 
-    /// Types a named expression. It may move. One of what the robot does is left for later: true.
+    /// Types a named expression, which may move with time. Returns true, without typing it, if it depends on the robot.
     pub fn declare_let(&mut self, it: &Let, diagnostics: &mut Vec<Diagnostic>) -> bool {
         if self.taken(&it.name, diagnostics) {
             return false;
@@ -70,9 +70,9 @@ impl Constants<'_> {
         false
     }
 
-    /// True, and reported, for a name that means something else.
+    /// Reports a reserved name and returns true for it.
     fn taken(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> bool {
-        // A name from another file has that file's before it.
+        // A name from another file has the prefix of that file.
         let own = name.value.rsplit('.').next().unwrap_or(&name.value);
         let taken = is_word(own);
         if taken {
@@ -83,8 +83,8 @@ impl Constants<'_> {
         taken
     }
 
-    /// The bounds of a parameter, in SI: for each whether it is the lower one, its number and its place. `None` where
-    /// they are wrong, and reported.
+    /// Bounds of a parameter in SI: for each, true for the lower one, the number and the span. Returns `None` if a
+    /// bound is wrong, with diagnostics.
     fn range(
         &mut self,
         param: &Param,
@@ -116,7 +116,7 @@ impl Constants<'_> {
         Some(bounds)
     }
 
-    /// Whether a value lies inside the range of its parameter; reported otherwise, with both places.
+    /// Returns true if a value is within the range of its parameter; reports it otherwise, with both spans.
     fn inside(
         &self,
         value: &Typed,

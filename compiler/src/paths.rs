@@ -1,10 +1,10 @@
-//! Paths that a spec names: why one cannot be read, which one was meant, and how it is called from another folder.
+//! Paths in a spec: helps for unreadable files, and conversion to another base folder.
 
 use std::path::{Component, Path, PathBuf};
 
 use names::suggest;
 
-/// The help for a path that leads to no file: one of nearly this name in the same folder, or where it was looked for.
+/// Help for a missing file: a file of a similar name in the same folder, or the searched path.
 pub(crate) fn instead_of(path: &Path) -> String {
     match nearby(path) {
         _ if path.is_dir() => "name a file inside it".to_string(),
@@ -24,8 +24,8 @@ fn nearby(path: &Path) -> Option<String> {
     suggest(&wanted, names.iter().map(String::as_str)).map(|n| format!("did you mean `{n}`?"))
 }
 
-/// A path without the folders that it enters only to leave them: `common/../robots/arm.urdf` is `robots/arm.urdf`. A
-/// link stays, since what is above it may lie elsewhere. The path starts from `folder`.
+/// Removes folders that a path enters and leaves again: `common/../robots/arm.urdf` becomes `robots/arm.urdf`. Symbolic
+/// links are kept, because their parent may be elsewhere. The path is relative to `folder`.
 pub(crate) fn tidy(path: &Path, folder: &Path) -> PathBuf {
     let mut out = PathBuf::new();
     for part in path.components() {

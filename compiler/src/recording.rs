@@ -1,7 +1,7 @@
-//! Recorded walks: files of comma-separated values with a head `time,chest.x,chest.y,chest.z,..`, in s and m.
+//! Recorded motions of people: comma-separated files with a header `time,chest.x,chest.y,chest.z,..`, in s and m.
 //!
-//! Cells may stand in quotes ([RFC 4180](https://www.rfc-editor.org/rfc/rfc4180)). Columns may stand in any order, and those of other names are passed over, so that one recording serves several specs.
-//! Every mistake is shown in the file itself.
+//! Cells may be quoted ([RFC 4180](https://www.rfc-editor.org/rfc/rfc4180)). Columns may have any order, and unknown
+//! columns are ignored, so that one recording serves several specs. Each mistake is reported at its place in the file.
 
 mod lines;
 
@@ -15,26 +15,26 @@ use runtime::program::Track;
 
 use crate::paths::instead_of;
 
-/// Largest file that is read, in bytes.
+/// Maximum size of the file (bytes).
 const MAX_BYTES: u64 = 16 << 20;
-/// Most lines of numbers.
+/// Maximum number of data lines.
 const MAX_ROWS: usize = 100_000;
-/// Most numbers that are kept.
+/// Maximum number of stored numbers.
 const MAX_NUMBERS: usize = 1_000_000;
 
 type Refused = Box<Diagnostic>;
 
-/// Where a column of the head stands among all.
+/// Indices of the required columns.
 struct Columns {
     time: usize,
-    /// For each point the columns of x, y and z.
+    /// Columns of x, y and z for each point.
     points: Vec<[usize; 3]>,
 }
 
-/// The ways of some points, from a file that a spec names.
+/// Reads the tracks of some points from a file that a spec names.
 ///
 /// # Errors
-/// It cannot be read, or says nothing that makes sense: the diagnostic shows where.
+/// The file cannot be read, or is malformed; the diagnostic points into the file.
 pub(crate) fn read(
     path: &Spanned<String>,
     folder: &Path,
@@ -119,7 +119,7 @@ fn parse(text: &str, source: SourceId, path: &Spanned<String>, points: &[&str]) 
     Ok(tracks)
 }
 
-/// A head for some points.
+/// Example of a header for some points.
 fn example(points: &[&str]) -> String {
     let point = points.first().copied().unwrap_or("chest");
     let more = if points.len() > 1 { ",.." } else { "" };
@@ -162,10 +162,10 @@ fn columns(
     Ok(Columns { time, points: all })
 }
 
-/// The number in a cell.
+/// Parses the number in a cell.
 fn number((text, at): &Cell) -> Result<f64, Refused> {
     let text = text.trim();
-    // Not every text that reads as a number of a computer is one of a recording: `nan`, `inf`.
+    // `f64::from_str` also accepts `nan` and `inf`, which are invalid in a recording.
     let plain = text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '+' | '.'));
     match text.parse::<f64>() {
         Ok(x) if plain && x.is_finite() => Ok(x),
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn cells_may_stand_in_quotes() {
         let text = "\"time\",\"p,1\"\"\n\".x, \"p,1\"\"\n\".y ,\"p,1\"\"\n\".z\"\r\n0,1,2,3\r\n";
-        // The end of a name stands behind its quotes.
+        // Here the suffix of each name follows its closing quote.
         assert!(parsed(text, &["p,1\"\n"]).unwrap_err().contains("behind the quotes"));
         let text = "\"time\",\"p,1\"\"\n.x\", \"p,1\"\"\n.y\" ,\"p,1\"\"\n.z\"\r\n\"0\",1,\" 2 \",3\r\n";
         assert_eq!(parsed(text, &["p,1\"\n"]), Ok(vec![Track(vec![(0.0, [1.0, 2.0, 3.0])])]));
@@ -221,7 +221,7 @@ mod tests {
     }
 
     proptest! {
-        /// What was written with all its digits is read back, and any text at all is refused without a panic.
+        /// Numbers that are written with all digits are read back exactly.
         #[test]
         fn numbers_are_read_as_written(rows in prop::collection::vec(prop::array::uniform3(-1e3..1e3_f64), 1..20)) {
             let mut text = "time,p.x,p.y,p.z\n".to_string();
@@ -232,7 +232,7 @@ mod tests {
             prop_assert_eq!(parsed(&text, &["p"]), Ok(vec![track]));
         }
 
-        /// A head that was written by the recorders of runs is read with the names that they have.
+        /// Names that the recorders quote in a header are read back.
         #[test]
         fn names_are_read_as_they_are_quoted(name in "[a-z,\"\n\r é;.]{1,12}") {
             let name = name.trim();

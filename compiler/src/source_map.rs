@@ -1,47 +1,47 @@
-//! Where the parts of a program were written, for checks that look at the finished program.
+//! Source spans of the parts of a program, for checks of the finished program.
 
 use dsl::Span;
 
 use crate::binding::BoundTask;
 
-/// Where the parts of a program were written, for checks that look at the finished program.
+/// Source spans of the parts of a program, for checks of the finished program.
 pub(crate) struct SourceMap {
-    /// For each task of the program.
+    /// Bound tasks, by the task's index.
     pub tasks: Vec<BoundTask>,
-    /// For each stack, its name; for each level of it, its name.
+    /// For each stack, the span of its name, and those of its levels' names.
     pub stacks: Vec<(Span, Vec<Span>)>,
-    /// The machine.
+    /// Spans of the machine.
     pub machine: Option<MachinePlaces>,
-    /// The robot's rate and home.
+    /// Span of the robot's rate.
     pub rate: Span,
-    /// See `rate`.
+    /// Span of the robot's home.
     pub home: Span,
-    /// For each scenario its `start`, or its name.
+    /// For each scenario, the span of its `start`, or of its name.
     pub scenario_starts: Vec<Span>,
 }
 
-/// Where the parts of a machine were written, and what checks want to know of them.
+/// Source spans of the parts of a machine, with facts for its checks.
 #[derive(Debug, Default)]
 pub(crate) struct MachinePlaces {
-    /// For each state its name.
+    /// For each state, the span of its name.
     pub states: Vec<Span>,
-    /// For each state the place that names its stack.
+    /// For each state, the span of its stack's name.
     pub stacks: Vec<Option<Span>>,
-    /// For each state its transitions.
+    /// For each state, its transitions.
     pub transitions: Vec<Vec<TransitionPlace>>,
 }
 
-/// Where a transition was written, and what is known of it.
+/// Source spans of a transition, with facts about it.
 #[derive(Debug)]
 pub(crate) struct TransitionPlace {
-    /// Its trigger.
+    /// Span of the trigger.
     pub trigger: Span,
-    /// Its target.
+    /// Span of the target.
     pub target: Span,
-    /// Whether it, or what is around it, says how the command goes over.
+    /// True if the transition, or an enclosing state, sets a blend time.
     pub blend: bool,
-    /// The value of a condition that never changes.
+    /// Value of the condition, if it is constant.
     pub constant: Option<bool>,
-    /// Signals that are present when it is taken.
+    /// Signals that are present when the transition is taken.
     pub demands: Vec<usize>,
 }

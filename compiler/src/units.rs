@@ -1,4 +1,4 @@
-//! What unit symbols mean: a factor to SI and a dimension.
+//! Units: symbols with their factor to SI and their dimension.
 
 use dsl::tree::{Unit, Value, ValueKind};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, MASS, NONE, TIME};
@@ -7,7 +7,7 @@ const fn dim(m: i8, kg: i8, s: i8) -> Dimension {
     Dimension { m, kg, s, rad: 0 }
 }
 
-/// Symbol, factor to SI, dimension.
+/// Symbol, factor to SI, and dimension of each unit.
 static UNITS: &[(&str, f64, Dimension)] = &[
     ("m", 1.0, LENGTH),
     ("km", 1e3, LENGTH),
@@ -36,19 +36,19 @@ static UNITS: &[(&str, f64, Dimension)] = &[
     ("W", 1.0, dim(2, 1, -3)),
 ];
 
-/// Why a unit has no meaning.
+/// Error of a unit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum UnitError {
-    /// No such symbol.
+    /// Unknown symbol.
     Unknown(String),
-    /// Exponents that add up to more than anybody means.
+    /// The exponents are too large.
     TooLarge,
 }
 
-/// Marks a unit that nobody wrote: it is that of a bare number, and of nothing else. No text can hold it.
+/// Symbol that marks the unit assumed for a bare number. Users cannot write it.
 const ASSUMED: &str = "@";
 
-/// A value that is in the SI unit of a dimension where it is a bare number.
+/// Applies the SI unit of a dimension to a value, which counts only if the value is a bare number.
 pub fn assume(value: Value, dimension: Dimension) -> Value {
     let Dimension { m, kg, s, rad } = dimension;
     let powers = [(ASSUMED, 1), ("m", m), ("kg", kg), ("s", s), ("rad", rad)];
@@ -57,12 +57,12 @@ pub fn assume(value: Value, dimension: Dimension) -> Value {
     Value { kind: ValueKind::Unit(Box::new(value), Unit { factors, span }), span }
 }
 
-/// True for the unit of a bare number that [`assume`] gives.
+/// True for the assumed unit of [`assume`].
 pub fn is_assumed(unit: &Unit) -> bool {
     unit.factors.iter().any(|f| f.0 == ASSUMED)
 }
 
-/// A value as it was written, without a unit that [`assume`] gave.
+/// Returns a value as written, without the unit of [`assume`].
 pub fn as_written(value: &Value) -> &Value {
     match &value.kind {
         ValueKind::Unit(of, unit) if is_assumed(unit) => of,
@@ -70,10 +70,10 @@ pub fn as_written(value: &Value) -> &Value {
     }
 }
 
-/// Factor to SI and dimension of a product of powers.
+/// Returns the factor to SI and the dimension of a product of powers.
 ///
 /// # Errors
-/// A symbol is unknown, or an exponent is absurd.
+/// A symbol is unknown, or an exponent is too large.
 pub fn meaning(unit: &Unit) -> Result<(f64, Dimension), UnitError> {
     let (mut factor, mut dimension) = (1.0, NONE);
     for (symbol, exponent) in unit.factors.iter().filter(|f| f.0 != ASSUMED) {
@@ -87,7 +87,7 @@ pub fn meaning(unit: &Unit) -> Result<(f64, Dimension), UnitError> {
     if factor.is_finite() && factor > 0.0 { Ok((factor, dimension)) } else { Err(UnitError::TooLarge) }
 }
 
-/// The factor to seconds of a unit of time; that of seconds for none.
+/// Factor from a unit of time to seconds; 1 without a unit.
 pub fn time(symbol: &str) -> Option<f64> {
     if symbol.is_empty() {
         return Some(1.0);
@@ -95,7 +95,7 @@ pub fn time(symbol: &str) -> Option<f64> {
     UNITS.iter().find(|u| u.0 == symbol && u.2 == TIME).map(|u| u.1)
 }
 
-/// The SI unit of a dimension as one writes it behind a number: `m`, `/s`, `rad/s`, `N`; empty for a bare number.
+/// SI unit of a dimension in the syntax of a spec: `m`, `/s`, `rad/s`, `N`; empty for a bare number.
 pub fn written(dimension: Dimension) -> String {
     let named = UNITS.iter().find(|u| u.2 == dimension && u.1 == 1.0 && u.0 != "Hz");
     match named {
@@ -105,7 +105,7 @@ pub fn written(dimension: Dimension) -> String {
     }
 }
 
-/// A number in SI with its unit, to six digits; angles in degrees too, since most people write them so.
+/// Formats a number in SI with its unit, to six digits; angles in degrees too, as most users write them.
 pub fn shown(x: f64, dimension: Dimension) -> String {
     let unit = written(dimension);
     let behind =
@@ -118,7 +118,7 @@ pub fn shown(x: f64, dimension: Dimension) -> String {
     }
 }
 
-/// A range in SI with its unit; angles in degrees too.
+/// Formats a range in SI with its unit; angles in degrees too.
 pub fn shown_range(low: f64, high: f64, dimension: Dimension) -> String {
     let unit = written(dimension);
     let of = |f: fn(f64) -> f64| format!("{} to {}", runtime::text::number(f(low)), runtime::text::number(f(high)));
@@ -132,12 +132,12 @@ pub fn shown_range(low: f64, high: f64, dimension: Dimension) -> String {
     }
 }
 
-/// Free of what the change to degrees leaves: `179.999999` of 180.
+/// Removes the rounding error of the conversion to degrees: `179.999999` for 180.
 fn rounded(x: f64) -> f64 {
     if x.abs() < 1e9 { (x * 1e4).round() / 1e4 } else { x }
 }
 
-/// All symbols.
+/// Symbols of all units.
 pub fn symbols() -> impl Iterator<Item = &'static str> {
     UNITS.iter().map(|u| u.0)
 }

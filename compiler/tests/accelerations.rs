@@ -1,11 +1,11 @@
-//! Stacks that move joints without bounding their accelerations are warned of, and no others.
+//! The compiler warns of stacks that move joints without a bound of their accelerations, and of no others.
 
 use crate::common;
 
 use common::{compile_text, examples, whole};
 use dsl::{SourceId, Spelling};
 
-/// The codes that a spec gives in both spellings.
+/// Codes of the diagnostics of a spec, which must be equal in both syntaxes.
 fn codes(body: &str) -> Vec<&'static str> {
     let hq = whole(body, Spelling::Hq, true, false);
     let (spec, _) = dsl::parse(SourceId(0), &hq, Spelling::Hq);
@@ -91,7 +91,7 @@ machine m {{ initial one  on fault(any) -> stopped
     };
     let limits = "joint_acceleration_limits";
     assert_eq!(machine(limits, limits), NONE);
-    // The way back to the stack that holds may jump, and that stack itself moves nothing.
+    // The transition back to stack `a` may jump; `a` itself only holds the tool and moves nothing.
     assert_eq!(machine("", ""), ["HQ0525", "HQ0709"]);
     assert_eq!(
         machine("joint_position_limits", "joint_position_limits  joint_acceleration_limits"),

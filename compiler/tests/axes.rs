@@ -1,5 +1,5 @@
-//! The axes along which the target of two arms counts: values in those that the equations use are taken, others are refused,
-//! and hands that are told to come closer do, measured by the places of their links alone.
+//! Axes of the target of a dual-arm task. Values in the axes of the equations are accepted, others are rejected. A
+//! simulation in which the hands approach each other confirms the axes, measured from the poses of the links alone.
 
 use crate::common;
 
@@ -9,7 +9,7 @@ use hierarq_compiler::Style;
 use robot::{Data, Model};
 use runtime::{Recorder, Simulation, Tick};
 
-/// The two-armed robot, with the joints of its left arm at home.
+/// The dual-arm robot, with a home for the joints of its left arm.
 fn robot(left: &str) -> String {
     format!(
         "hierarq 1
@@ -47,7 +47,7 @@ run {{ stack s  duration 4 s }}
     )
 }
 
-/// What becomes of a spec in both spellings.
+/// Compiles a spec in both syntaxes.
 fn both(text: &str) -> [Compiled; 2] {
     let mut sources = dsl::Sources::default();
     let source = sources.add("spec", text);
@@ -64,7 +64,7 @@ fn taken(settings: &str, position: &str, orientation: &str) {
     }
 }
 
-/// Refused with this help in it.
+/// Asserts that the spec is rejected with this help.
 fn refused(settings: &str, position: &str, orientation: &str, help: &str) {
     for compiled in both(&spec(LEFT, settings, position, orientation)) {
         let text = compiled.report.render(Style::Plain, 100);
@@ -95,7 +95,7 @@ fn the_relative_position_counts_along_the_left_tip() {
         let from =
             "from: initial(frame(right).position - frame(left).position), speed: 0.1 m/s, acceleration: 0.5 m/s^2";
         refused(settings, &format!("trapezoid([0, -0.3, 0] m, {from})"), R, fix);
-        // The sum itself says which of its parts is in which axes.
+        // The sum itself reports the axes of its parts.
         refused(settings, &format!("{P} + ([0, 0.05, 0] m in world)"), R, fix);
     }
 }
@@ -113,7 +113,7 @@ fn the_relative_position_counts_along_the_world_where_that_is_said() {
 
 #[test]
 fn the_relative_orientation_turns_into_the_axes_of_the_left_tip() {
-    // `relative_to` says nothing of orientations.
+    // `relative_to` does not affect orientations.
     for settings in ["", "relative_to left", "relative_to world"] {
         taken(settings, P, &format!("{R}*rpy(0, 0, 0.1 rad)"));
         taken(settings, P, "rpy(0, 0.1 rad, 0) in left_tool");
@@ -126,7 +126,7 @@ fn the_relative_orientation_turns_into_the_axes_of_the_left_tip() {
     refused("beta 0", P, "initial(frame(right).orientation in left)", "`initial((..) in world)`");
 }
 
-/// The two arms may have other names, and change places.
+/// The arms may have other names, and may be swapped.
 #[test]
 fn the_axes_are_those_of_the_arm_that_is_named() {
     let settings = "left_arm right  right_arm left";
@@ -134,7 +134,7 @@ fn the_axes_are_those_of_the_arm_that_is_named() {
     refused(settings, "[0, -0.3, 0] m in left_tool", R, "`[x, y, z] m in right_tool`");
 }
 
-/// What a planner adds to a target counts along the axes of the target, wherever the two stand in the text.
+/// A planner's deviation is expressed in the axes of the target, whatever the order of the two in the text.
 #[test]
 fn a_deviation_counts_along_the_axes_of_its_parameter() {
     let planned = |along: &str, settings: &str, first: bool| {
@@ -174,7 +174,7 @@ run {{ stack s  duration 1 s }}
     }
 }
 
-/// Keeps the last configuration.
+/// Recorder that keeps the last configuration.
 struct Last(Vec<f64>);
 
 impl Recorder for Last {
@@ -185,7 +185,7 @@ impl Recorder for Last {
     }
 }
 
-/// Where the right tip is as seen from the left one, and how far apart they are.
+/// Position of the right tip in the left one, their distance, and the orientation of the left one.
 struct Hands {
     seen: [f64; 3],
     apart: f64,

@@ -1,4 +1,4 @@
-//! The centre of mass: against Pinocchio, and in a URDF of a few links by hand.
+//! Centre of mass: compared with Pinocchio, and with a calculation by hand for a URDF of a few links.
 
 use crate::common;
 
@@ -8,7 +8,7 @@ use dsl::Spelling;
 
 type Triple = [f64; 3];
 
-/// What Pinocchio 4.1.0 gives for the URDF with a free-flyer root at the origin, and joint `k` (from 1) of its order at
+/// Results of Pinocchio 4.1.0 for the URDF with a free-flyer root at the origin, and joint `k` (from 1) of its order at
 /// `0.1 k (-1)^k`: `pin.centerOfMass(model, data, q)`, and `pin.jacobianCenterOfMass(model, data, q)` times the joint
 /// velocities `0.01 (k + 6)`.
 const PINOCCHIO: &[(&str, &[&str], Triple, Triple)] = &[
@@ -69,7 +69,7 @@ fn pinocchio_says_the_same() {
     }
 }
 
-/// A foot of 3 kg that stands still, a bar of 1 kg that turns about z, and a link without mass at its end.
+/// A fixed foot of 3 kg, a bar of 1 kg that rotates about z, and a link without mass at its end.
 const BAR: &str = r#"<robot name="r">
   <link name="foot"> <inertial> <origin xyz="0 0 1"/> <mass value="3"/> </inertial> </link>
   <link name="bar"> <inertial> <origin xyz="2 0 0" rpy="1 2 3"/> <mass value="1"/> </inertial> </link>
@@ -82,7 +82,7 @@ const BAR: &str = r#"<robot name="r">
 </robot>
 "#;
 
-/// The program of a robot whose URDF stands in a folder of this test.
+/// Program of a robot with a URDF in a folder of this test.
 fn of_urdf(name: &str, urdf: &str, tasks: &[&str]) -> runtime::program::Program {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::create_dir_all(&folder).expect("a folder");
@@ -125,7 +125,7 @@ fn huge_masses_have_a_centre() {
 
 #[test]
 fn what_has_no_mass_that_moves_is_a_constant() {
-    // The foot alone has a mass: its centre may stand in the parameter of any task.
+    // Only the foot has a mass, so the centre is constant and permitted in the parameter of any task.
     let still = BAR.replace("<mass value=\"1\"/>", "<mass value=\"0\"/>");
     let program = of_urdf("still", &still, &["frame_position(end) { position com }"]);
     assert_eq!(program.values.initial[..3], [0.0, 0.0, 1.0]);
@@ -141,7 +141,7 @@ fn a_program_without_masses_is_refused() {
     }
     let refused = program.check().expect_err("there is no centre of mass");
     assert!(refused.message.contains("mass"), "{refused}");
-    // A model that was written before links had a centre of mass has it in the link's origin.
+    // In models stored before `center_of_mass` existed, it defaults to the link's origin.
     let text = serde_json::to_string(&program.robot.model).expect("JSON");
     let start = text.find("\"center_of_mass\"").expect("a centre");
     let end = start + text[start..].find(']').expect("its end") + 1;

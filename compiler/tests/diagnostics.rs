@@ -1,6 +1,6 @@
-//! Every mistake that the compiler knows: where it points, what it says, and that it is said once.
+//! Every mistake that the compiler reports: its span, its message, and that it is reported once.
 //!
-//! The cases stand in `cases/*.txt`; the snapshots show each diagnostic under the line that it speaks of.
+//! The cases are in `cases/*.txt`; the snapshots show each diagnostic under the line that it refers to.
 
 use crate::common;
 
@@ -41,7 +41,7 @@ const FILES: &[(&str, &str, Spelling)] = &[
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Spelling::Yaml),
 ];
 
-/// Text of the snapshot, codes seen, titles of cases that give another number of diagnostics than they say.
+/// Text of the snapshot, reported codes, and titles of cases with an unexpected number of diagnostics.
 fn outcome(text: &str, spelling: Spelling) -> (String, BTreeSet<&'static str>, Vec<String>) {
     let (mut out, mut codes, mut wrong) = (String::new(), BTreeSet::new(), Vec::new());
     for case in cases(text, spelling) {
@@ -57,7 +57,7 @@ fn outcome(text: &str, spelling: Spelling) -> (String, BTreeSet<&'static str>, V
     (out, codes, wrong)
 }
 
-/// A mistake that the reader can do nothing about is none: errors say what to do.
+/// Every error has a help, because users must be able to fix it.
 #[test]
 fn errors_help() {
     let mut without = BTreeSet::new();
@@ -228,7 +228,7 @@ fn machines() {
     check("machines");
 }
 
-/// Defects that a look at public controllers of other frameworks found in them, each written as a spec of ours.
+/// Defects found in public controllers of other frameworks, each written as a spec.
 #[test]
 fn yardstick() {
     check("yardstick");

@@ -1,11 +1,11 @@
-//! Limits of a state are judged where it is entered: at home for what a run begins with, and nowhere for what comes later.
+//! Limits of a state are checked at its entry: at home for the first states of a run, and not at all for later ones.
 
 use crate::common;
 
 use common::{compile_text, examples, whole};
 use dsl::{Severity, SourceId, Spelling};
 
-/// What is said of a spec, in both spellings: `HQ0502 error`.
+/// Diagnostics of a spec, equal in both syntaxes: `HQ0502 error`.
 fn said(body: &str) -> Vec<String> {
     let hq = whole(body, Spelling::Hq, true, false);
     let (spec, _) = dsl::parse(SourceId(0), &hq, Spelling::Hq);
@@ -22,7 +22,7 @@ fn said(body: &str) -> Vec<String> {
     a
 }
 
-/// Two states, the second one with a limit that home passes.
+/// A machine with two states, the second one with a limit that is violated at home.
 fn spec(level: &str, first: &str, way: &str) -> String {
     format!(
         "task here = hold(tool)
@@ -49,7 +49,7 @@ fn a_limit_of_a_later_state_is_not_judged_at_home() {
 #[test]
 fn a_limit_of_the_initial_state_is() {
     assert!(said(&spec("hard", "later", "after 1 s -> b")).contains(&"HQ0502 error".to_string()));
-    // Another state runs it later too: it is entered at home all the same.
+    // The stack also runs in a later state, but it is entered at home nevertheless.
     let soft = said(&spec("", "later", "after 1 s -> b"));
     assert!(soft.contains(&"HQ0502 warning".to_string()), "{soft:?}");
     assert!(!soft.iter().any(|s| s.ends_with("error")), "{soft:?}");
@@ -90,12 +90,12 @@ machine m {{ initial a  blend 0.2 s  on fault(any) -> done
         )
     };
     let error = "HQ0504 error".to_string();
-    // More than the joint can, wherever it stands.
+    // Faster than the joint's limit, at every configuration.
     assert!(said(&with("task push = joint_velocity { velocity { joint_1 5 rad/s } }")).contains(&error));
-    // Far from home, and near enough somewhere else.
+    // Far from home, but close to other configurations.
     let far = "task push = joint_position { target { joint_1 2 rad }  gain 5 /s }";
     assert!(!said(&with(far)).iter().any(|s| s.ends_with("error")));
-    // A root of less than nothing, whatever the robot does; and one of where it stands.
+    // The root of a negative number at every configuration; and one that depends on the configuration.
     let root =
         |of: &str| with(&format!("task push = joint_velocity {{ velocity {{ joint_1 1 rad/s * sqrt({of}) }} }}"));
     assert!(said(&root("t/(1 s)")).contains(&"HQ0502 error".to_string()));

@@ -1,4 +1,4 @@
-//! Expressions: values, units, precedence, and rates against central differences in time.
+//! Expressions: values, units, precedence, and rates compared with central differences in time.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use runtime::program::{Output, Tape, Times};
 
-/// A scope without names, in which `initial(position)` and `initial(orientation)` are inputs 0..3 and 3..7.
+/// Scope without names, in which `initial(position)` and `initial(orientation)` are the inputs 0..3 and 3..7.
 struct Initial;
 
 impl Scope for Initial {
@@ -42,7 +42,7 @@ impl Scope for Initial {
     }
 }
 
-/// An expression, ready to be evaluated.
+/// An expression, compiled for evaluation.
 struct Expression {
     tape: Tape,
     unit: String,
@@ -76,14 +76,14 @@ fn expression(text: &str) -> Expression {
     }
 }
 
-/// `initial(position)`, then `initial(orientation)`: a turn of 0.7 rad about (1, 2, 2)/3.
+/// Values of `initial(position)` and `initial(orientation)`: a rotation of 0.7 rad about (1, 2, 2)/3.
 fn start() -> (Vector3<f64>, UnitQuaternion<f64>) {
     let axis = nalgebra::Unit::new_normalize(Vector3::new(1.0, 2.0, 2.0));
     (Vector3::new(0.3, -0.2, 0.9), UnitQuaternion::from_axis_angle(&axis, 0.7))
 }
 
 impl Expression {
-    /// Values and rates at a time.
+    /// Values and rates at time `t`.
     fn at(&self, t: f64) -> (Vec<f64>, Vec<f64>) {
         let (p, r) = start();
         let inputs = [p.x, p.y, p.z, r.w, r.i, r.j, r.k];
@@ -108,7 +108,7 @@ fn value(text: &str) -> f64 {
     expression(text).at(0.0).0[0]
 }
 
-/// What moves with time, for every function and operator; each has no edge between 0.2 and 1.2 s but those named.
+/// Moving expressions for every function and operator; each is smooth between 0.2 and 1.2 s.
 const MOVING: &[&str] = &[
     "sin(2*t/(1 s))",
     "cos(0.5 rad/s * time)",
@@ -181,7 +181,7 @@ proptest! {
         }
     }
 
-    /// The same expression once with a number in it and once with the time, at the time that is that number.
+    /// Constant folding agrees with evaluation: an expression with a number in place of `t`, and with `t` at that time.
     #[test]
     fn folding_evaluates(x in 0.2..1.2_f64) {
         for text in MOVING.iter().filter(|m| !m.contains("initial") && !m.contains("time")) {
@@ -263,7 +263,7 @@ fn units_become_si() {
     }
 }
 
-/// Quaternions of the language against nalgebra's rotations.
+/// Quaternions of the language compared with rotations of nalgebra.
 #[test]
 fn orientations() {
     let q = |text: &str| {
@@ -293,15 +293,15 @@ fn orientations() {
     assert!((Vector3::from_column_slice(&turned) - expected).norm() < 1e-12);
 }
 
-/// The targets of the thesis's experiments as the examples write them, against the formulae as printed
-/// (thesis (3.44) to (3.53); the first component of (3.47) is printed `cos(1 - ..)`, and the examples correct it).
+/// Targets of the thesis's experiments as written in the examples, compared with the printed formulae (thesis (3.44) to
+/// (3.53); the first component of (3.47) is printed `cos(1 - ..)`, and the examples correct it).
 #[test]
 fn targets_of_the_experiments() {
     let specs = ["uncooperative_motion.hq", "cooperative_motion.hq"].map(|name| {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name);
         std::fs::read_to_string(path).expect("an example")
     });
-    // The expression before a comment that names its equation, with the task's own values called the same.
+    // The expression before a comment that names its equation, without the prefixes of the task's own values.
     let written = |equation: &str| {
         let line = specs.iter().flat_map(|s| s.lines()).find(|l| l.contains(&format!("  // ({equation})")));
         let line = line.unwrap_or_else(|| panic!("({equation}) is in no example")).trim();

@@ -1,4 +1,4 @@
-//! Vectors and orientations in other axes, against transforms that are multiplied out here.
+//! Vectors and orientations in other axes, compared with explicit products of transforms.
 
 use crate::common;
 
@@ -24,7 +24,7 @@ fn pose(x: Isometry3<f64>) -> Vec<f64> {
     [vector(x.translation.vector), turn(x.rotation)].concat()
 }
 
-/// What `pose([0.1, 0.2, 0.3] m, rpy(0.1 rad, 0.2 rad, 0.3 rad))` is.
+/// Value of `pose([0.1, 0.2, 0.3] m, rpy(0.1 rad, 0.2 rad, 0.3 rad))`.
 fn written() -> Isometry3<f64> {
     Isometry3::from_parts(Vector3::new(0.1, 0.2, 0.3).into(), UnitQuaternion::from_euler_angles(0.1, 0.2, 0.3))
 }
@@ -33,7 +33,7 @@ fn turn(q: UnitQuaternion<f64>) -> Vec<f64> {
     vec![q.w, q.i, q.j, q.k]
 }
 
-/// Expressions of two frames, and what they are.
+/// Expressions of two frames, with their expected values.
 const CASES: &[(&str, Expected)] = &[
     ("frame(@A).position in @B", |a, b| point(b.inverse() * at(a))),
     ("(frame(@A).position - frame(@B).position) in @B", |a, b| vector(b.rotation.inverse() * (at(a) - at(b)))),
@@ -95,7 +95,7 @@ fn values_are_those_of_transforms() {
             for (i, (text, expected)) in CASES.iter().enumerate() {
                 let wanted = expected(&a, &b);
                 let found = bench.value(bench.task(i).as_ref(), &q, 0.0, wanted.len());
-                // Of a rotation, q and -q are the same.
+                // The quaternions q and -q are the same rotation.
                 let turned = if wanted.len() == 3 { 3 } else { wanted.len() - 4 };
                 let product: f64 = wanted[turned..].iter().zip(&found[turned..]).map(|(a, b)| a * b).sum();
                 let sign = if product < 0.0 { -1.0 } else { 1.0 };

@@ -1,4 +1,4 @@
-//! Damaged specs: whatever happens to the examples, the compiler answers, soon, and every place it names exists.
+//! Damaged specs: the compiler always terminates soon, and all its spans are valid.
 
 use crate::common;
 
@@ -6,7 +6,7 @@ use common::{compile_text, examples, invariants};
 use dsl::Spelling;
 use proptest::prelude::*;
 
-/// Example specs in both spellings.
+/// Example specs in both syntaxes.
 const SPECS: &[(&str, Spelling)] = &[
     ("hello.hq", Spelling::Hq),
     ("hello.yaml", Spelling::Yaml),
@@ -21,7 +21,7 @@ const SPECS: &[(&str, Spelling)] = &[
     ("both_arms.yaml", Spelling::Yaml),
 ];
 
-/// What is written in the place of a word.
+/// Replacements for a word.
 const WORDS: &[&str] = &[
     "0",
     "-1",
@@ -85,7 +85,7 @@ fn change() -> impl Strategy<Value = Change> {
     ]
 }
 
-/// Words, signs and the blanks between them; all together give the text.
+/// Splits a text into words, signs and blanks; their concatenation is the text.
 fn tokens(text: &str) -> Vec<String> {
     let kind = |c: char| match c {
         c if c.is_alphanumeric() || c == '_' || c == '.' => 0,
@@ -120,7 +120,7 @@ fn damaged(text: &str, changes: &[Change]) -> String {
     tokens.concat()
 }
 
-/// The number of cases: few in the suite; `HIERARQ_FUZZ_CASES` asks for more.
+/// Number of cases: small in the suite; `HIERARQ_FUZZ_CASES` increases it.
 fn cases() -> u32 {
     std::env::var("HIERARQ_FUZZ_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(48)
 }
@@ -138,7 +138,7 @@ proptest! {
         invariants::checks(&text, spelling, &examples());
     }
 
-    /// Two examples cut and joined: what stands in one spec stands in the middle of another.
+    /// Two examples cut and joined: a piece of one spec in the middle of another.
     #[test]
     fn joined_examples_are_answered(
         (a, b) in (0..SPECS.len(), 0..SPECS.len()),

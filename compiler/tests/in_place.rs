@@ -1,4 +1,4 @@
-//! The names of tasks that are written in place: short, telling, and each once.
+//! Names of inline tasks: short, descriptive and unique.
 
 use crate::common;
 
@@ -8,7 +8,7 @@ use dsl::Spelling;
 use hierarq_compiler::Style;
 use std::collections::BTreeSet;
 
-/// The names of the tasks of some stacks.
+/// Names of the tasks of some stacks.
 fn names(stacks: &str) -> Vec<String> {
     let text = format!("hierarq 1\n{ARM7}{stacks}\nrun {{ stack s  duration 1 s }}\n");
     let compiled = compile_text(&text, Spelling::Hq, &examples(), &[]);

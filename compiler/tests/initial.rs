@@ -1,4 +1,4 @@
-//! What `initial(..)` captures, when a stack becomes active: against the same expression evaluated there.
+//! Captures of `initial(..)` at the entry of a stack, compared with the same expression evaluated there.
 
 use crate::common;
 
@@ -11,7 +11,7 @@ use runtime::program::{CaptureSource, Op, Program, Times};
 use runtime::{Controller, Fault, Observation};
 use stdlib_tasks::bound::Bound;
 
-/// Expressions with the number of their numbers; `@` names frames and joints of each robot.
+/// Expressions with their number of components; `@` names frames and joints of each robot.
 const CAPTURED: &[(usize, &str)] = &[
     (3, "frame(@A).position"),
     (4, "frame(@A).orientation"),
@@ -34,7 +34,7 @@ const CAPTURED: &[(usize, &str)] = &[
     (3, "point(@A, [0.1, 0, 0] m) in @B"),
 ];
 
-/// The numbers of the parameter `target` of a task.
+/// Numbers of the parameter `target` of a task.
 fn target(evaluator: &Evaluator, program: &Program, task: usize) -> Vec<f64> {
     let Some(Bound::Value(slot)) = program.tasks[task].params.get("target") else { panic!("no target of time alone") };
     (slot.at..slot.at + slot.len).map(|at| evaluator.value(at).expect("a value")).collect()
@@ -66,7 +66,7 @@ fn it_is_the_value_at_that_moment() {
 
 #[test]
 fn it_may_stand_in_every_task() {
-    // Half the way between the hands, and 5 cm above it.
+    // The midpoint between the hands, plus 5 cm.
     let task = "frame_position(@A) { position initial((frame(@A).position + frame(@B).position)/2) + [0, 0, 0.05] m }";
     let program = program(CANOPIES, &[task.to_string()]);
     let mut controller = Controller::new(&program).expect("it can be executed");
@@ -88,7 +88,7 @@ fn it_may_stand_in_every_task() {
     assert!((at(robot.q(), "left_tool") - wanted).norm() < 1e-4);
 }
 
-/// The program of a body, or what is wrong with it.
+/// Compiles a body.
 fn compiled(body: &str) -> Compiled {
     let text = format!(
         "hierarq 1\n{}{}",
@@ -111,7 +111,7 @@ fn one_expression_is_captured_once() {
 
 #[test]
 fn what_cannot_be_captured_is_a_fault() {
-    // The points coincide at all times, so that there is no distance; `min` must not hide that.
+    // The points coincide at all times, so the distance has no derivative; `min` must not hide that.
     for task in [
         "track(joint(@J)) { target initial(distance(a, b))*0.3 rad/(1 m) }",
         "track(joint(@J)) { target 1 rad * min(0.3, initial(distance(a, b))/(1 m)) }",
@@ -140,7 +140,7 @@ fn what_is_lost_on_the_robot_is_a_fault() {
 
 #[test]
 fn a_value_that_needs_its_capture_is_written_and_read() {
-    // Before anything is captured this is one over zero.
+    // Before the capture, this is one over zero.
     let body = "task x = track(joint(@J)) { target 0.4 rad^2/initial(joint(@K)) }\nstack s { level all { x } }\n";
     let good = compiled(body).program.expect("a program");
     let text = serde_json::to_string(&good).expect("JSON");
@@ -165,7 +165,7 @@ fn programs_are_written_and_read() {
     let back: Program = serde_json::from_str(&text).expect("a program");
     assert_eq!(back, good);
     back.check().expect("a good program");
-    // What was damaged is refused.
+    // Damaged expressions are rejected.
     type Damage = fn(&mut stdlib_tasks::expression::Expression);
     let damages: [Damage; 6] = [
         |e| e.inputs.push(0),

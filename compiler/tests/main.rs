@@ -1,4 +1,4 @@
-//! From spec to program, and what is said of wrong ones: one file a subject.
+//! Tests of the compiler, from specs to programs and diagnostics: one file per subject.
 
 mod accelerations;
 mod axes;

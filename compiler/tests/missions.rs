@@ -1,4 +1,4 @@
-//! Missions whose members are repeated or imported are the missions that are written out, in both spellings.
+//! Missions with repeated or imported members are equal to missions without repetitions and imports, in both syntaxes.
 
 use crate::common;
 
@@ -8,7 +8,7 @@ use hierarq_compiler::{Input, Style, compile};
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
 
-/// The missions of a spec without mistakes, as data.
+/// Missions of a spec without mistakes, as JSON.
 fn missions_in(text: &str, spelling: Spelling, folder: &Path) -> serde_json::Value {
     let c = compile(&Input { name: "spec", text, spelling, folder, set: &[], package_paths: &[] });
     assert!(c.report.diagnostics.is_empty(), "{text}\n{}", c.report.render(Style::Plain, 100));
@@ -25,7 +25,7 @@ fn missions(text: &str) -> serde_json::Value {
 
 const CARRIER: &str = "robot carrier { depot [0, 0] m  speed [0.05, 0.2] m/s  serve 20 s }";
 
-/// A mission with these members beside the carrier.
+/// A mission with these members in addition to the carrier.
 fn mission(name: &str, members: &str) -> String {
     format!("mission {name} : schedule {{\n  {CARRIER}\n  {members}\n}}\n")
 }
@@ -52,7 +52,7 @@ fn members_of_a_repetition_are_those_written_out() {
 #[test]
 fn missions_of_a_repetition_are_those_written_out() {
     let member = |k: &str| format!("for i in 1..2 {{ human h${{i}} {{ place [i, {k}] m  duration 200 s }} }}");
-    // At the beginning of a line, `mission` would end the repetition.
+    // On one line, because `mission` at the beginning of a line would end the repetition.
     let inner = mission("field_${k}", &member("k"));
     let repeated = format!("hierarq 1\nfor k in 1..2 {{ {inner} }}\n");
     let written = format!("hierarq 1\n{}{}", mission("field_1", &member("1")), mission("field_2", &member("2")));
@@ -75,7 +75,7 @@ fn a_mission_that_is_imported_brings_its_params() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// The spellings agree on the order of members, however roles and repetitions are mixed.
+    /// Both syntaxes agree on the order of members, for any mixture of roles and repetitions.
     #[test]
     fn the_order_of_roles_does_not_matter(order in Just((0..5usize).collect::<Vec<_>>()).prop_shuffle()) {
         let pieces = [
@@ -85,7 +85,7 @@ proptest! {
             "for i in 1..2 { human h${i} { place [i, 3] m  duration 200 s } }",
             "for i in 1..2 { worker w${i} { place [i, 5] m  duration 200 s } }",
         ];
-        // What is written out stands before what is repeated.
+        // Plain members precede repetitions.
         let mut order = order;
         order.sort_by_key(|i| *i > 2);
         let body: Vec<&str> = order.iter().map(|i| pieces[*i]).collect();

@@ -1,5 +1,5 @@
-//! The pages of `hierarq explain`: what they show as wrong gives their code and no other, what they show as right
-//! compiles without a word.
+//! Pages of `hierarq explain`: their wrong examples give the code of the page and no other, their correct examples
+//! compile without diagnostics.
 
 use crate::common;
 
@@ -9,11 +9,11 @@ use dsl::codes::{Page, Part};
 use hierarq_compiler::{Compiled, codes};
 use std::path::Path;
 
-/// Codes without a wrong example: it would be longer than a page, or is no text that can be shown.
+/// Codes without a wrong example: it would be too long for a page, or is not a text.
 const NOT_SHOWN: &[&str] =
     &["HQ0190", "HQ0192", "HQ0193", "HQ0194", "HQ0195", "HQ0212", "HQ0218", "HQ0406", "HQ0607", "HQ0623", "HQ0934"];
 
-/// Compiles an example with what it does not show.
+/// Compiles an example, completed by the parts that it omits.
 fn compiled(page: &Page, part: &Part) -> Compiled {
     let Part::Example { language, bad, alone, text } = *part else { panic!("no example") };
     let spelling = if language == "yaml" { Spelling::Yaml } else { Spelling::Hq };

@@ -1,4 +1,4 @@
-//! What params are worth, and that a number in SI with its unit reads back to the same bits.
+//! Values of params; a number printed in SI with its unit parses to the same bits.
 
 use std::path::Path;
 
@@ -40,10 +40,10 @@ fn numbers_are_in_si_and_have_the_unit_of_their_param() {
     assert_eq!(find("twice"), (Some(0.4), "m"));
     assert_eq!(find("bare"), (Some(2.0), ""));
     assert_eq!((find("there").0, find("flag").0), (None, None));
-    // A bare number stands for the unit of the param; what follows from it follows.
+    // A bare number takes the unit of the param; dependent params follow.
     let set = of(&[("length".to_string(), "0.5".to_string())]);
     assert_eq!((set[0].number, set[0].unit.as_str(), set[9].number), (Some(0.5), "m", Some(1.0)));
-    // What is wrong has no worth.
+    // Params with errors have no value.
     assert_eq!((with("length", "3 s"), with("length", "]")), (None, None));
 }
 

@@ -1,5 +1,5 @@
-//! What is said to be out of reach is: intervals against the numbers inside them, ranges against values at random
-//! configurations, jumps against both sides of the place where a comparison turns over.
+//! Values reported as unreachable are unreachable: intervals compared with the numbers inside them, ranges with values
+//! at random configurations, jumps with both sides of a changing comparison.
 
 use crate::common;
 
@@ -10,7 +10,7 @@ use hierarq_compiler::expr::Interval;
 use proptest::prelude::*;
 use runtime::program::Op;
 
-/// Values of each kind that bounds are made for, with the number of their numbers; `@` names frames and joints.
+/// Values of each kind that has bounds, with their number of components; `@` names frames and joints.
 const VALUES: &[(usize, &str)] = &[
     (3, "frame(@A).position"),
     (3, "point(@A, [0.1, -0.2, 0.3] m)"),
@@ -48,13 +48,13 @@ const VALUES: &[(usize, &str)] = &[
     (1, "1/(3 + joint(@J)/(1 rad)) - (2 + sin(joint(@K)))^-2"),
 ];
 
-/// The codes of a spec's diagnostics.
+/// Codes and messages of a spec's diagnostics.
 fn codes(text: &str) -> Vec<(&'static str, String)> {
     let compiled = compile_text(text, Spelling::Hq, &examples(), &[]);
     compiled.report.diagnostics.iter().map(|d| (d.code, format!("{} {}", d.message, d.primary.text))).collect()
 }
 
-/// A spec of one robot with these tasks.
+/// A spec for one robot with these tasks.
 fn spec(robot: &str, tasks: &[String]) -> String {
     let tasks: Vec<String> = tasks.iter().map(|t| words(t, robot)).collect();
     format!("hierarq 1\n{robot}stack s {{ level all {{\n{}\n}} }}\nrun {{ duration 1 s }}\n", tasks.join("\n"))
@@ -86,10 +86,10 @@ fn what_the_robot_reaches_is_never_out_of_reach() {
     }
 }
 
-/// Targets and limits that are out of reach, by how far: factor 1 is the bound itself.
+/// Bounds of targets and limits are tight: factor 1 is the bound itself.
 #[test]
 fn bounds_are_as_tight_as_they_can_be() {
-    // The finger of the single arm turns about no farther than its links are long.
+    // The finger of the single arm reaches as far as the lengths of its links.
     let cases: &[(&str, f64)] = &[
         ("track(dot(frame(@A).orientation*[0, 0.6, 0.8], frame(@B).orientation*[1, 0, 0])) { target @ }", 1.0),
         ("track(sin(joint(@J)) + 2) { target @ }", 3.0),
@@ -112,7 +112,7 @@ fn bounds_are_as_tight_as_they_can_be() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// `if(t < k, a + b t, c + d t)` jumps where the two lines differ at k, and `k` counts only if it comes at all.
+    /// `if(t < k, a + b t, c + d t)` jumps if the two lines differ at k, and only if the time k is reached.
     #[test]
     fn lines_that_meet_do_not_jump(a in -2..3_i32, b in -2..3_i32, c in -2..3_i32, d in -2..3_i32, k in -1..3_i32) {
         let target = format!("if(t < {k} s, ({a} + {b}*t/(1 s)) deg, ({c} + {d}*t/(1 s)) deg)");
@@ -122,7 +122,7 @@ proptest! {
     }
 }
 
-/// What jumps, and what only looks like it.
+/// Discontinuous expressions, and continuous ones that look similar.
 #[test]
 fn jumps() {
     let cases = [
@@ -153,7 +153,7 @@ fn interval() -> impl Strategy<Value = Interval> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
-    /// Every operation, on numbers from its operands' intervals, gives a number in its own interval.
+    /// Every operation maps numbers of its operands' intervals into its own interval.
     #[test]
     fn numbers_lie_in_their_interval(
         a in interval(), b in interval(), c in interval(), shares in prop::array::uniform3(0.0..=1.0_f64), n in -4..5_i32,

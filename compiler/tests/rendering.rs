@@ -1,4 +1,4 @@
-//! How diagnostics look as text, and that their JSON says the same.
+//! Rendering of diagnostics as text, and equality of their JSON.
 
 use crate::common;
 
@@ -6,7 +6,7 @@ use common::{cases, examples};
 use dsl::Spelling;
 use hierarq_compiler::{Report, Style};
 
-/// One of each: a place in the spec, in a second file, two places, notes with their help, a help of two lines.
+/// One example of each: a span in the spec, in a second file, two spans, notes with a help, a help of two lines.
 const CASES: &str = r#"
 ==== [3] several
 param speed = 5 cm
@@ -51,12 +51,12 @@ fn reports() -> Vec<Report> {
 fn plain() {
     let text: Vec<String> = reports().iter().map(|r| r.render(Style::Plain, 100)).collect();
     let text = text.join("").replace(&examples().display().to_string(), "EXAMPLES");
-    // The renderer ends empty lines with blanks; they are nothing to compare.
+    // The renderer pads empty lines with blanks, which are not compared.
     let lines: Vec<&str> = text.lines().map(str::trim_end).collect();
     insta::assert_snapshot!("plain", lines.join("\n"));
 }
 
-/// The picture that comes first is that of the place which the message speaks of, whatever its labels point at.
+/// The first picture is that of the primary span, whatever the labels refer to.
 #[test]
 fn the_primary_place_is_drawn_first() {
     for report in reports() {
@@ -71,7 +71,7 @@ fn the_primary_place_is_drawn_first() {
             let rest = first.strip_prefix(&format!("{}:", source.name)).unwrap_or_else(|| panic!("{text}"));
             let number = |s: &str| s.trim().split([':', ']', ' ']).next().and_then(|n| n.parse::<usize>().ok());
             assert_eq!(number(rest), Some(line), "{text}");
-            // One line around it, and a label on the one before.
+            // One line of context, and a label on the line before.
             let above = text.lines().skip_while(|l| !l.contains("╭─[")).nth(1).and_then(number);
             assert!(above.is_none_or(|n| n + 2 >= line), "{text}");
         }

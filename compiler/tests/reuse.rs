@@ -1,4 +1,4 @@
-//! What is written once and used often is the same program as what is written out.
+//! Specs with imports, parameters and repetitions compile to the same program as specs without them.
 
 use crate::common;
 
@@ -19,7 +19,7 @@ robot arm {
 }
 "#;
 
-/// A folder with these files, and the robot's URDF.
+/// Creates a folder with these files and the robot's URDF.
 fn folder(name: &str, files: &[(&str, &str)]) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("reuse").join(name);
     let urdf = std::fs::read_to_string(examples().join("robots/arm7.urdf")).expect("a URDF");
@@ -36,20 +36,20 @@ fn compiled(text: &str, spelling: Spelling, folder: &Path, set: &[(String, Strin
     compile(&Input { name: "spec", text: &text, spelling, folder, set, package_paths: &[] })
 }
 
-/// The program of a spec that has no mistakes.
+/// Program of a spec without mistakes.
 fn program(text: &str, folder: &Path) -> Program {
     let c = compiled(text, Spelling::Hq, folder, &[]);
     assert!(c.report.diagnostics.is_empty(), "{text}\n{}", c.report.render(Style::Plain, 100));
     c.program.expect("no error, so a program")
 }
 
-/// The program without names: those of tasks, and of the robot.
+/// The program without the names of its tasks and robot.
 fn nameless(mut p: Program) -> Program {
     for (i, t) in p.tasks.iter_mut().enumerate() {
         t.name = format!("{i}");
     }
     p.robot.name = String::new();
-    // How the tape is laid out does not matter; what it gives does.
+    // The layout of the tape is irrelevant; its results are compared.
     let v = &mut p.values;
     for t in [0.0, 0.7, 3.1] {
         let inputs: Vec<f64> = (0..v.tape.inputs).map(|i| 0.1 * i as f64).collect();
@@ -63,7 +63,7 @@ fn nameless(mut p: Program) -> Program {
     p
 }
 
-/// Both texts, each with the robot, are the same program; so are the first one's translation and back.
+/// Both texts, with the robot added, compile to the same program; so does the first one after a translation to YAML.
 fn same(name: &str, files: &[(&str, &str)], short: &str, long: &str) {
     let folder = folder(name, files);
     let robot = if short.contains("robot") { "" } else { ROBOT };
@@ -79,7 +79,7 @@ fn same(name: &str, files: &[(&str, &str)], short: &str, long: &str) {
 
 #[test]
 fn a_file_keeps_its_names_to_itself() {
-    // Both files call something `gap` and `speed`, and a link of the robot is called like a param of the library.
+    // Both files declare `gap` and `speed`, and a link of the robot has the name of a param of the library.
     let library = "hierarq 1\nimport \"more.yaml\" { speed as pace }\nparam gap = 0.25 m\nparam tool = 1 /s\nlet speed = 2*pace\n\
         task deck = virtual_wall(elbow) { through [[0, 0, -1], [1, 0, -1], [0, 1, -1]] m  d_min gap  gain tool }\n\
         task limits = joint_velocity_limits { max speed }\ntask reach = hold(tool) { gain tool }\n\
@@ -177,7 +177,7 @@ fn equal_uses_share_a_task() {
     assert_eq!(names, ["near.tool", "near.tool.2", "near.link_6"]);
 }
 
-/// Values that use each other, in any order, are worked out as if written in the right one.
+/// Values that use each other, in any order, are evaluated as in the right order.
 fn values() -> impl Strategy<Value = (Vec<(usize, Vec<usize>)>, Vec<usize>)> {
     (2usize..9).prop_flat_map(|n| {
         let uses = (0..n).map(|i| (Just(i), proptest::collection::vec(0..i.max(1), 0..3))).collect::<Vec<_>>();
@@ -206,7 +206,7 @@ proptest! {
         prop_assert_eq!(found, expected, "{}", shuffled);
     }
 
-    /// A chain of changes gives the levels that a list gives to which the same is done.
+    /// A chain of derived stacks has the levels of a list to which the same changes are applied.
     #[test]
     fn changes_are_those_of_a_list(changes in proptest::collection::vec((0..4usize, 0..6usize, 0..6usize), 0..6)) {
         let folder = folder("changes", &[]);
@@ -235,7 +235,7 @@ proptest! {
     }
 }
 
-/// Whatever multiplies, an answer comes soon.
+/// Exponential growth of any kind is rejected soon.
 #[test]
 fn bombs_are_refused_quickly() {
     let folder = folder("bombs", &[]);
@@ -262,7 +262,7 @@ fn bombs_are_refused_quickly() {
     }
 }
 
-/// What a task tells has its name in the file where it is read, whatever the task is called in the program.
+/// Outputs of a task are read by its name in the file, whatever its name in the program.
 #[test]
 fn what_tasks_tell_has_the_name_of_its_file() {
     let library = r#"hierarq 1

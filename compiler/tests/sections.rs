@@ -1,4 +1,4 @@
-//! The table of keys against what the compiler does with a spec: units, ranges, defaults, what must be there.
+//! Compares the table of keys with the behaviour of the compiler: units, ranges, defaults, required keys.
 
 use crate::common;
 
@@ -11,7 +11,7 @@ use stdlib_tasks::params::Presence;
 const ROBOT: &str = "urdf \"robots/arm7.urdf\"  rate 100 Hz  home { joint_4 1 rad }";
 const STACK: &str = "task still = hold(link_7)\nstack s { level a { still } }\n";
 
-/// A spec in which a section has these entries more.
+/// A spec in which a section has these additional entries.
 fn spec(section: &Section, entries: &str) -> Option<String> {
     let robot = |inner: &str| format!("hierarq 1\nrobot r {{ {inner} }}\n{STACK}");
     let level = |inner: &str| {
@@ -19,7 +19,7 @@ fn spec(section: &Section, entries: &str) -> Option<String> {
     };
     let run = |inner: &str| format!("{}run {{ {inner} }}\n", robot(ROBOT));
     let is = |other: &Section| std::ptr::eq(section, other);
-    // A mission with robot `m`, person `h` and working robot `w`, each with these before what it must have.
+    // A mission with robot `m`, person `h` and worker `w`, each with these entries before its required ones.
     let mission = |own: &str, [m, h, w]: [&str; 3]| {
         format!(
             "hierarq 1\nmission x : schedule {{ {own}\n robot m {{ {m}  depot [0, 0] m  speed [0.5, 2] m/s  serve 1 s }}  \
@@ -27,7 +27,7 @@ fn spec(section: &Section, entries: &str) -> Option<String> {
         )
     };
     let block = |name: &str| format!("{name} {{ {entries} }}");
-    // Layers with robot `r`, person `h`, object `o` and task `t`, in the same way.
+    // A mission of layers with robot `r`, person `h`, object `o` and task `t`, in the same way.
     let layers = |own: &str, [r, h, o, t]: [&str; 4]| {
         format!(
             "hierarq 1\nmission x : layers {{ {own}\n robot r {{ {r}  place [0, 0, 0] m  speed [0.5, 2] m/s  skills {{ go 1 s }} }}  \
@@ -85,7 +85,7 @@ fn codes(text: &str) -> Vec<&'static str> {
     report.diagnostics.iter().map(|d| d.code).collect()
 }
 
-/// The keys of `*.hq` blocks that the compiler is asked about, with their sections.
+/// Keys of `*.hq` blocks that are tested, with their sections.
 fn asked() -> Vec<(&'static Section, &'static Key)> {
     let all = sections::ALL.iter().filter(|s| spec(s, "").is_some());
     all.flat_map(|s| s.written(Spelling::Hq).map(move |k| (*s, k))).collect()
@@ -131,7 +131,7 @@ fn what_stands_in_for_a_key_is_what_the_table_says() {
     let mut tried = 0;
     for (section, key) in asked() {
         let Presence::Default(text) = key.presence else { continue };
-        // `hard` is there or not.
+        // A flag such as `hard` has no value.
         if matches!(key.holds, Holds::Flag) {
             continue;
         }
@@ -181,7 +181,7 @@ fn words_are_those_that_the_compiler_takes() {
     assert!(matches!(&key.holds, Holds::Choice(words) if **words == *backends), "{backends:?}");
 }
 
-/// Every entry of the table that names no other thing can be written, and every other word is refused.
+/// Every entry of the table can be written, unless it names another thing, and every other word is rejected.
 #[test]
 fn the_compiler_refuses_what_the_table_does_not_have() {
     for section in sections::ALL {

@@ -1,5 +1,5 @@
-//! `initial(..)` in expectations: the value at the start of the run, online and of a whole log, against numbers that are made
-//! of the recorded joints alone.
+//! `initial(..)` in expectations: the value at the start of the run, online and offline, compared with numbers computed
+//! from the recorded joints alone.
 
 use crate::common;
 
@@ -52,7 +52,7 @@ fn both(text: &str) -> [Compiled; 2] {
     [(text, Spelling::Hq), (yaml.as_str(), Spelling::Yaml)].map(|(t, s)| compile_text(t, s, &examples(), &[]))
 }
 
-/// What recorders see of the robot, at each tick.
+/// Recorder of the robot's state at each tick.
 struct Seen {
     q: Vec<Vec<f64>>,
     load: Vec<f64>,
@@ -61,7 +61,7 @@ struct Seen {
 impl Recorder for Seen {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
         self.q.push(tick.q.to_vec());
-        // Behind whether it is there.
+        // The value follows the flag of its presence.
         self.load.push(tick.signals[1]);
         Ok(())
     }
@@ -106,7 +106,7 @@ fn it_is_the_value_at_the_start_of_the_run() {
             let (expected, found) = (numbers.iter().copied().fold(f64::INFINITY, f64::min), outcomes[i]);
             let title = scenario.expectations[i].title();
             assert!((found.lower - expected).abs() < 1e-9, "{title}: {} and not {expected}", found.lower);
-            // Of a whole log the same comes out.
+            // The evaluation of the whole log agrees.
             let mut log = vec![vec![0.0; numbers.len()]; units.len()];
             for at in scenario.expectations[i].formula.signals() {
                 log[at].clone_from(numbers);
@@ -115,7 +115,7 @@ fn it_is_the_value_at_the_start_of_the_run() {
             assert_eq!((whole.verdict, whole.unit), (found.verdict, found.unit), "{title}");
             assert!((whole.lower - found.lower).abs() < 1e-9, "{title}: {} and not {}", whole.lower, found.lower);
         }
-        // The arm moved 10 cm away, whatever stack it was entered for.
+        // The arm moved 10 cm away, whatever the stack.
         let verdicts: Vec<Verdict> = outcomes.iter().map(|o| o.verdict).collect();
         use Verdict::{Fails, Holds};
         assert_eq!(verdicts, [Holds, Fails, Holds, Holds, Holds, Holds, Holds]);

@@ -1,5 +1,5 @@
-//! Expressions of the robot's present state: their rows against central differences in the configuration and in time,
-//! against the library's own tasks, and where they have no derivative.
+//! Expressions of the robot's current state: their rows compared with central differences in the configuration and in
+//! time, and with tasks of the library; and points without a derivative.
 
 use crate::common;
 
@@ -10,7 +10,7 @@ use stdlib_tasks::task::TaskFault;
 
 const H: f64 = 1e-6;
 
-/// Every function and every leaf, with the number of its numbers; `@` names frames and joints of each robot.
+/// Every function and every leaf, with the number of components; `@` names frames and joints of each robot.
 const VALUES: &[(usize, &str)] = &[
     (3, "frame(@A).position"),
     (4, "frame(@A).orientation"),
@@ -63,7 +63,7 @@ const VALUES: &[(usize, &str)] = &[
     (1, "1/(3 + joint(@J)/(1 rad)) - (2 + sin(joint(@K)))^-2"),
 ];
 
-/// `track` of a value with a constant target and no gain: `lower = -d/dt value`.
+/// `track` of a value with a constant target and zero gain: `lower = -d/dt value`.
 fn pulled(len: usize, value: &str) -> String {
     let target = match len {
         1 => "0",
@@ -126,7 +126,7 @@ fn rows_are_derivatives() {
     }
 }
 
-/// Tasks of the library, and the same written as expressions.
+/// Tasks of the library, and equal tasks written as expressions.
 const SAME: &[(&str, &str)] = &[
     (
         "frame_position(@A) { position [0.3 + 0.1*sin(1 rad/s * t), 0.1, 0.9] m  gain 3 /s }",
@@ -197,7 +197,7 @@ fn rows_are_those_of_the_library() {
     }
 }
 
-/// Parts of poses, and the same without poses.
+/// Parts of poses, and equal expressions without poses.
 const PARTS: &[(&str, &str, &str)] = &[
     ("frame(@A).pose", "frame(@A).position", "frame(@A).orientation"),
     ("frame(@A).pose in @B", "frame(@A).position in @B", "frame(@A).orientation in @B"),
@@ -242,7 +242,7 @@ fn poses_have_the_rows_of_their_parts() {
     }
 }
 
-/// Where a function has no derivative, at `joint(@J) = 0.4 rad`: the derivative that the row has there.
+/// Functions without a derivative at `joint(@J) = 0.4 rad`, and the derivative in their row.
 const AWKWARD: &[(&str, f64)] = &[
     ("norm([z, 0, 0])", 0.0),
     ("sqrt(z*z)", 0.0),
@@ -303,7 +303,7 @@ fn what_is_not_finite_is_a_fault() {
     let z = "(joint(joint_2)/(1 rad) - 0.4)";
     let values =
         ["1/Z", "log(Z)", "sqrt(Z - 1)", "asin(2.5 - Z)", "if(log(Z - 1) < 0, 1, 2)*joint(joint_1)", "exp(1/abs(Z))"];
-    // At home the second joint stands elsewhere, so that all of it compiles.
+    // Home has a different second joint, so that all expressions compile.
     let robot = ARM7.replace("0.1, 0.4, 0.2", "0.1, 1.9, 0.2");
     let tasks: Vec<String> = values.iter().map(|v| pulled(1, &v.replace('Z', z))).collect();
     let program = program(&robot, &tasks);
@@ -332,7 +332,7 @@ fn gains_and_limits_of_the_state_are_watched() {
         let rows = bench.rows(&mut *bench.task(0), &q, 0.0);
         assert_eq!(rows.err(), (!good).then_some(TaskFault::Gain { row: 0 }), "{angle}");
     }
-    // A side that depends on the state has a row of its own, and cannot be crossed with the other.
+    // A bound that depends on the state has a row of its own, and cannot cross the other bound.
     q[1] = 0.8;
     let rows = bench.rows(&mut *bench.task(1), &q, 0.0).expect("rows");
     assert_eq!((rows.j[(0, 0)], rows.j[(0, 1)], rows.j[(1, 0)], rows.j[(1, 1)]), (1.0, -1.0, 1.0, 0.0));
@@ -341,7 +341,7 @@ fn gains_and_limits_of_the_state_are_watched() {
     assert_eq!(bench.rows(&mut *bench.task(2), &q, 3.0).err(), Some(TaskFault::Crossed { row: 0 }));
 }
 
-/// Random smooth numbers of two joints, a frame and the time.
+/// Random smooth expressions of two joints, a frame and the time.
 fn number() -> impl Strategy<Value = String> {
     let leaf = prop_oneof![
         Just("(joint(@J)/(1 rad))".to_string()),
@@ -379,7 +379,7 @@ proptest! {
         let mut task = bench.task(0);
         let rows = bench.rows(&mut *task, &q, t).expect("rows");
         let at = |q: &[f64], t: f64| bench.value(&*task, q, t, 1);
-        // Products of products grow, and the differences' error with them.
+        // Nested products grow, and with them the error of the differences.
         let size = 1.0 + at(&q, t)[0].abs() + rows.j.amax() + rows.lower[0].abs();
         let good = |a: f64, b: f64| (a - b).abs() <= 1e-5 * size;
         let still = difference(&at(&q, t + H), &at(&q, t - H), H)[0];

@@ -1,11 +1,11 @@
-//! Many independent mistakes in one file come out together: each at its place, with its code, and nothing beside them.
+//! Many independent mistakes in one file are all reported: each at its place, with its code, and without further ones.
 
 use crate::common;
 
 use common::{annotated, compile_text, examples};
 use dsl::Spelling;
 
-/// A spec in which every `«CODE|text»` plants a mistake.
+/// Checks a spec in which every `«CODE|text»` marks a mistake.
 fn planted(marked: &str, spelling: Spelling) {
     let (mut text, mut expected) = (String::new(), Vec::new());
     let mut rest = marked;
@@ -29,7 +29,7 @@ fn planted(marked: &str, spelling: Spelling) {
     assert_eq!(found, expected, "{}", annotated(&compiled));
 }
 
-/// Form, names, types, units, the robot, safety and hierarchy, in `*.hq`.
+/// Syntax, names, types, units, the robot, safety and hierarchy, in `*.hq`.
 #[test]
 fn in_hq() {
     planted(

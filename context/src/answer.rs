@@ -1,15 +1,16 @@
-//! The JSON in what a model says.
+//! Extraction of the JSON answer from a model's reply.
 //!
-//! Models put a fence around it, a sentence before and behind, drafts before the answer, and some think aloud before they
-//! speak. Thoughts are passed over, up to `</think>`. Of what is left the last object with `layers` or `tasks` is the answer;
-//! where none has them the longest, a bare list of objects too, so that the reader of layers can say what is wrong.
+//! Models put a fence around the JSON, sentences before and after it, and drafts before the final answer; some print
+//! their reasoning first. The search skips the reasoning, up to the last `</think>`. In the rest, the last object with
+//! `layers` is the answer, else the last one with `tasks`. If no object has either key, it is the longest value, which
+//! may also be a list of objects: the reader of layers can then report what is wrong.
 
 use serde_json::Value;
 
-/// Where thoughts end.
+/// End marker of a model's reasoning.
 const THOUGHT: &str = "</think>";
 
-/// A part of what a model said.
+/// A part of a model's reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part<'a> {
     text: &'a str,
@@ -18,12 +19,12 @@ pub struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    /// The part alone.
+    /// Text of the part, without its surroundings.
     pub fn alone(&self) -> &'a str {
         &self.text[self.from..self.to]
     }
 
-    /// The part with space before it in place of what was said before, so that it stands in the same line and column.
+    /// Text of the part, padded with line breaks and spaces so that its line and column are those in the whole reply.
     pub fn in_place(&self) -> String {
         let before = &self.text[..self.from];
         let line = before.rfind('\n').map_or(before, |end| &before[end + 1..]);
@@ -31,7 +32,8 @@ impl<'a> Part<'a> {
         format!("{lines}{}{}", " ".repeat(line.chars().count()), self.alone())
     }
 
-    /// Which lines it is, counted from 1; none where nothing else that was said could be meant.
+    /// First and last line of the part, counted from 1. None if the rest of the reply has no `{`: then the part is
+    /// unambiguous.
     pub fn lines(&self) -> Option<(usize, usize)> {
         let line = |at: usize| self.text[..at].matches('\n').count() + 1;
         let others = self.text[..self.from].contains('{') || self.text[self.to..].contains('{');
@@ -39,24 +41,27 @@ impl<'a> Part<'a> {
     }
 }
 
-/// A complete value: whether it has layers (2), tasks (1) or neither, and where it is.
+/// A complete JSON value. Its rank is 2 with the key `layers`, 1 with `tasks`, 0 with neither.
 struct Found<'a> {
     rank: usize,
     part: Part<'a>,
 }
 
 impl Found<'_> {
-    /// Of the same rank the last counts, but of those that have neither the longest.
+    /// Returns true if this value, which follows `other`, is the better candidate: of a higher rank, or of the same
+    /// rank; for rank 0 it must also be at least as long.
     fn replaces(&self, other: &Found<'_>) -> bool {
         let length = |one: &Found<'_>| if one.rank == 0 { one.part.alone().len() } else { 0 };
         (self.rank, length(self)) >= (other.rank, length(other))
     }
 }
 
-/// The part of `text` that is the answer, or what was meant as one to the end; none without a brace.
+/// Returns the part of `text` that is the answer. If the answer is broken, the part extends to the end of `text`. None
+/// if `text` has no usable JSON value and no `{`.
 pub fn part(text: &str) -> Option<Part<'_>> {
     let mut best: Option<Found<'_>> = None;
-    // The first brace, and the first object since the best one that cannot be read: objects behind may be parts of it.
+    // `brace` is the first `{`; `broken` is the first object since the best one that does not parse. Objects after
+    // `broken` may be parts of it.
     let (mut brace, mut broken) = (None, None);
     let mut at = text.rfind(THOUGHT).map_or(0, |at| at + THOUGHT.len());
     while let Some(from) = text[at..].find(['{', '[']).map(|next| at + next) {
@@ -74,7 +79,7 @@ pub fn part(text: &str) -> Option<Part<'_>> {
         at = from + 1;
         if let Some(inside) = rest.strip_prefix('{') {
             brace.get_or_insert(from);
-            // A brace that begins no object is passed over, such as `{name}` in a sentence.
+            // A brace that begins no object is skipped, such as `{name}` in a sentence.
             if inside.trim_start().starts_with('"') {
                 broken.get_or_insert(from);
             }
@@ -88,7 +93,7 @@ pub fn part(text: &str) -> Option<Part<'_>> {
     }
 }
 
-/// See [`Found`]; none of what is no object and no list of them, or a list around the answer.
+/// Rank of a value, as in [`Found`]. None for a scalar, for a list without objects, and for a list around the answer.
 fn rank(value: &Value) -> Option<usize> {
     match value {
         Value::Object(object) if object.contains_key("layers") => Some(2),
@@ -133,7 +138,7 @@ mod tests {
         ] {
             assert_eq!(alone(&format!("{before}{good}")), Some(good), "{before}");
         }
-        // An answer that broke off is the answer, whatever was good before.
+        // A broken last answer is the answer, even if an earlier one was good.
         assert_eq!(alone(&format!("{good} no: {{\"layers\": [")), Some("{\"layers\": ["));
         assert_eq!(alone(&format!("{good} as {{\"name\":")), Some(good));
     }
@@ -142,7 +147,7 @@ mod tests {
     fn what_cannot_be_read_is_given_as_it_is() {
         assert_eq!(alone("I cannot do that."), None);
         assert_eq!(alone("So: {\"layers\": [\n  {\"name\""), Some("{\"layers\": [\n  {\"name\""));
-        // What stands inside of a broken object is not taken for the answer.
+        // Objects inside a broken object are not taken for the answer.
         assert_eq!(alone("{\"layers\": [{\"a\": 1}, oops"), Some("{\"layers\": [{\"a\": 1}, oops"));
         assert_eq!(alone("{layers: [{\"a\": 1}]}"), Some("[{\"a\": 1}]"));
         assert_eq!(alone("So: [{\"a\": 1}, {}] {}"), Some("[{\"a\": 1}, {}]"));

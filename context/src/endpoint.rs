@@ -1,22 +1,22 @@
-//! One question to a chat server, one answer or a reason.
+//! Client of a chat server: sends one question, returns one answer or an error.
 //!
-//! The interface is that of OpenAI's chat completions, which local servers speak too. A request has a deadline, an answer
-//! a greatest size. Redirects are not followed, and a key is not sent in clear text to another machine.
+//! The interface is that of OpenAI's chat completions, which local servers implement too. Each request has a deadline,
+//! each answer a maximum size. Redirects are not followed. A key is never sent in clear text to another machine.
 
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-/// The greatest answer that is read (bytes).
+/// Maximum size of an answer (bytes).
 pub const MAX_ANSWER: u64 = 4 << 20;
 
-/// Who says a message.
+/// Author of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Speaker {
-    /// What holds for the whole conversation.
+    /// Instructions for the whole conversation.
     System,
-    /// The one who asks.
+    /// The user, who asks.
     User,
     /// The model.
     Assistant,
@@ -25,41 +25,41 @@ pub enum Speaker {
 /// A message of a conversation.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Message {
-    /// Who says it.
+    /// Author.
     pub role: Speaker,
-    /// What is said.
+    /// Text.
     pub content: String,
 }
 
 impl Message {
-    /// `content`, said by `role`.
+    /// Creates a message with author `role` and text `content`.
     pub fn new(role: Speaker, content: impl Into<String>) -> Message {
         Message { role, content: content.into() }
     }
 }
 
-/// Who can be asked: a server, or a recording of one.
+/// A model that can be asked: a server, or a recording of one.
 pub trait Chat {
-    /// The name of the model.
+    /// Name of the model.
     fn model(&self) -> &str;
 
-    /// What the model says next in this conversation.
+    /// Returns the model's next message in this conversation.
     ///
     /// # Errors
     ///
-    /// As [`AskError`] lists them. Nothing is asked twice.
+    /// Any [`AskError`]. The question is sent once, without retries.
     fn ask(&mut self, messages: &[Message]) -> Result<String, AskError>;
 
-    /// A new conversation begins. A recording goes on to the next one that it has.
+    /// Begins a new conversation. A recording skips to its next one.
     fn begin(&mut self) {}
 
-    /// Duration of the last answer when it was recorded (s); none for an answer that was waited for.
+    /// Recorded duration of the last answer (s). None if the answer was not replayed.
     fn recorded_seconds(&self) -> Option<f64> {
         None
     }
 }
 
-/// A chat server, and how it is asked.
+/// A chat server and the settings of its requests.
 #[derive(Clone)]
 pub struct Endpoint {
     url: String,
@@ -69,63 +69,63 @@ pub struct Endpoint {
     agent: ureq::Agent,
 }
 
-/// Why a server cannot be asked at all.
+/// Reason why a server cannot be used at all.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EndpointError {
-    /// The address is none.
+    /// The address is not a valid URL of a server.
     #[error("`{0}` is no address of a server: write `http://HOST:PORT/v1` or `https://HOST/v1`")]
     Address(String),
-    /// Everybody on the way could read the key.
+    /// The key would be readable on the network.
     #[error("the key would be sent in clear text to `{0}`: use `https://`, or leave the key out")]
     KeyInClearText(String),
-    /// The key cannot stand in a header.
+    /// The key contains characters that are not allowed in a header.
     #[error("the key holds characters that cannot be sent; is there a line break in it?")]
     Key,
 }
 
-/// Why a question got no answer.
+/// Reason why a question got no answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum AskError {
-    /// Nobody listens, or the connection broke.
+    /// No server listens, or the connection broke.
     #[error("no connection: {0}")]
     Connection(String),
     /// No answer in time.
     #[error("no answer within {0} s")]
     Timeout(f64),
-    /// The server wants to be asked less often.
+    /// The server limits the rate of requests (status 429).
     #[error("the server asks to wait (429){}", .wait.map_or(String::new(), |s| format!(", {s} s")))]
     Busy {
-        /// For how long (s), if it says so.
+        /// Time to wait (s), if the server reports it.
         wait: Option<f64>,
     },
-    /// Another status than 200.
+    /// A status other than 200 and 429.
     #[error("the server answered {status}: {text}")]
     Status {
-        /// The status.
+        /// Status code.
         status: u16,
-        /// The beginning of what it said.
+        /// Beginning of the body.
         text: String,
     },
-    /// More than [`MAX_ANSWER`].
+    /// The answer is longer than [`MAX_ANSWER`].
     #[error("the answer is longer than {} MiB", MAX_ANSWER >> 20)]
     TooLong,
-    /// Not the form of a chat completion.
+    /// The body is not a chat completion.
     #[error("the answer is no chat completion: {0}")]
     Form(String),
-    /// The model does not want to, in its words.
+    /// The model refuses; the text is in its words.
     #[error("the model refuses: {0}")]
     Refuses(String),
-    /// There are no more answers in a recording.
+    /// The recording has no more answers.
     #[error("the recording is at its end; ask with `--endpoint`, or fewer times with `--attempts`")]
     RecordingEnds,
-    /// The model stopped because its answer became too long for it, or for other reasons than being done.
+    /// The model stopped before its answer was complete, for instance at its length limit.
     #[error("the model did not finish its answer ({0})")]
     Unfinished(String),
 }
 
 impl AskError {
-    /// Whether the same question may get an answer later.
+    /// Returns true if the same question may get an answer later.
     pub fn passes(&self) -> bool {
         match self {
             AskError::Connection(_) | AskError::Timeout(_) | AskError::Busy { .. } => true,
@@ -169,12 +169,13 @@ struct Said {
 }
 
 impl Endpoint {
-    /// A server at `address` (`http://127.0.0.1:8080/v1`), the name of a model there, a key if it wants one, and how long
-    /// one answer may take.
+    /// Creates a client for the server at `address` (`http://127.0.0.1:8080/v1`) and the model `model`, with an
+    /// optional key. `timeout` bounds the duration of one answer.
     ///
     /// # Errors
     ///
-    /// An address that is none; a key that would be sent in clear text to another machine, or that cannot be sent.
+    /// If the address is invalid, or if the key would be sent in clear text to another machine or contains characters
+    /// that cannot be sent.
     pub fn new(address: &str, model: &str, key: Option<&str>, timeout: Duration) -> Result<Endpoint, EndpointError> {
         let no_address = || EndpointError::Address(address.to_string());
         let base = address.trim().trim_end_matches('/');
@@ -201,12 +202,12 @@ impl Endpoint {
         Ok(Endpoint { url, model: model.to_string(), key: key.map(str::to_string), temperature: None, agent })
     }
 
-    /// The same with this temperature of sampling.
+    /// Returns the endpoint with this sampling temperature.
     pub fn with_temperature(self, temperature: f64) -> Endpoint {
         Endpoint { temperature: Some(temperature), ..self }
     }
 
-    /// Where questions go.
+    /// URL of the requests.
     pub fn url(&self) -> &str {
         &self.url
     }
@@ -249,7 +250,7 @@ impl Chat for Endpoint {
     }
 }
 
-/// What the model said, from the body of a chat completion.
+/// Extracts the model's message from the body of a chat completion.
 fn read(body: &str) -> Result<String, AskError> {
     let response: Response = serde_json::from_str(body).map_err(|error| AskError::Form(error.to_string()))?;
     let Some(choice) = response.choices.into_iter().next() else {

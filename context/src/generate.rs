@@ -1,8 +1,8 @@
-//! Asking until the answer holds: refusals go back to the model, a bounded number of times.
+//! Asks a model until its answer passes the checks: errors go back to the model, a bounded number of times.
 //!
-//! An answer that cannot be used is part of the conversation that goes on, with everything that is wrong with it, as a
-//! compiler tells it to a person. A server that does not answer is asked again after a pause that doubles; one that asks
-//! to wait is given what it asks for, up to a limit. When the attempts are used up, the last refusals are the reason.
+//! A rejected answer stays in the conversation, followed by all its errors, in the words that the compiler has for
+//! people. A question without an answer is sent again after a pause that doubles each time. If the server asks for a
+//! longer pause, it gets it, up to a limit. When the attempts are used up, the last errors are returned.
 
 use std::time::{Duration, Instant};
 
@@ -10,16 +10,16 @@ use crate::answer;
 use crate::endpoint::{AskError, Chat, Message, Speaker};
 use crate::transcript::Exchange;
 
-/// How often and how long.
+/// Limits on attempts and pauses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
-    /// Answers that are looked at, at least 1.
+    /// Maximum number of answers that are judged, at least 1.
     pub attempts: usize,
-    /// Times that one question is sent while the server does not answer, at least 1.
+    /// Maximum number of times that one question is sent if the server does not answer, at least 1.
     pub trials: usize,
-    /// The first pause before a question is sent again; it doubles.
+    /// First pause before a question is sent again; it doubles each time.
     pub pause: Duration,
-    /// No pause is longer.
+    /// Maximum length of a pause.
     pub longest_pause: Duration,
 }
 
@@ -29,33 +29,35 @@ impl Default for Bounds {
     }
 }
 
-/// Why there is no answer that holds.
+/// Reason why no valid answer was generated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GenerateError {
-    /// The server does not answer, or not in the form of a chat.
+    /// The server does not answer, or not with a chat completion.
     #[error("{0}")]
     Server(AskError),
-    /// No answer was good.
+    /// All answers were rejected.
     #[error("none of {attempts} answers can be used")]
     Refused {
-        /// How many were looked at.
+        /// Number of answers that were judged.
         attempts: usize,
-        /// What is wrong with the last one.
+        /// Errors of the last answer.
         reasons: Vec<String>,
     },
-    /// The transcript cannot be kept.
+    /// The transcript cannot be written.
     #[error("the transcript cannot be written: {0}")]
     Transcript(String),
 }
 
 const NO_OBJECT: &str = "the answer holds no JSON object; answer with one object and nothing else";
 
-/// Asks the model until `judge` takes what it says. `judge` is given the text of JSON, with space before it so that lines
-/// and columns are those of the whole answer, and answers with what it is or with everything that is wrong with it. Each exchange is given to `keep` when it is over.
+/// Asks the model until `judge` accepts an answer, and returns what `judge` made of it.
+///
+/// `judge` gets the JSON text, padded so that its lines and columns are those of the whole answer. It returns the
+/// result or all errors. Each exchange is passed to `keep` when it is over.
 ///
 /// # Errors
 ///
-/// If the server does not answer, no answer holds within `bounds`, or `keep` fails.
+/// If the server does not answer, no answer is accepted within `bounds`, or `keep` fails.
 pub fn generate<T>(
     chat: &mut dyn Chat,
     prompt: &[Message],
@@ -83,7 +85,7 @@ pub fn generate<T>(
             };
             let error = match &exchange.answered {
                 Ok(text) => break (text.clone(), exchange),
-                // An answer that stopped too early is an answer; the model is told.
+                // An answer that was cut off counts as an answer: the model gets the reason and may try again.
                 Err(AskError::Unfinished(_)) => break ("(not finished)".to_string(), exchange),
                 Err(error) => error.clone(),
             };
@@ -119,7 +121,8 @@ pub fn generate<T>(
     Err(GenerateError::Refused { attempts, reasons })
 }
 
-/// What the model is told of an answer that cannot be used, and of which lines were read if not all of it was.
+/// Composes the message for the model after a rejected answer. `lines` are the lines that were read, if not all of it
+/// was.
 fn refusal(reasons: &[String], lines: Option<(usize, usize)>) -> String {
     let mut text = match lines {
         Some((from, to)) => format!("What you wrote in lines {from} to {to}, which was read, cannot be used:\n"),

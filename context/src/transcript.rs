@@ -1,7 +1,7 @@
-//! What was said, kept: one line of JSON for each exchange.
+//! Transcript of the exchanges with a model: one line of JSON each.
 //!
-//! A line is written when its exchange is over, so that a run that is cut leaves all that was said before. A transcript
-//! can be read again, and its answers replayed. Keys are never in it.
+//! A line is written when its exchange is over, so that a run that is interrupted leaves all earlier exchanges. A
+//! transcript can be read again, and its answers replayed. Keys are never in it.
 
 use std::io::{BufRead, Write};
 
@@ -9,22 +9,22 @@ use serde::{Deserialize, Serialize};
 
 use crate::endpoint::{AskError, Chat, Message};
 
-/// One question and what became of it.
+/// One question and its outcome.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Exchange {
-    /// Which attempt at an answer that holds, from 1.
+    /// Number of the attempt at a valid answer, from 1.
     pub attempt: usize,
-    /// Which try of the same question, from 1.
+    /// Number of times that this question has been sent, from 1.
     pub trial: usize,
     /// The model that was asked.
     pub model: String,
-    /// The conversation that was sent; of later attempts what was added to that of the attempt before.
+    /// The conversation that was sent; for later attempts only the messages added since the attempt before.
     pub asked: Vec<Message>,
-    /// What the model said, or why it said nothing.
+    /// The model's answer, or the reason why there is none.
     pub answered: Result<String, AskError>,
-    /// Why it was refused; empty for an answer that was taken.
+    /// Errors of a rejected answer; empty for an accepted one.
     pub refused: Vec<String>,
-    /// How long the answer took (s).
+    /// Duration of the answer (s).
     pub seconds: f64,
 }
 
@@ -40,11 +40,11 @@ pub fn write(to: &mut dyn Write, exchange: &Exchange) -> std::io::Result<()> {
     to.flush()
 }
 
-/// The exchanges of a transcript. Empty lines are passed over.
+/// Reads the exchanges of a transcript. Skips empty lines.
 ///
 /// # Errors
 ///
-/// If it cannot be read, or a line is no exchange: the message names the line.
+/// If the input cannot be read, or a line is no exchange: the message contains the number of the line.
 pub fn read(from: impl BufRead) -> std::io::Result<Vec<Exchange>> {
     let mut exchanges = Vec::new();
     for (number, line) in from.lines().enumerate() {
@@ -59,28 +59,28 @@ pub fn read(from: impl BufRead) -> std::io::Result<Vec<Exchange>> {
     Ok(exchanges)
 }
 
-/// Answers as they were recorded, one after the other, whatever is asked. After the last there is none, and after
-/// [`Chat::begin`] none of another conversation.
+/// A model that replays recorded answers in their order, independent of the questions. [`AskError::RecordingEnds`]
+/// follows the last answer; once [`Chat::begin`] was called, it also follows the last answer of each conversation.
 #[derive(Clone, Debug)]
 pub struct Replay {
     model: String,
     exchanges: std::iter::Peekable<std::vec::IntoIter<Exchange>>,
     seconds: Option<f64>,
-    /// Conversations are told apart.
+    /// Conversations are separated: [`Chat::begin`] was called.
     apart: bool,
-    /// Nothing of this conversation has been asked.
+    /// No question of this conversation was asked yet.
     fresh: bool,
 }
 
 impl Exchange {
-    /// It begins a conversation.
+    /// Returns true if this exchange begins a conversation.
     fn is_first(&self) -> bool {
         self.attempt == 1 && self.trial == 1
     }
 }
 
 impl Replay {
-    /// The answers of these exchanges.
+    /// Creates a model that replays these exchanges.
     pub fn new(exchanges: Vec<Exchange>) -> Replay {
         let model = exchanges.first().map_or_else(String::new, |exchange| exchange.model.clone());
         Replay { model, exchanges: exchanges.into_iter().peekable(), seconds: None, apart: false, fresh: true }

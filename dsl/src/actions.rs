@@ -1,4 +1,4 @@
-//! What a state does, `say "text"`, `gripper close`, `capture(head_camera)`: the same in both spellings.
+//! Actions of a state, `say "text"`, `gripper close`, `capture(head_camera)`; both readers share this file.
 
 use crate::Spanned;
 use crate::calls::{self, ReadExpr};
@@ -7,16 +7,16 @@ use crate::grammar::{Pair, Rule};
 use crate::tree::{Entry, Value, ValueKind};
 use crate::{Diagnostic, Span};
 
-/// What is done, and with what.
+/// The verb of an action and its arguments.
 pub(crate) struct Done {
     pub verb: Spanned<String>,
     pub args: Vec<Value>,
     pub named: Vec<Entry>,
-    /// Without parentheses.
+    /// True if written without parentheses.
     pub bare: bool,
 }
 
-/// A node `action_call`.
+/// Converts a node `action_call`.
 pub(crate) fn call(pair: Pair<'_>, place: Place, read: ReadExpr<'_>, diags: &mut Vec<Diagnostic>) -> Done {
     let mut done = Done { verb: calls::nameless(place.of(&pair)), args: Vec::new(), named: Vec::new(), bare: true };
     for (i, part) in pair.into_inner().enumerate() {
@@ -39,7 +39,7 @@ pub(crate) fn call(pair: Pair<'_>, place: Place, read: ReadExpr<'_>, diags: &mut
     done
 }
 
-/// An action without anything to do.
+/// Returns the diagnostic for an action without a verb.
 pub(crate) fn nothing(word: &str, span: Span) -> Diagnostic {
     Diagnostic::error("HQ0142", span, format!("`{word}` says nothing to do"))
         .help(format!("write what is to be done, for instance `{word} say \"text\"` or `{word} gripper(close)`"))

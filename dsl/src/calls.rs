@@ -1,4 +1,4 @@
-//! Parameters of declarations, arguments in parentheses, and the values of a repetition: the same in both spellings.
+//! Parameters of declarations, arguments in parentheses, and the values of a repetition; both readers share this file.
 
 use crate::Diagnostic;
 use crate::diagnostic::clip;
@@ -8,10 +8,10 @@ use crate::limits::MAX_PARAMETERS;
 use crate::tree::{Comments, Entry, Parameter, Value, Values};
 use crate::{Spanned, checks};
 
-/// Reads a node `expr` or `within`.
+/// Converts a node `expr` or `within`.
 pub(crate) type ReadExpr<'f> = &'f mut dyn FnMut(Pair<'_>) -> Value;
 
-/// A node `formals`: `(side: arm, gain: rate = 5 /s)`.
+/// Converts a node `formals`: `(side: arm, gain: rate = 5 /s)`.
 pub(crate) fn parameters(
     pair: Pair<'_>,
     place: Place,
@@ -63,7 +63,7 @@ pub(crate) fn parameters(
     all
 }
 
-/// A node `actuals`: arguments by position, then those by name.
+/// Converts a node `actuals`: arguments by position, then those by name.
 pub(crate) fn arguments(
     pair: Pair<'_>,
     place: Place,
@@ -97,7 +97,7 @@ pub(crate) fn arguments(
     (args, named)
 }
 
-/// A node `values`: `[left, right]`, `1..4`.
+/// Converts a node `values`: `[left, right]`, `1..4`.
 pub(crate) fn values(pair: Pair<'_>, place: Place, read: ReadExpr<'_>) -> Values {
     let span = place.of(&pair);
     let mut parts = pair.into_inner();
@@ -108,12 +108,12 @@ pub(crate) fn values(pair: Pair<'_>, place: Place, read: ReadExpr<'_>) -> Values
     }
 }
 
-/// The diagnostic for a repetition that lacks a part.
+/// Returns the diagnostic for a repetition without a required part.
 pub(crate) fn incomplete(span: crate::Span, what: &str) -> Diagnostic {
     Diagnostic::error("HQ0125", span, format!("this `for` has no {what}"))
 }
 
-/// The value of a name that stands alone, for parts that cannot be read.
+/// Returns an empty name, for parts that cannot be read.
 pub(crate) fn nameless(span: crate::Span) -> Spanned<String> {
     Spanned::new(String::new(), span)
 }

@@ -1,4 +1,4 @@
-//! Mistakes of form that both readers look for in a finished part of the tree.
+//! Syntactic checks of finished parts of the tree that both readers share.
 
 use crate::diagnostic::clip;
 use crate::tree::{Block, Entry, Stack, Value, ValueKind};
@@ -6,7 +6,7 @@ use crate::words::{is_quoted_key, is_text_key};
 use crate::{Diagnostic, Span};
 use std::collections::BTreeMap;
 
-/// Reports keys that stand twice in a block.
+/// Reports keys that appear twice in a block.
 pub(crate) fn duplicates(entries: &[Entry], diags: &mut Vec<Diagnostic>) {
     let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
     for entry in entries {
@@ -19,7 +19,7 @@ pub(crate) fn duplicates(entries: &[Entry], diags: &mut Vec<Diagnostic>) {
     }
 }
 
-/// A key that stands twice.
+/// Returns the diagnostic for a key that appears twice.
 pub(crate) fn duplicate(key: &str, first: Span, second: Span) -> Diagnostic {
     Diagnostic::error("HQ0115", second, format!("`{}` is given twice", clip(key)))
         .here("given again here")
@@ -27,14 +27,14 @@ pub(crate) fn duplicate(key: &str, first: Span, second: Span) -> Diagnostic {
         .help("keep one of them")
 }
 
-/// Makes the value of a key that takes text a text, and reports where it is none.
+/// Converts the value of a key that takes text to a text, and reports values that are no text.
 pub(crate) fn text_value(key: &str, value: &mut Value, text: &str, diags: &mut Vec<Diagnostic>) {
     if is_text_key(key) {
         all_text(key, &format!("{} ", clip(key)), value, text, diags);
     }
 }
 
-/// The diagnostic for `[..]` without quotes behind a key that takes texts.
+/// Returns the diagnostic for `[..]` without quotes after a key that takes texts.
 pub(crate) fn unquoted_texts(key: &str, raw: &str, span: Span) -> Diagnostic {
     let items: Vec<String> =
         raw.trim_matches(['[', ']']).split(',').map(|item| format!("\"{}\"", item.trim())).collect();
@@ -45,7 +45,7 @@ pub(crate) fn unquoted_texts(key: &str, raw: &str, span: Span) -> Diagnostic {
     ))
 }
 
-/// Makes a value or the items of a list texts; `lead` is what a fix shows before the text.
+/// Converts a value, or the items of a list, to texts; `lead` precedes the text in the proposed correction.
 fn all_text(key: &str, lead: &str, value: &mut Value, text: &str, diags: &mut Vec<Diagnostic>) {
     match &mut value.kind {
         ValueKind::Text(_) | ValueKind::Missing => {}
@@ -73,13 +73,13 @@ fn all_text(key: &str, lead: &str, value: &mut Value, text: &str, diags: &mut Ve
     }
 }
 
-/// Words that are no settings of a stack.
+/// Words that cannot be settings of a stack.
 pub(crate) const STACK_WORDS: &[&str] = &["level", "levels", "from", "changes", "replace", "add", "remove"];
 
-/// Words that are no settings of a level.
+/// Words that cannot be settings of a level.
 pub(crate) const LEVEL_WORDS: &[&str] = &["name", "tasks", "replace", "add", "remove", "before", "after"];
 
-/// The range of a `param`: `min` and `max`, each a single value.
+/// Checks the range of a `param`: `min` and `max`, each a single value.
 pub(crate) fn range(range: &mut Block, diags: &mut Vec<Diagnostic>) {
     range.entries.retain_mut(|entry| {
         let key = &entry.key.value;
@@ -99,8 +99,8 @@ pub(crate) fn range(range: &mut Block, diags: &mut Vec<Diagnostic>) {
     });
 }
 
-/// A stack has levels, or it changes those of the stack that it is made from. `from` says that the word stands there,
-/// `at` where the stack is named.
+/// Checks that a stack either has levels of its own or changes those of its base stack, and removes the others. `from`
+/// is true if the stack names a base; `at` is the location of its name.
 pub(crate) fn changes(stack: &mut Stack, at: Span, from: bool, diags: &mut Vec<Diagnostic>) {
     if from {
         for level in std::mem::take(&mut stack.levels) {
@@ -130,7 +130,7 @@ pub(crate) fn changes(stack: &mut Stack, at: Span, from: bool, diags: &mut Vec<D
     }
 }
 
-/// Settings that would mean something else in one of the spellings; they are reported and removed.
+/// Reports and removes settings that would have another meaning in one of the spellings.
 pub(crate) fn reserved(settings: &mut Block, words: &[&str], what: &str, diags: &mut Vec<Diagnostic>) {
     settings.entries.retain(|entry| {
         let clash = words.contains(&entry.key.value.as_str());
@@ -159,13 +159,14 @@ pub(crate) fn reserved(settings: &mut Block, words: &[&str], what: &str, diags: 
     });
 }
 
-/// `level hard { .. }`: a level that was meant to be hard would be a soft one of that name.
+/// Returns the diagnostic for `level hard { .. }`: a level that was meant to be hard would be a soft one with that
+/// name.
 pub(crate) fn hard_is_no_name(span: Span) -> Diagnostic {
     Diagnostic::error("HQ0116", span, "this level has no name: `hard` says what it is")
         .help("give the level a name of its own before `hard`, in YAML behind `name:`")
 }
 
-/// Sorts the diagnostics as the text runs, and keeps the first hundred.
+/// Sorts the diagnostics by location, and keeps the first hundred.
 pub(crate) fn finish(mut diags: Vec<Diagnostic>) -> Vec<Diagnostic> {
     use crate::limits::MAX_DIAGNOSTICS;
     diags.sort_by_key(|d| (d.primary.span.start, d.primary.span.end, d.code));

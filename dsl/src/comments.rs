@@ -1,22 +1,22 @@
-//! Comments on their way from the text to the tree: readers take them from a pool in the order of the text.
+//! Transfer of comments from the text to the tree: readers take them from a pool in the order of the text.
 
 use crate::tree::Comments;
 
-/// One comment as found.
+/// A comment in the text.
 #[derive(Clone, Debug)]
 pub(crate) struct Comment {
     /// First byte of the marker.
     pub start: usize,
     /// One past the last byte.
     pub end: usize,
-    /// Nothing but white space stands before it on its line.
+    /// True if only white space precedes it on its line.
     pub whole_line: bool,
-    /// Without the marker.
+    /// Its text without the marker.
     pub text: String,
 }
 
 impl Comment {
-    /// Takes the text behind the marker.
+    /// Creates a comment from the text after the marker.
     pub fn new(start: usize, end: usize, whole_line: bool, text: &str) -> Self {
         let text = text.strip_prefix(' ').unwrap_or(text).trim_end();
         let text = text.chars().map(|c| if c.is_control() || c == '\u{feff}' { ' ' } else { c }).collect::<String>();
@@ -25,18 +25,18 @@ impl Comment {
     }
 }
 
-/// The comments of a text; each is handed out once.
+/// The comments of a text; each is taken once.
 #[derive(Debug)]
 pub(crate) struct Pool<'t> {
     text: &'t str,
     comments: Vec<Comment>,
     next: usize,
-    /// End of the comment handed out last.
+    /// End of the last taken comment.
     taken: usize,
 }
 
 impl<'t> Pool<'t> {
-    /// Comments in the order of the text.
+    /// Creates a pool of comments in the order of the text.
     pub fn new(text: &'t str, comments: Vec<Comment>) -> Self {
         Pool { text, comments, next: 0, taken: 0 }
     }
@@ -65,7 +65,7 @@ impl<'t> Pool<'t> {
         self.next += 1;
     }
 
-    /// The comment behind byte `from` on the same line, where only white space and `between` stand in the gap.
+    /// Takes the comment after byte `from` on the same line, if only white space and `between` are in the gap.
     pub fn behind(&mut self, from: usize, between: &[char], slot: &mut Option<String>) {
         if slot.is_some() {
             return;
@@ -79,8 +79,8 @@ impl<'t> Pool<'t> {
         }
     }
 
-    /// Whole-line comments that follow byte `from` with nothing else between, at least `column` bytes from the
-    /// beginning of their line (YAML has no closing brace to come before).
+    /// Takes the whole-line comments that directly follow byte `from`, at least `column` bytes from the start of their
+    /// line. (In YAML no closing brace ends a block.)
     pub fn indented(&mut self, from: usize, column: usize, lines: &mut Vec<String>) {
         let (mut from, mut last_end) = (from.max(self.taken), None);
         while let Some(comment) = self.peek().cloned() {
@@ -96,7 +96,7 @@ impl<'t> Pool<'t> {
     }
 }
 
-/// Empty comments at the ends and doubled ones say nothing.
+/// Removes empty comments at the ends, and duplicate ones.
 fn tidy(lines: &mut Vec<String>) {
     lines.dedup_by(|a, b| a.is_empty() && b.is_empty());
     if lines.first().is_some_and(String::is_empty) {
@@ -107,7 +107,7 @@ fn tidy(lines: &mut Vec<String>) {
     }
 }
 
-/// True where there is nothing to write.
+/// Returns true if there are no comments to print.
 pub(crate) fn is_empty(comments: &Comments) -> bool {
     comments.before.is_empty() && comments.behind.is_none()
 }

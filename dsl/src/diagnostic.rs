@@ -1,46 +1,46 @@
-//! What is wrong with a text, where, why, and what to do about it.
+//! Diagnostics: error, location, reason, and proposed correction.
 
 use crate::span::Span;
 
-/// How bad it is.
+/// Severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// The spec is refused.
+    /// The spec is rejected.
     Error,
-    /// The spec is accepted; something in it is probably not meant.
+    /// The spec is accepted, but a part of it is probably a mistake.
     Warning,
 }
 
-/// A place that a diagnostic talks about.
+/// A labelled location in a diagnostic.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Label {
-    /// The place.
+    /// The location.
     pub span: Span,
-    /// What is there; may be empty for the primary place.
+    /// Text of the label; may be empty for the primary location.
     pub text: String,
 }
 
 /// One message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostic {
-    /// Stable code such as `HQ0301`; [`crate::codes`] and the compiler's table say what it means.
+    /// Stable code such as `HQ0301`; [`crate::codes`] and the compiler's table explain it.
     pub code: &'static str,
     /// Error or warning.
     pub severity: Severity,
-    /// First line: what is wrong, in the reader's terms.
+    /// First line: the error, in the reader's terms.
     pub message: String,
-    /// The faulty text.
+    /// Location of the error.
     pub primary: Label,
-    /// Other places that matter, in any file.
+    /// Other relevant locations, in any file.
     pub labels: Vec<Label>,
-    /// Why it matters.
+    /// Reasons.
     pub notes: Vec<String>,
-    /// What to do.
+    /// Proposed correction.
     pub help: Option<String>,
 }
 
 impl Diagnostic {
-    /// An error at a place.
+    /// Creates an error at a location.
     pub fn error(code: &'static str, span: Span, message: impl Into<String>) -> Self {
         Diagnostic {
             code,
@@ -53,37 +53,37 @@ impl Diagnostic {
         }
     }
 
-    /// A warning at a place.
+    /// Creates a warning at a location.
     pub fn warning(code: &'static str, span: Span, message: impl Into<String>) -> Self {
         Diagnostic { severity: Severity::Warning, ..Diagnostic::error(code, span, message) }
     }
 
-    /// Says what stands at the primary place.
+    /// Sets the text of the primary label.
     pub fn here(mut self, text: impl Into<String>) -> Self {
         self.primary.text = text.into();
         self
     }
 
-    /// Adds another place.
+    /// Adds a label at another location.
     pub fn label(mut self, span: Span, text: impl Into<String>) -> Self {
         self.labels.push(Label { span, text: text.into() });
         self
     }
 
-    /// Adds the reason.
+    /// Adds a reason.
     pub fn note(mut self, text: impl Into<String>) -> Self {
         self.notes.push(text.into());
         self
     }
 
-    /// Says what to do.
+    /// Sets the proposed correction.
     pub fn help(mut self, text: impl Into<String>) -> Self {
         self.help = Some(text.into());
         self
     }
 }
 
-/// A piece of text short enough to be quoted in a message.
+/// Shortens a piece of text for quoting in a message.
 pub(crate) fn clip(text: &str) -> String {
     let line = text.lines().next().unwrap_or("");
     if line.chars().count() <= 40 { line.to_owned() } else { line.chars().take(37).chain("...".chars()).collect() }

@@ -1,4 +1,4 @@
-//! What is wrong with text that the grammar could not read: one diagnostic per piece, at the exact place.
+//! Diagnostics for text that the grammar cannot parse: one per piece, at the exact location.
 
 use crate::diagnostic::clip;
 use crate::expr::Place;
@@ -7,19 +7,19 @@ use crate::words::{nearest_unit, unit_text};
 use crate::{Diagnostic, tree};
 use pest::Parser;
 
-/// What stood before the unreadable text.
+/// Context before the unreadable text.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum After<'a> {
-    /// A key that still waits for its value.
+    /// A key that still needs a value.
     Key(&'a str),
     /// A complete value.
     Value(&'a tree::Value),
-    /// The beginning of something: `what` should stand here.
+    /// The start of a construct, described by the text: it is expected here.
     Start(&'a str),
 }
 
-/// Explains `text[start..end]`; where a value should begin there, the strict grammar tells how far it got.
-/// With `unit_only`, a word behind a number can only be a unit (YAML scalars, `param`).
+/// Returns the diagnostic for the unreadable `text[start..end]`. If a value should begin there, the strict grammar
+/// locates the error. With `unit_only`, a word after a number can only be a unit (YAML scalars, `param`).
 pub(crate) fn junk(
     text: &str,
     start: usize,
@@ -48,7 +48,7 @@ pub(crate) fn junk(
     at_place(text, start, at.min(end), end, place, after, unit_only)
 }
 
-/// A pattern of names without its quotes at byte `at`, or just before it: `finger_*`, `arm_?_joint`, `*_elbow`.
+/// Returns the range of an unquoted name pattern at byte `at`, or just before it: `finger_*`, `arm_?_joint`, `*_elbow`.
 pub(crate) fn unquoted_pattern(text: &str, at: usize, after: After<'_>) -> Option<std::ops::Range<usize>> {
     let part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '*' | '?');
     let start = text[..at].trim_end_matches(part).len();
@@ -56,18 +56,18 @@ pub(crate) fn unquoted_pattern(text: &str, at: usize, after: After<'_>) -> Optio
     let word = &text[start..end];
     let named = word.starts_with(|c: char| c.is_ascii_alphabetic() || matches!(c, '_' | '*' | '?'))
         && word.contains(|c: char| c.is_ascii_alphabetic() || c == '_');
-    // `a * b` and `a**2` are arithmetic; behind a value `*` is an operator.
+    // `a * b` and `a**2` are arithmetic; after a value `*` is an operator.
     let starred = word.starts_with('*') || word.ends_with('*') || word.contains("_*") || word.contains("*_");
     let is_pattern = word.contains('?') || (starred && !matches!(after, After::Value(_)));
     (named && is_pattern && !word.contains("**")).then_some(start..end)
 }
 
-/// The diagnostic for a pattern without quotes.
+/// Returns the diagnostic for a pattern without quotes.
 pub(crate) fn needs_quotes(word: &str, span: crate::Span) -> Diagnostic {
     Diagnostic::error("HQ0113", span, "a pattern of names stands in quotes").help(format!("write `\"{}\"`", clip(word)))
 }
 
-/// Explains the character at byte `at` of the piece `start..end`.
+/// Returns the diagnostic for the character at byte `at` of the piece `start..end`.
 fn at_place(
     text: &str,
     start: usize,
@@ -131,7 +131,7 @@ fn at_place(
                 Some(c) if !"})],;".contains(c) => {
                     let next = end - behind.len();
                     let inner = at_place(text, start, next, end, place, After::Start("a value"), unit_only);
-                    // What is wrong further inside brackets is said there.
+                    // An error further inside brackets is reported there.
                     let here = inner.primary.span.start <= place.span(next, next).start;
                     if here && (inner.code == "HQ0113" || inner.code == "HQ0114") {
                         diagnostic.label(place.span(next, next + c.len_utf8()), "not a value")
@@ -196,7 +196,7 @@ fn at_place(
         c if c.is_control() => Diagnostic::error("HQ0113", one, "a control character has no place here"),
         _ => {
             let until = rest.find(char::is_whitespace).map_or(end, |n| at + n);
-            // A letter beyond ASCII: show the word it stands in.
+            // For a letter beyond ASCII, the diagnostic shows the whole word.
             let stem = text[..at].trim_end_matches(|c: char| c.is_alphanumeric() || c == '_').len();
             let at = if first.is_alphabetic() { stem.max(text[..at].rfind('\n').map_or(0, |n| n + 1)) } else { at };
             let until = if first.is_alphabetic() {
@@ -220,7 +220,7 @@ fn at_place(
     }
 }
 
-/// How far a rule got before it failed.
+/// Returns the position at which a rule fails; `None` if it does not.
 fn deeper(rule: Rule, text: &str) -> Option<usize> {
     match Grammar::parse(rule, text).err()?.location {
         pest::error::InputLocation::Pos(n) | pest::error::InputLocation::Span((n, _)) => Some(n),
@@ -236,7 +236,7 @@ fn glued_to_digit(text: &str, at: usize) -> bool {
     text[..at].ends_with(|c: char| c.is_ascii_digit())
 }
 
-/// A word that cannot stand where it does.
+/// Returns the diagnostic for a word that is not allowed here.
 fn word(
     text: &str,
     start: usize,
@@ -289,7 +289,7 @@ fn word(
     }
 }
 
-/// The end of a number whose whole part ends at `end`: behind its fraction, where it has one.
+/// Returns the end of a number whose integer part ends at `end`, including its fraction.
 fn number_end(text: &str, end: usize) -> usize {
     let fraction = text[end..].strip_prefix('.').unwrap_or("");
     match fraction.find(|c: char| !c.is_ascii_digit()).unwrap_or(fraction.len()) {
@@ -298,7 +298,7 @@ fn number_end(text: &str, end: usize) -> usize {
     }
 }
 
-/// The word behind a number is no unit.
+/// Returns the diagnostic for a word after a number that is no unit.
 pub(crate) fn unknown_unit(word: &str, span: crate::Span) -> Diagnostic {
     let diagnostic = Diagnostic::error("HQ0112", span, format!("unknown unit `{}`", clip(word)));
     match nearest_unit(word) {
@@ -307,7 +307,7 @@ pub(crate) fn unknown_unit(word: &str, span: crate::Span) -> Diagnostic {
     }
 }
 
-/// The piece stops before it is complete.
+/// Returns the diagnostic for a piece that ends before it is complete.
 fn ends_early(text: &str, start: usize, end: usize, place: Place, after: After<'_>) -> Diagnostic {
     if let Some((open, c)) = left_open(text, start, end) {
         return unclosed(place, open, c);
@@ -327,20 +327,20 @@ fn ends_early(text: &str, start: usize, end: usize, place: Place, after: After<'
     }
 }
 
-/// The bracket of a piece that is left open: one that the rest of the line closes is not the one that was forgotten.
+/// Returns the unclosed bracket of a piece, preferably one that the rest of the line does not close either.
 fn left_open(text: &str, start: usize, end: usize) -> Option<(usize, char)> {
     let line = text[end..].find('\n').map_or(text.len(), |n| end + n);
     opener(text, start, line).filter(|o| o.0 < end).or_else(|| opener(text, start, end))
 }
 
-/// A bracket without a partner.
+/// Returns the diagnostic for a bracket without a partner.
 pub(crate) fn unclosed(place: Place, open: usize, bracket: char) -> Diagnostic {
     Diagnostic::error("HQ0105", place.span(open, open + 1), format!("this `{bracket}` is not closed"))
         .here("opened here")
         .help(format!("write the missing `{}`", closer(bracket)))
 }
 
-/// A key without a value.
+/// Returns the diagnostic for a key without a value.
 pub(crate) fn no_value(key: &str, span: crate::Span) -> Diagnostic {
     Diagnostic::error("HQ0107", span, format!("`{}` has no value", clip(key)))
         .help(format!("write the value behind it, as in `{} 0.5`, or delete the key", clip(key)))
@@ -354,7 +354,7 @@ fn closer(bracket: char) -> char {
     }
 }
 
-/// The innermost bracket that is open at `end`, looking from `start`.
+/// Returns the innermost bracket that is open at `end`, scanning from `start`.
 pub(crate) fn opener(text: &str, start: usize, end: usize) -> Option<(usize, char)> {
     let bytes = text.as_bytes();
     let mut open: Vec<(usize, char)> = Vec::new();

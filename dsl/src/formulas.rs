@@ -1,4 +1,4 @@
-//! Formulas of signal temporal logic: from the flat lists of the grammar to trees, the same in both spellings.
+//! Formulas of signal temporal logic: converts the flat lists of the grammar to trees; both readers share this file.
 
 use crate::calls::ReadExpr;
 use crate::explain::After;
@@ -12,7 +12,7 @@ use std::iter::Peekable;
 /// One element of a flat list.
 enum Token {
     Temporal(Word, Window, Span),
-    /// A window with no word of time before it.
+    /// A window that is not preceded by a temporal operator.
     Window(Window),
     After(Span),
     Not(Span),
@@ -36,14 +36,14 @@ enum Join {
     And,
 }
 
-/// How tightly the operators hold: what is looser than this ends an operand.
+/// Precedences of the operators: one with a lower precedence ends an operand.
 const IMPLIES: u8 = 1;
 const UNTIL: u8 = 2;
 const OR: u8 = 3;
 const AND: u8 = 4;
 const NOT: u8 = 5;
 
-/// Reads a node `formula`.
+/// Converts a node `formula`.
 pub(crate) fn formula(pair: Pair<'_>, place: Place, read: ReadExpr<'_>, diags: &mut Vec<Diagnostic>) -> Formula {
     let whole = place.of(&pair);
     let mut tokens = Vec::new();
@@ -101,7 +101,7 @@ pub(crate) fn formula(pair: Pair<'_>, place: Place, read: ReadExpr<'_>, diags: &
     formula
 }
 
-/// What stands before text behind a formula: its last value, and whether only a unit can follow that.
+/// Returns the context of text after a formula: its last value, and true if only a unit can follow it.
 pub(crate) fn after(formula: Option<&Formula>) -> (After<'_>, bool) {
     use FormulaKind as F;
     let mut formula = formula;
@@ -128,7 +128,7 @@ fn missing(span: Span) -> Formula {
     Formula { kind: FormulaKind::Missing, span }
 }
 
-/// The window in a node, or one without ends.
+/// Returns the window in a node, or one without bounds.
 fn first_window(pair: Pair<'_>, place: Place, read: ReadExpr<'_>, diags: &mut Vec<Diagnostic>) -> Window {
     let span = place.of(&pair);
     match pair.into_inner().find(|part| part.as_rule() == Rule::window) {
@@ -137,11 +137,11 @@ fn first_window(pair: Pair<'_>, place: Place, read: ReadExpr<'_>, diags: &mut Ve
     }
 }
 
-/// A node `window`.
+/// Converts a node `window`.
 fn window(pair: Pair<'_>, place: Place, read: ReadExpr<'_>, diags: &mut Vec<Diagnostic>) -> Window {
     let span = place.of(&pair);
     let mut window = Window { span, ..Window::default() };
-    // The word that waits for its time.
+    // The word that still needs its time.
     let mut open: Option<(&str, Span)> = None;
     let lacks = |open: Option<(&str, Span)>, diags: &mut Vec<Diagnostic>| {
         if let Some((word, span)) = open {
@@ -179,7 +179,7 @@ fn window(pair: Pair<'_>, place: Place, read: ReadExpr<'_>, diags: &mut Vec<Diag
 struct Climber<'d, I: Iterator<Item = Token>> {
     tokens: Peekable<I>,
     diags: &'d mut Vec<Diagnostic>,
-    /// Behind the last word.
+    /// Position after the last word.
     end: Span,
 }
 
@@ -197,7 +197,7 @@ impl<I: Iterator<Item = Token>> Climber<'_, I> {
             if level < least {
                 return left;
             }
-            // `implies` and `until` hold to the right, the others to the left.
+            // `implies` and `until` are right-associative, the others left-associative.
             let next = self.tokens.next();
             let right = Box::new(self.climb(if level >= OR { level + 1 } else { level }));
             let span = left.span.to(right.span);
@@ -245,7 +245,7 @@ impl<I: Iterator<Item = Token>> Climber<'_, I> {
         Formula { kind, span }
     }
 
-    /// A window ahead of a word of time is its window; `within D` alone means `eventually`.
+    /// Applies a window to the temporal operator that follows it; `within D` alone means `eventually`.
     fn windowed(&mut self, window: Window) -> Formula {
         let start = window.span;
         if let Some(Token::Temporal(_, own, _)) = self.tokens.peek()
@@ -263,7 +263,7 @@ impl<I: Iterator<Item = Token>> Climber<'_, I> {
         self.temporal(Word::Eventually, window, start)
     }
 
-    /// `after F : G`
+    /// Reads `after F : G`.
     fn after(&mut self, span: Span) -> Formula {
         let first = Box::new(self.climb(IMPLIES));
         if !matches!(self.tokens.peek(), Some(Token::Colon(_))) {

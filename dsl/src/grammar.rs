@@ -1,4 +1,4 @@
-//! The pest grammar as a Rust type. Nothing outside this crate sees it.
+//! The pest grammar as a Rust type, private to this crate.
 
 // The derive writes an enum without doc comments.
 #![allow(missing_docs)]

@@ -1,16 +1,16 @@
-//! Holes in names and texts: the `${side}` of `arm_${side}_1`, which a `for` or a parameter fills; `${i + 1}` with sums and
-//! products of whole numbers.
+//! Holes in names and texts: the `${side}` of `arm_${side}_1`, which a `for` or a parameter fills; also `${i + 1}`,
+//! with sums and products of integers.
 
-/// A part of a word, in the order of writing.
+/// A part of a word, in source order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part<'t> {
-    /// Letters as they stand; a `${` that no name or sum and `}` follow is among them.
+    /// Literal text, including a `${` that does not begin a valid hole.
     Text(&'t str),
-    /// What stands between `${` and `}`: a name, or a sum with a name in it.
+    /// Content of `${..}`: a name, or a sum that contains a name.
     Hole(&'t str),
 }
 
-/// The parts of `text`; joined, with `${..}` around the holes, they are the text again.
+/// Splits `text` into its parts. Joined again, with `${..}` around the holes, they are equal to `text`.
 pub fn parts(text: &str) -> impl Iterator<Item = Part<'_>> {
     let mut rest = text;
     std::iter::from_fn(move || {
@@ -28,16 +28,16 @@ pub fn parts(text: &str) -> impl Iterator<Item = Part<'_>> {
     })
 }
 
-/// The hole with which `text` begins, and what follows it.
+/// Returns the hole at the start of `text`, and the text after it.
 pub(crate) fn leading(text: &str) -> Option<(&str, &str)> {
     let behind = text.strip_prefix("${")?;
-    // Only to the first sign that no hole has: another hole may begin there.
+    // The search ends at the first character that no hole contains: another hole may begin there.
     let part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | ' ' | '+' | '-' | '*');
     let (hole, rest) = behind.split_at(behind.find(|c| !part(c))?);
     rest.strip_prefix('}').filter(|_| is_hole(hole)).map(|after| (hole, after))
 }
 
-/// True for what may stand between `${` and `}`.
+/// Returns true if `text` is allowed between `${` and `}`.
 pub(crate) fn is_hole(text: &str) -> bool {
     is_plain_name(text) || sum(text).is_some_and(|s| s.iter().flat_map(|t| &t.1).any(|f| matches!(f, Factor::Name(_))))
 }
@@ -47,14 +47,14 @@ pub(crate) fn is_hole(text: &str) -> bool {
 pub enum Factor<'t> {
     /// A name.
     Name(&'t str),
-    /// A whole number.
+    /// An integer.
     Number(i64),
 }
 
-/// A product: whether it is subtracted, and its factors.
+/// A product: true if it is subtracted, and its factors.
 pub type Product<'t> = (bool, Vec<Factor<'t>>);
 
-/// The products that a hole is the sum of; `None` for what is no sum.
+/// Parses a hole as a sum of products; `None` if it is not a sum.
 pub fn sum(text: &str) -> Option<Vec<Product<'_>>> {
     let mut products: Vec<Product> = Vec::new();
     let (mut rest, mut sign) = (text.trim_matches(' '), '+');
@@ -84,7 +84,8 @@ pub fn sum(text: &str) -> Option<Vec<Product<'_>>> {
     }
 }
 
-/// The number that a sum is where its names stand for numbers; `None` where one does not, or where it is too large.
+/// Evaluates a sum; `of` returns the integer values of names. `None` if a name has no such value, or if the result
+/// overflows.
 pub fn number(sum: &[Product], mut of: impl FnMut(&str) -> Option<i64>) -> Option<i64> {
     sum.iter().try_fold(0_i64, |total, (minus, factors)| {
         let product = factors.iter().try_fold(1_i64, |product, factor| {
@@ -97,7 +98,7 @@ pub fn number(sum: &[Product], mut of: impl FnMut(&str) -> Option<i64>) -> Optio
     })
 }
 
-/// True for `[A-Za-z_][A-Za-z0-9_]*`.
+/// Returns true for `[A-Za-z_][A-Za-z0-9_]*`.
 pub(crate) fn is_plain_name(word: &str) -> bool {
     word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
         && word.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_')

@@ -1,7 +1,7 @@
-//! The Hierarq language: two spellings, one spanned tree.
+//! The Hierarq language: two spellings, one tree with source locations.
 //!
-//! [`parse`] reads a `*.hq` or `*.yaml` text into a [`tree::Spec`] together with all diagnostics; [`print`] writes
-//! a tree in either spelling. Nothing outside this crate knows pest, logos or a YAML library.
+//! [`parse`] reads a `*.hq` or `*.yaml` text into a [`tree::Spec`] together with all diagnostics; [`print`] writes a
+//! tree in either spelling. No other crate uses pest or a YAML library.
 
 mod actions;
 mod calls;
@@ -40,7 +40,7 @@ pub enum Spelling {
 }
 
 impl Spelling {
-    /// The spelling that a file name's ending asks for.
+    /// Returns the spelling for the extension of a file name.
     pub fn of_path(path: &std::path::Path) -> Option<Spelling> {
         match path.extension()?.to_str()? {
             "hq" => Some(Spelling::Hq),
@@ -50,8 +50,8 @@ impl Spelling {
     }
 }
 
-/// Reads a text. The tree holds whatever could be read, broken parts as [`tree::ValueKind::Missing`];
-/// the diagnostics hold every mistake of form that was found, in the order of the text.
+/// Reads a text. The tree contains everything that could be read, with [`tree::ValueKind::Missing`] for invalid values.
+/// The diagnostics contain every syntactic error that was found, in the order of the text.
 pub fn parse(source: SourceId, text: &str, spelling: Spelling) -> (tree::Spec, Vec<Diagnostic>) {
     match spelling {
         Spelling::Hq => hq::parse(source, text),
@@ -59,12 +59,12 @@ pub fn parse(source: SourceId, text: &str, spelling: Spelling) -> (tree::Spec, V
     }
 }
 
-/// What a transition waits for, on one line, in the native spelling: `when norm(right_ft.force) < 3 N for 3 s`.
+/// Formats the trigger of a transition on one line, in the native spelling: `when norm(right_ft.force) < 3 N for 3 s`.
 pub fn trigger_text(transition: &tree::Transition) -> String {
     print::trigger_text(transition)
 }
 
-/// Writes a tree in a spelling, comments included.
+/// Prints a tree in a spelling, including its comments.
 pub fn print(spec: &tree::Spec, spelling: Spelling) -> String {
     match spelling {
         Spelling::Hq => print::hq(spec),
@@ -72,7 +72,7 @@ pub fn print(spec: &tree::Spec, spelling: Spelling) -> String {
     }
 }
 
-/// A formula on one line, as the printers write it in either spelling.
+/// Formats a formula on one line, as the printers write it in either spelling.
 pub fn formula_text(formula: &tree::Formula) -> String {
     print::formula(formula)
 }

@@ -1,32 +1,32 @@
-//! Bounds on what a text may cost, and the quick look at a `*.hq` text that enforces them before the recursive
-//! parse: size, nesting, number of words, control characters. The same look collects the comments.
+//! Bounds on the cost of a text, and the scan of a `*.hq` text that enforces them before the recursive parse: size,
+//! nesting, number of words, control characters. The scan also collects the comments.
 
 use crate::comments::Comment;
 use crate::{Diagnostic, SourceId, Span};
 
-/// Largest text, in bytes.
+/// Maximum size of a text, in bytes.
 pub const MAX_BYTES: usize = 8 << 20;
-/// Deepest nesting of brackets, or of YAML collections.
+/// Maximum nesting of brackets, or of YAML collections.
 pub const MAX_DEPTH: usize = 64;
-/// Deepest nesting of states.
+/// Maximum nesting of states.
 pub const MAX_STATE_NESTING: usize = 16;
-/// Most words, numbers and signs in a text.
+/// Maximum number of words, numbers and signs in a text.
 pub const MAX_TOKENS: usize = 400_000;
-/// Most YAML nodes after aliases are expanded.
+/// Maximum number of YAML nodes after the expansion of aliases.
 pub const MAX_NODES: usize = 100_000;
-/// Most operators in one expression.
+/// Maximum number of operators in one expression.
 pub const MAX_OPERATORS: usize = 200;
-/// Most parameters of a task or stack.
+/// Maximum number of parameters of a task or stack.
 pub const MAX_PARAMETERS: usize = 100;
-/// Highest expression tree.
+/// Maximum height of an expression tree.
 pub const MAX_HEIGHT: u32 = 256;
-/// Most diagnostics of one text; one more says that there were more.
+/// Maximum number of diagnostics of one text; one more reports that there were more.
 pub const MAX_DIAGNOSTICS: usize = 100;
 
-/// Reads bytes as UTF-8; the error points at the first byte that is not.
+/// Decodes bytes as UTF-8; the error points at the first invalid byte.
 ///
 /// # Errors
-/// `HQ0193` where the bytes are not UTF-8. The span's bytes count in `bytes`.
+/// `HQ0193` if the bytes are not UTF-8. The span is a range of `bytes`.
 pub fn decode(source: SourceId, bytes: &[u8]) -> Result<&str, Box<Diagnostic>> {
     std::str::from_utf8(bytes).map_err(|error| {
         let at = error.valid_up_to();
@@ -42,7 +42,7 @@ pub fn decode(source: SourceId, bytes: &[u8]) -> Result<&str, Box<Diagnostic>> {
     })
 }
 
-/// The diagnostic for a text that is too large, if it is.
+/// Returns a diagnostic if the text is too large.
 pub(crate) fn check_size(source: SourceId, text: &str) -> Option<Diagnostic> {
     (text.len() > MAX_BYTES).then(|| {
         Diagnostic::error("HQ0190", Span::new(source, 0, 0), "this text is larger than 8 MiB")
@@ -51,7 +51,7 @@ pub(crate) fn check_size(source: SourceId, text: &str) -> Option<Diagnostic> {
     })
 }
 
-/// The diagnostic for a text with too many words.
+/// Returns the diagnostic for a text with too many words.
 pub(crate) fn too_many_words(source: SourceId, at: usize) -> Diagnostic {
     Diagnostic::error(
         "HQ0190",
@@ -62,34 +62,34 @@ pub(crate) fn too_many_words(source: SourceId, at: usize) -> Diagnostic {
     .help("split the spec, or generate it closer to the robot")
 }
 
-/// The diagnostic for brackets nested too deeply.
+/// Returns the diagnostic for brackets nested too deeply.
 pub(crate) fn too_deep(span: Span) -> Diagnostic {
     Diagnostic::error("HQ0191", span, format!("nested more than {MAX_DEPTH} deep"))
         .here("one too many")
         .help("name an inner part with `param` or `task`, or close a bracket that was left open")
 }
 
-/// What the quick look found.
+/// Result of the scan.
 #[derive(Debug, Default)]
 pub(crate) struct Scan {
     /// Comments in the order of the text.
     pub comments: Vec<Comment>,
-    /// Set where the text must not be parsed.
+    /// Set if the text must not be parsed.
     pub refused: Option<Diagnostic>,
-    /// Other findings.
+    /// Other diagnostics.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// True where a declaration begins: the rule `item_head` of the grammar.
+/// Returns true if a declaration begins here: the rule `item_head` of the grammar.
 fn item_head(text: &str) -> bool {
     let blank = |c: char| matches!(c, ' ' | '\t' | '\r');
-    // What follows `word`, and whether blanks stand between.
+    // Returns the text after `word`, and true if blanks precede it.
     let behind = |word: &str| {
         let rest = text.strip_prefix(word)?;
         let trimmed = rest.trim_start_matches(blank);
         Some((trimmed, trimmed.len() < rest.len()))
     };
-    // What follows `word NAME`, and whether blanks stand between.
+    // Returns the text after `word NAME`, and true if blanks precede it.
     let named = |word: &str| {
         let (name, true) = behind(word)? else { return None };
         let mut rest = name;
@@ -136,7 +136,7 @@ fn item_head(text: &str) -> bool {
         || ["machine", "scenario"].iter().any(|word| head(word, '{') || quoted_head(text, word))
 }
 
-/// True for `word "TEXT" {`.
+/// Returns true for `word "TEXT" {`.
 fn quoted_head(text: &str, word: &str) -> bool {
     let blank = |c: char| matches!(c, ' ' | '\t' | '\r');
     let Some(rest) = text.strip_prefix(word) else { return false };
@@ -147,7 +147,7 @@ fn quoted_head(text: &str, word: &str) -> bool {
     text_end(name, 0).is_some_and(|end| name[end..].trim_start_matches(blank).starts_with('{'))
 }
 
-/// The diagnostic for the first control character other than tabs and ends of lines.
+/// Returns the diagnostic for the first control character other than tabs and line breaks.
 fn control_character(source: SourceId, text: &str) -> Option<Diagnostic> {
     let at = text.bytes().position(|b| b < b' ' && !matches!(b, b'\t' | b'\r' | b'\n') || b == 0x7f)?;
     let byte = text.as_bytes()[at];
@@ -156,7 +156,7 @@ fn control_character(source: SourceId, text: &str) -> Option<Diagnostic> {
     Some(diagnostic.help("delete it; the file may be damaged or not a text"))
 }
 
-/// The end of a text literal that opens at `start`, or `None` where the line ends first.
+/// Returns the end of a text literal that opens at `start`; `None` if the line ends first.
 pub(crate) fn text_end(text: &str, start: usize) -> Option<usize> {
     let bytes = text.as_bytes();
     let mut at = start + 1;
@@ -172,7 +172,7 @@ pub(crate) fn text_end(text: &str, start: usize) -> Option<usize> {
     None
 }
 
-/// Looks at a `*.hq` text once, from front to back.
+/// Scans a `*.hq` text once, from start to end.
 pub(crate) fn scan(source: SourceId, text: &str, begin: usize) -> Scan {
     let bytes = text.as_bytes();
     let mut scan = Scan::default();

@@ -1,4 +1,4 @@
-//! What both readers look for in missions and their members.
+//! Checks of missions and their members that both readers share.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use crate::vocabulary::ROLES;
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned, checks};
 
-/// What stands between the braces of a mission, a member or a repetition.
+/// Content of the braces of a mission, a member or a repetition.
 #[derive(Debug, Default)]
 pub(crate) struct Body {
     pub settings: Block,
@@ -17,12 +17,12 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// A body without anything in it.
+    /// Creates an empty body.
     pub fn empty(span: Span) -> Body {
         Body { settings: Block { span, ..Block::default() }, ..Body::default() }
     }
 
-    /// The body as that of a member.
+    /// Converts the body to a member.
     pub fn member(
         self,
         (role, name): (Spanned<String>, Spanned<String>),
@@ -35,13 +35,12 @@ impl Body {
     }
 }
 
-/// The role whose members stand below a key of YAML.
+/// Returns the role whose members are listed below a key of YAML.
 pub(crate) fn role_below(key: &str) -> Option<&'static str> {
     ROLES.iter().find(|role| key.strip_suffix('s') == Some(role)).copied()
 }
 
-/// Settings that would mean something else in one of the spellings; they are reported and removed. `what` is what they
-/// are settings of.
+/// Reports and removes settings that would have another meaning in one of the spellings. `what` describes their owner.
 pub(crate) fn settings(settings: &mut Block, what: &str, diags: &mut Vec<Diagnostic>) {
     checks::duplicates(&settings.entries, diags);
     settings.entries.retain(|entry| {
@@ -58,12 +57,12 @@ pub(crate) fn settings(settings: &mut Block, what: &str, diags: &mut Vec<Diagnos
     checks::reserved(settings, &["for"], what, diags);
 }
 
-/// What a body belongs to, for [`settings`].
+/// Describes the owner of a body for [`settings`].
 pub(crate) fn owner(role: &str) -> String {
     format!("{role} of a mission")
 }
 
-/// Reports members beside each other that share role and name; the second is left out.
+/// Reports sibling members with the same role and name; removes the second one.
 pub(crate) fn distinct(members: &mut Vec<MissionMember>, diags: &mut Vec<Diagnostic>) {
     let mut seen: BTreeMap<(String, String), Span> = BTreeMap::new();
     members.retain(|member| {
@@ -81,8 +80,8 @@ pub(crate) fn distinct(members: &mut Vec<MissionMember>, diags: &mut Vec<Diagnos
     });
 }
 
-/// Reports members that stand behind a repetition with members of their role: in YAML repetitions come last, so the order
-/// would depend on the spelling.
+/// Reports members that follow a repetition with members of their role: in YAML repetitions come last, so that the
+/// order would depend on the spelling.
 pub(crate) fn in_order(members: &[MissionMember], repeats: &[MissionRepeat], diags: &mut Vec<Diagnostic>) {
     for repeat in repeats {
         let behind = |m: &&MissionMember| m.span.start > repeat.span.start && repeats_role(repeat, &m.role);
@@ -104,7 +103,7 @@ fn repeats_role(repeat: &MissionRepeat, role: &str) -> bool {
         || repeat.repeats.iter().any(|inner| repeats_role(inner, role))
 }
 
-/// A mission that does not say of which kind it is.
+/// Returns the diagnostic for a mission without a kind.
 pub(crate) fn no_kind(name: &str, span: Span) -> Diagnostic {
     let name = clip(name);
     Diagnostic::error("HQ0144", span, format!("the mission `{name}` does not say what it plans")).help(format!(
@@ -112,25 +111,25 @@ pub(crate) fn no_kind(name: &str, span: Span) -> Diagnostic {
     ))
 }
 
-/// A task without an action.
+/// Returns the diagnostic for a task without an action.
 pub(crate) fn no_action(name: &str, span: Span) -> Diagnostic {
     let name = clip(name);
     Diagnostic::error("HQ0107", span, format!("the task `{name}` does not say what is done"))
         .help(format!("write `task {name} = ACTION {{ .. }}`, in YAML `{name}: {{ ACTION: {{ .. }} }}`"))
 }
 
-/// True for a key that is written where the action itself stands: `action pick`.
+/// Returns true for a key before an action in place of the action itself: `action pick`.
 pub(crate) fn says_action(key: &str) -> bool {
     matches!(key, "action" | "skill")
 }
 
-/// A task of YAML with a key for its action, and not the action itself.
+/// Returns the diagnostic for a YAML task with a key for its action in place of the action itself.
 pub(crate) fn keyed_action(key: &Spanned<String>, fix: &str) -> Diagnostic {
     let text = format!("`{}` is no part of a task: the action itself stands above its parts", clip(&key.value));
     Diagnostic::error("HQ0131", key.span, text).help(format!("write `{fix}`"))
 }
 
-/// A task with its action in its braces, which holds nothing else where it is `alone`.
+/// Returns the diagnostic for a task whose action is inside its braces; `alone` if they contain nothing else.
 pub(crate) fn action_inside(name: &Spanned<String>, action: &str, alone: bool) -> Diagnostic {
     let (name, action) = (Spanned::new(clip(&name.value), name.span), clip(action));
     let block = if alone { "" } else { " { .. }" };
@@ -138,7 +137,8 @@ pub(crate) fn action_inside(name: &Spanned<String>, action: &str, alone: bool) -
         .help(format!("write `task {} = {action}{block}`", name.value))
 }
 
-/// The action that the settings of a task without one name: `{ pick { .. } }`, `{ action pick }`. It is taken out of them.
+/// Removes the action that a task without one has among its settings, `{ pick { .. } }` or `{ action pick }`, and
+/// returns it.
 pub(crate) fn meant_action(settings: &mut Block) -> Option<String> {
     let named = settings.entries.iter().position(|entry| says_action(&entry.key.value));
     if let Some((at, ValueKind::Name(name))) = named.map(|at| (at, &settings.entries[at].value.kind)) {
@@ -153,26 +153,26 @@ pub(crate) fn meant_action(settings: &mut Block) -> Option<String> {
     Some(name)
 }
 
-/// A member without a name.
+/// Returns the diagnostic for a member without a name.
 pub(crate) fn no_name(role: &str, span: Span) -> Diagnostic {
     Diagnostic::error("HQ0116", span, format!("this `{role}` has no name"))
         .help(format!("write the name behind `{role}`: letters, digits and `_`"))
 }
 
-/// A member without what stands in its braces.
+/// Returns the diagnostic for a member without a block.
 pub(crate) fn no_block(role: &str, span: Span) -> Diagnostic {
     Diagnostic::error("HQ0117", span, format!("this `{role}` has no block"))
         .help(format!("write `{role} NAME {{ .. }}`"))
 }
 
-/// Something that is repeated and is no member.
+/// Returns the diagnostic for a repeated element that is no member.
 pub(crate) fn not_repeated(key: &Spanned<String>) -> Diagnostic {
     Diagnostic::error("HQ0125", key.span, format!("`{}` cannot be repeated", clip(&key.value)))
         .note("inside the `for` of a mission stand members, such as `robot NAME { .. }`, and `for`")
         .help("write it outside the `for`")
 }
 
-/// `robt m1 { .. }`: a key that is nearly a role, the name behind it, and the settings.
+/// Recognises `robt m1 { .. }`: returns the role that the key nearly is, and the entry with the name and the settings.
 pub(crate) fn misspelt(entry: &Entry) -> Option<(&'static str, &Entry)> {
     let ValueKind::Block(outer) = &entry.value.kind else { return None };
     let [inner] = outer.entries.as_slice() else { return None };

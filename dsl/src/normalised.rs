@@ -1,11 +1,12 @@
-//! Trees in the order of the YAML sections, so that a spec can be compared with its translation.
+//! Normalised trees: in the order of the YAML sections, so that a spec can be compared with its translation.
 
 use crate::tree::{Item, ItemKind, MissionMember, MissionRepeat, Spec};
 use crate::vocabulary::ROLES;
 
 impl Spec {
-    /// The same spec with its declarations sorted by kind as YAML groups them: imports, params, lets, robots, tasks,
-    /// stacks, signals, variables, humans, safety fields, machines, missions, scenarios, repetitions, run. Within a kind the order stays.
+    /// Returns the spec with its declarations sorted by kind, as YAML groups them: imports, params, lets, robots,
+    /// tasks, stacks, signals, variables, humans, safety fields, machines, missions, scenarios, repetitions, run. The
+    /// order within a kind is preserved.
     pub fn normalised(mut self) -> Spec {
         sort(&mut self.items);
         self
@@ -39,7 +40,7 @@ fn sort(items: &mut [Item]) {
     }
 }
 
-/// Members by role, in the order of the roles.
+/// Sorts members by role, in the order of the roles.
 fn sort_members(members: &mut [MissionMember], repeats: &mut [MissionRepeat]) {
     members.sort_by_key(|member| ROLES.iter().position(|role| **role == *member.role));
     for member in members {

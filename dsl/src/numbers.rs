@@ -1,10 +1,10 @@
-//! Numbers with a point too many: `0.05..0.2 m/s`, which was meant as a range, `0.05.2`, and `5.` without a digit.
+//! Numbers with too many points: `0.05..0.2 m/s`, which was meant as a range, `0.05.2`, and `5.` without a digit.
 
 use crate::Diagnostic;
 use crate::expr::Place;
 use crate::vocabulary::UNITS;
 
-/// What is wrong with the point at byte `at`, which stands behind a number or behind the unit of one.
+/// Returns the diagnostic for the point at byte `at`, which follows a number or the unit of one.
 pub(crate) fn point(text: &str, at: usize, end: usize, place: Place) -> Diagnostic {
     if text[at..end].starts_with("..") {
         return range(text, at, end, place);
@@ -20,7 +20,7 @@ pub(crate) fn point(text: &str, at: usize, end: usize, place: Place) -> Diagnost
         .help(format!("write `{whole}.0` or `{whole}`"))
 }
 
-/// Two numbers with `..` between them at byte `at`.
+/// Returns the diagnostic for two numbers with `..` between them at byte `at`.
 fn range(text: &str, at: usize, end: usize, place: Place) -> Diagnostic {
     let (low, high) = (before(&text[..at]), behind(&text[at + 2..end]));
     let from = low.map_or(at, |(length, _)| at - length);
@@ -37,12 +37,12 @@ fn range(text: &str, at: usize, end: usize, place: Place) -> Diagnostic {
     }
 }
 
-/// True for what a number without an exponent consists of.
+/// Returns true for the characters of a number without an exponent.
 fn is_part(c: char) -> bool {
     c.is_ascii_digit() || c == '.'
 }
 
-/// The number at the end of a text, which may have a unit: how many bytes both take, and the number.
+/// Finds the number at the end of a text, with an optional unit: number of bytes of both, and the number.
 fn before(text: &str) -> Option<(usize, &str)> {
     let unit = |c: char| c.is_ascii_alphabetic() || c == '/';
     let number = if text.ends_with(is_part) { text } else { text.trim_end_matches(unit).trim_end() };
@@ -52,7 +52,7 @@ fn before(text: &str) -> Option<(usize, &str)> {
     (alone && number.ends_with(|c: char| c.is_ascii_digit())).then(|| (text.len() - start, &number[start..]))
 }
 
-/// The number at the beginning of a text and the unit behind it: how many bytes both take, the number, the unit.
+/// Finds the number at the start of a text and the unit after it: number of bytes of both, the number, the unit.
 fn behind(text: &str) -> Option<(usize, &str, &str)> {
     let start = text.len() - text.trim_start_matches(' ').len();
     let sign = start + usize::from(text[start..].starts_with('-'));

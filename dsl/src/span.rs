@@ -1,4 +1,4 @@
-//! Where something was written: a source file and a range of bytes in it.
+//! Source locations: a source file and a range of bytes in it.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,13 +18,13 @@ pub struct Span {
 }
 
 impl Span {
-    /// The bytes `start..end` of `source`.
+    /// Creates the span of the bytes `start..end` of `source`.
     pub fn new(source: SourceId, start: usize, end: usize) -> Self {
         let clamp = |x: usize| u32::try_from(x).unwrap_or(u32::MAX);
         Span { source, start: clamp(start), end: clamp(end.max(start)) }
     }
 
-    /// The smallest span that covers both (of the same source; otherwise `self`).
+    /// Returns the smallest span that covers both (of the same source; otherwise `self`).
     pub fn to(self, other: Span) -> Span {
         if self.source != other.source {
             return self;
@@ -32,33 +32,33 @@ impl Span {
         Span { source: self.source, start: self.start.min(other.start), end: self.end.max(other.end) }
     }
 
-    /// Number of bytes.
+    /// Returns the number of bytes.
     pub fn len(&self) -> usize {
         (self.end - self.start) as usize
     }
 
-    /// True for a place between two bytes.
+    /// Returns true for a position between two bytes.
     pub fn is_empty(&self) -> bool {
         self.start == self.end
     }
 
-    /// The bytes as a range of `usize`.
+    /// Returns the bytes as a range of `usize`.
     pub fn range(&self) -> std::ops::Range<usize> {
         self.start as usize..self.end as usize
     }
 }
 
-/// A value and the place it came from. Equality looks at the value only.
+/// A value with its source location. Equality compares the value only.
 #[derive(Clone, Debug)]
 pub struct Spanned<T> {
-    /// What was written.
+    /// The value.
     pub value: T,
-    /// Where.
+    /// Its location.
     pub span: Span,
 }
 
 impl<T> Spanned<T> {
-    /// A value with its place.
+    /// Creates a value with its location.
     pub fn new(value: T, span: Span) -> Self {
         Spanned { value, span }
     }
@@ -77,34 +77,34 @@ impl<T> std::ops::Deref for Spanned<T> {
     }
 }
 
-/// The texts that spans point into.
+/// The texts that spans refer to.
 ///
-/// A text may be read several times for different uses: imported by a file, or copied where a declaration is used. Each
-/// such copy is an instance with an index of its own, so that a place in it remembers the uses that led there.
+/// A text may be used several times: imported by a file, or copied at each use of a declaration. Each such copy is an
+/// instance with an index of its own, so that a span in it identifies the uses that led there.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     texts: Vec<SourceText>,
     instances: Vec<Instance>,
 }
 
-/// A copy of a text, made for a use.
+/// A copy of a text, created for a use.
 #[derive(Clone, Debug)]
 struct Instance {
     /// The text, which may be an instance itself.
     of: SourceId,
-    /// Where it is used.
+    /// Locations of its uses.
     uses: Vec<Span>,
-    /// What the use is, for a label: "imported here".
+    /// Description of the use, for a label: "imported here".
     what: &'static str,
 }
 
 /// Indices from here on are instances.
 const INSTANCES: u32 = 1 << 31;
 
-/// One text with the name it is shown under.
+/// A text with its displayed name.
 #[derive(Clone, Debug)]
 pub struct SourceText {
-    /// Shown in diagnostics; usually the path as the user gave it.
+    /// Name in diagnostics; usually the path as the user wrote it.
     pub name: String,
     /// The text.
     pub text: String,
@@ -117,12 +117,12 @@ impl Sources {
         SourceId((self.texts.len() - 1) as u32)
     }
 
-    /// The text with this index; an unknown index gives `None`.
+    /// Returns the text with this index, `None` if the index is unknown.
     pub fn get(&self, id: SourceId) -> Option<&SourceText> {
         self.texts.get(self.text_of(id).0 as usize)
     }
 
-    /// A copy of a text, for a use at a place. `what` says what the use is: "imported here".
+    /// Creates a copy of a text, for a use at a location. `what` describes the use: "imported here".
     pub fn instance(&mut self, of: SourceId, used: Span, what: &'static str) -> SourceId {
         let id = INSTANCES.saturating_add(self.instances.len() as u32);
         self.instances.push(Instance { of, uses: vec![used], what });
@@ -144,8 +144,8 @@ impl Sources {
         self.instances.get_mut(id.0.checked_sub(INSTANCES)? as usize)
     }
 
-    /// The text that an index stands for, itself or as the instance of another. An instance is made after what it is
-    /// an instance of, so this ends.
+    /// Returns the text that an index refers to, directly or through instances. An instance is created after its
+    /// original, so that the loop ends.
     pub fn text_of(&self, id: SourceId) -> SourceId {
         let mut id = id;
         while let Some(instance) = self.known(id) {
@@ -154,16 +154,16 @@ impl Sources {
         id
     }
 
-    /// The place in the text itself.
+    /// Returns the location in the original text.
     pub fn real(&self, span: Span) -> Span {
         Span { source: self.text_of(span.source), ..span }
     }
 
-    /// The uses that led to a place, the nearest first, each with what it is; at most `most`.
+    /// Returns the uses that led to a location, the nearest first, each with its description; at most `most`.
     pub fn uses(&self, id: SourceId, most: usize) -> Vec<(Span, &'static str)> {
         let mut out: Vec<(Span, &'static str)> = Vec::new();
         let mut open = vec![id];
-        // Uses lead to earlier instances only; the bound keeps their number small where they multiply.
+        // Uses refer to earlier instances only; the bound limits their number if they multiply.
         let mut steps = 0;
         while let Some(id) = open.pop() {
             steps += 1;
@@ -180,12 +180,12 @@ impl Sources {
         out
     }
 
-    /// The text under a span, empty where the span does not fit.
+    /// Returns the text of a span, empty if the span is invalid.
     pub fn snippet(&self, span: Span) -> &str {
         self.get(span.source).and_then(|s| s.text.get(span.range())).unwrap_or("")
     }
 
-    /// Line and column of a byte, both from 1; columns count characters.
+    /// Returns the line and column of a byte, both from 1; columns count characters.
     pub fn line_column(&self, source: SourceId, byte: u32) -> (usize, usize) {
         let Some(text) = self.get(source).map(|s| s.text.as_str()) else { return (1, 1) };
         let mut end = (byte as usize).min(text.len());
@@ -198,7 +198,7 @@ impl Sources {
         (line, before[start..].chars().count() + 1)
     }
 
-    /// All texts in the order they were added.
+    /// Returns all texts in the order they were added.
     pub fn iter(&self) -> impl Iterator<Item = (SourceId, &SourceText)> {
         self.texts.iter().enumerate().map(|(i, s)| (SourceId(i as u32), s))
     }

@@ -1,24 +1,25 @@
-//! What both readers look for in states and transitions.
+//! Checks of states and transitions that both readers share.
 
 use crate::diagnostic::clip;
 use crate::limits::MAX_STATE_NESTING;
 use crate::tree::{Block, State};
 use crate::{Diagnostic, Span, checks};
 
-/// The words that begin a part of a state, and its keys in YAML: none can be a setting.
+/// The words that begin a part of a state, and its keys in YAML: none of them can be the name of a setting.
 pub(crate) const STATE_WORDS: &[&str] =
     &["state", "states", "final", "stack", "enter", "do", "exit", "on", "when", "after", "transitions"];
 
-/// The keys of a transition in YAML that are no settings either.
+/// The keys of a transition in YAML that cannot be names of settings either.
 pub(crate) const TRANSITION_WORDS: &[&str] = &["for", "to"];
 
-/// Settings of a state or a machine that mean something else in one of the spellings.
+/// Checks the settings of a state or a machine: reports duplicates, and names with another meaning in one of the
+/// spellings.
 pub(crate) fn settings(settings: &mut Block, what: &str, diags: &mut Vec<Diagnostic>) {
     checks::duplicates(&settings.entries, diags);
     checks::reserved(settings, STATE_WORDS, what, diags);
 }
 
-/// The same for a transition.
+/// Checks the settings of a transition like [`settings`].
 pub(crate) fn transition_settings(settings: &mut Block, diags: &mut Vec<Diagnostic>) {
     checks::duplicates(&settings.entries, diags);
     settings.entries.retain(|entry| {
@@ -37,7 +38,7 @@ pub(crate) fn transition_settings(settings: &mut Block, diags: &mut Vec<Diagnost
     checks::reserved(settings, &[], "transition", diags);
 }
 
-/// Reports names that two states beside each other share; the second is left out.
+/// Reports names that sibling states share; removes the second state.
 pub(crate) fn distinct_states(states: &mut Vec<State>, diags: &mut Vec<Diagnostic>) {
     let mut seen = std::collections::BTreeMap::new();
     states.retain(|state| match seen.get(&state.name.value) {
@@ -52,14 +53,14 @@ pub(crate) fn distinct_states(states: &mut Vec<State>, diags: &mut Vec<Diagnosti
     });
 }
 
-/// States inside states inside states.
+/// Returns the diagnostic for states that are nested too deeply.
 pub(crate) fn too_deep(span: Span) -> Diagnostic {
     Diagnostic::error("HQ0191", span, format!("states stand more than {MAX_STATE_NESTING} deep inside each other"))
         .here("one too many")
         .help("move an inner state out, or close a brace that was left open")
 }
 
-/// `for` behind a trigger that waits for no condition.
+/// Returns the diagnostic for `for` after a trigger without a condition.
 pub(crate) fn no_hold(word: &str, span: Span) -> Diagnostic {
     let diagnostic = Diagnostic::error("HQ0141", span, format!("`for` has no meaning behind `{word}`"));
     diagnostic
@@ -67,7 +68,7 @@ pub(crate) fn no_hold(word: &str, span: Span) -> Diagnostic {
         .help("write `when CONDITION for 3 s -> STATE`")
 }
 
-/// A trigger without what it waits for.
+/// Returns the diagnostic for a trigger without an event, a condition or a duration.
 pub(crate) fn no_condition(word: &str, span: Span) -> Diagnostic {
     let example = match word {
         "on" => "on found",
@@ -78,20 +79,20 @@ pub(crate) fn no_condition(word: &str, span: Span) -> Diagnostic {
         .help(format!("write for instance `{example} -> STATE`"))
 }
 
-/// A transition without its next state.
+/// Returns the diagnostic for a transition without a target state.
 pub(crate) fn no_target(span: Span) -> Diagnostic {
     Diagnostic::error("HQ0141", span, "this transition names no next state")
         .help("write `-> STATE` behind what it waits for, in YAML `to: STATE`")
 }
 
-/// What stands where the type of a signal should.
+/// Returns the diagnostic for text in place of the type of a signal.
 pub(crate) fn bad_type(text: &str, span: Span) -> Diagnostic {
     let diagnostic = Diagnostic::error("HQ0140", span, format!("`{}` is no type of a signal", clip(text)));
     diagnostic
         .help("write for instance `point`, `force` or `event`, with a `?` behind it where it may be absent: `point?`")
 }
 
-/// A variable without a type.
+/// Returns the diagnostic for a variable without a type.
 pub(crate) fn no_variable_type(name: &str, span: Span) -> Diagnostic {
     let name = clip(name);
     Diagnostic::error("HQ0140", span, format!("the variable `{name}` has no type")).help(format!(
@@ -99,7 +100,7 @@ pub(crate) fn no_variable_type(name: &str, span: Span) -> Diagnostic {
     ))
 }
 
-/// A signal without a type.
+/// Returns the diagnostic for a signal without a type.
 pub(crate) fn no_type(name: &str, span: Span) -> Diagnostic {
     Diagnostic::error("HQ0140", span, format!("the signal `{}` has no type", clip(name))).help(format!(
         "write what it carries: `signal {} : point`, in YAML `{}: point`",

@@ -1,8 +1,8 @@
-//! The spanned tree that both spellings build: declarations exactly as written.
+//! The tree that both spellings build: declarations exactly as written, with source locations.
 //!
-//! A `*.hq` file and a `*.yaml` file that say the same thing give trees that compare equal: equality looks at
-//! what was said, not at spans, comments, the text of a number or the braces around a tagged value. Nothing here
-//! knows what a task, a frame or a unit means; the compiler does.
+//! A `*.hq` file and a `*.yaml` file with the same content produce trees that compare equal: equality ignores spans,
+//! comments, the text of a number and the braces around a tagged value. The tree does not know the meaning of tasks,
+//! frames or units; the compiler does.
 
 mod comments;
 mod machines;
@@ -27,26 +27,26 @@ pub use values::{BinaryOp, Block, Entry, Number, Unit, Value, ValueKind};
 /// One file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Spec {
-    /// Comments before the header, and behind it.
+    /// Comments before and after the header.
     pub opening_comments: Comments,
-    /// The number after `hierarq`; `None` where the header is missing.
+    /// The number after `hierarq`; `None` if the header is missing.
     pub version: Option<Spanned<u32>>,
     /// Declarations in the order written.
     pub items: Vec<Item>,
     /// Comments after the last declaration.
     pub closing_comments: Comments,
-    /// Text that could not be read, and might have declared anything; empty where no mistake was found.
+    /// Text that could not be read, and that may contain declarations; empty if no error was found.
     pub unread: Vec<Span>,
 }
 
 /// A top-level declaration.
 #[derive(Clone, Debug)]
 pub struct Item {
-    /// What is declared.
+    /// Content.
     pub kind: ItemKind,
     /// The whole declaration.
     pub span: Span,
-    /// Comments before it, and behind its first line.
+    /// Comments before it, and at the end of its first line.
     pub comments: Comments,
 }
 
@@ -77,7 +77,7 @@ pub enum ItemKind {
     Human(Human),
     /// `safety_field nearness { of operator }`
     SafetyField(SafetyField),
-    /// What the machine keeps.
+    /// `variable attempts : number = 0`
     Variable(Variable),
     /// `machine harvest { state look { .. } }`
     Machine(Machine),
@@ -98,7 +98,7 @@ pub struct Param {
     pub name: Spanned<String>,
     /// Its value.
     pub value: Value,
-    /// `{ min 0.05 m  max 0.3 m }`, empty where no range is given.
+    /// `{ min 0.05 m  max 0.3 m }`, empty if there is no range.
     pub range: Block,
 }
 
@@ -107,9 +107,9 @@ pub struct Param {
 pub struct Robot {
     /// Its name.
     pub name: Spanned<String>,
-    /// The robot that it is made from: `from canopies`.
+    /// The base robot: `from canopies`.
     pub base: Option<Spanned<String>>,
-    /// What is said of it.
+    /// Its settings.
     pub body: Block,
 }
 
@@ -131,16 +131,17 @@ pub struct TaskDefinition {
     pub kind: Spanned<String>,
     /// Arguments in parentheses, by position.
     pub args: Vec<Value>,
-    /// Arguments in parentheses by name, behind those by position.
+    /// Arguments in parentheses by name, after those by position.
     pub named: Vec<Entry>,
-    /// Parameters; empty where no braces were written.
+    /// Parameters; empty if no braces were written.
     pub body: Block,
     /// The whole definition.
     pub span: Span,
 }
 
 impl TaskDefinition {
-    /// Stands where a definition was and could not be read, so that the task keeps its name; its kind is empty.
+    /// Creates a placeholder with an empty kind for a definition that could not be read, so that the task keeps its
+    /// name.
     pub(crate) fn unread(span: Span) -> TaskDefinition {
         let kind = Spanned::new(String::new(), span);
         TaskDefinition { kind, args: Vec::new(), named: Vec::new(), body: Block { span, ..Block::default() }, span }
@@ -160,13 +161,13 @@ pub struct Stack {
     pub name: Spanned<String>,
     /// `(side: arm)`
     pub parameters: Vec<Parameter>,
-    /// The stack that it is made from: `from autonomous`.
+    /// The base stack: `from autonomous`.
     pub base: Option<Call>,
     /// Settings that are not levels (`lock [torso]`).
     pub settings: Block,
     /// Levels, the most important first.
     pub levels: Vec<Level>,
-    /// What it changes in its base.
+    /// Changes to its base.
     pub changes: Vec<Change>,
 }
 
@@ -175,7 +176,7 @@ pub struct Stack {
 pub struct Level {
     /// Its name.
     pub name: Spanned<String>,
-    /// Where `hard` was written, if it was. (`hard: false` in YAML is `None`.)
+    /// Location of `hard`, if it was written. (`hard: false` in YAML is `None`.)
     pub hard: Option<Span>,
     /// Settings other than `hard` (`damping 0.01`).
     pub settings: Block,
@@ -199,7 +200,7 @@ impl PartialEq for Level {
 /// A task in a level.
 #[derive(Clone, Debug)]
 pub struct Member {
-    /// By name, or written in place.
+    /// The task, by name or inline.
     pub task: MemberTask,
     /// `weight 2`.
     pub weight: Option<Value>,
@@ -215,7 +216,7 @@ impl PartialEq for Member {
     }
 }
 
-/// How a level names a task.
+/// Reference of a level to a task.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MemberTask {
     /// The name of a declared task.
@@ -226,7 +227,7 @@ pub enum MemberTask {
     For(Box<RepeatMembers>),
 }
 
-/// What `hierarq run` does.
+/// The run of `hierarq run`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
     /// Settings of the run.

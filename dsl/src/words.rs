@@ -1,4 +1,4 @@
-//! Words that are nearly right.
+//! Lookup of misspelt words, and predicates on names, keys and values.
 
 use std::borrow::Cow;
 
@@ -6,12 +6,13 @@ use crate::holes::{Part, is_plain_name, parts};
 use crate::tree::{Unit, Value, ValueKind};
 use crate::vocabulary::TEXT_KEYS;
 
-/// The candidate nearest to `word`, if it is near enough to be meant. Long words come from nowhere near a keyboard.
+/// Returns the candidate nearest to `word`, if it is near enough to be a typo. Words of more than 64 bytes are not
+/// compared.
 pub(crate) fn nearest<'c>(word: &str, candidates: &[&'c str]) -> Option<&'c str> {
     if word.len() > 64 { None } else { ::names::suggest(word, candidates.iter().copied()) }
 }
 
-/// The unit symbol that a misspelt one probably means.
+/// Returns the unit symbol that a misspelt one probably stands for.
 pub(crate) fn nearest_unit(word: &str) -> Option<&'static str> {
     const SPELT_OUT: &[(&str, &str)] = &[
         ("meter", "m"),
@@ -44,7 +45,7 @@ pub(crate) fn nearest_unit(word: &str) -> Option<&'static str> {
         .or_else(|| nearest(word, crate::vocabulary::UNITS))
 }
 
-/// A word with its holes, `${side}`, filled by a letter.
+/// Replaces the holes of a word, such as `${side}`, by a letter.
 fn filled(word: &str) -> Cow<'_, str> {
     if !word.contains("${") {
         return Cow::Borrowed(word);
@@ -57,31 +58,31 @@ fn filled(word: &str) -> Cow<'_, str> {
         .collect()
 }
 
-/// True for `[A-Za-z_][A-Za-z0-9_]*`, in which holes such as `${side}` may stand for letters.
+/// Returns true for `[A-Za-z_][A-Za-z0-9_]*`, in which holes such as `${side}` may replace letters.
 pub(crate) fn is_name(word: &str) -> bool {
     is_plain_name(&filled(word))
 }
 
-/// True for what YAML may write in plain quotes although it is a text: `arm_left_*`, `*_elbow`, `arm_?_joint`.
+/// Returns true for texts that YAML may write in a single pair of quotes: `arm_left_*`, `*_elbow`, `arm_?_joint`.
 pub(crate) fn is_glob(word: &str) -> bool {
     let word = filled(word);
     word.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'*' | b'?'))
         && (word.starts_with('*') || word.ends_with('*') || word.contains('?'))
 }
 
-/// True for what may be a key in quotes only: a pattern such as `finger_*`, a name such as `joint-1`.
+/// Returns true for words that need quotes as a key: a pattern such as `finger_*`, a name such as `joint-1`.
 pub(crate) fn is_quoted_key(word: &str) -> bool {
     let word = filled(word);
     let fits = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'*' | b'?' | b'-' | b'.' | b'/' | b':');
     !word.is_empty() && word.bytes().all(fits) && !is_plain_name(&word)
 }
 
-/// True for a key whose value is text.
+/// Returns true for a key whose value is text.
 pub(crate) fn is_text_key(key: &str) -> bool {
     TEXT_KEYS.contains(&key)
 }
 
-/// True where the last thing written of a value is a place where a unit may follow: a number, `)`, `]`, a unit.
+/// Returns true if a unit may follow the last token of a value: a number, `)`, `]`, a unit.
 pub(crate) fn takes_unit(value: &Value) -> bool {
     match &value.kind {
         ValueKind::Number(_) | ValueKind::Unit(..) | ValueKind::Call(..) | ValueKind::List(_) => true,
@@ -92,13 +93,13 @@ pub(crate) fn takes_unit(value: &Value) -> bool {
     }
 }
 
-/// True where a value is written without parentheses in any place.
+/// Returns true if a value never needs parentheses.
 pub(crate) fn is_atom(value: &Value) -> bool {
     !matches!(value.kind, ValueKind::Negate(_) | ValueKind::Not(_) | ValueKind::Binary(..))
 }
 
-/// A unit as it is written: `N s/m`, `/s`. A `min` beside others is joined by `*`: with a space it would be the key of a
-/// limit.
+/// Formats a unit as it is written: `N s/m`, `/s`. A `min` next to other symbols is joined by `*`: after a space it
+/// would be the key of a limit.
 pub(crate) fn unit_text(unit: &Unit) -> String {
     let mut text = String::new();
     let mut last = "";
@@ -117,7 +118,7 @@ pub(crate) fn unit_text(unit: &Unit) -> String {
     text
 }
 
-/// True where a block stands somewhere in a value.
+/// Returns true if a value is a block or a list that contains one.
 pub(crate) fn has_block(value: &Value) -> bool {
     match &value.kind {
         ValueKind::Block(_) => true,

@@ -1,14 +1,14 @@
-//! A file on its way: written beside its place under a name of its own, and moved there once it is whole.
+//! Atomic writing: a draft is written next to its target under a temporary name, and moved there when it is complete.
 
 use std::fs::{File, OpenOptions, Permissions};
 use std::hash::{BuildHasher, RandomState};
 use std::io::{Error, ErrorKind, Result, Write};
 use std::path::{Path, PathBuf};
 
-/// Names that are tried; each has 64 random bits.
+/// Number of temporary names that are tried; each has 64 random bits.
 const TRIES: usize = 16;
 
-/// A file that is not there yet. Dropped before it is [kept](Draft::keep), it leaves nothing.
+/// A file that has not reached its target yet. If it is dropped before it is [kept](Draft::keep), nothing remains.
 #[derive(Debug)]
 pub struct Draft {
     file: File,
@@ -18,18 +18,18 @@ pub struct Draft {
 }
 
 impl Draft {
-    /// Begins a file that will stand at `target`, under a random name in the same folder.
+    /// Creates a draft for `target`, under a random name in the same folder.
     ///
     /// # Errors
-    /// No file can be made in that folder.
+    /// If no file can be created in that folder.
     pub fn new(target: &Path) -> Result<Draft> {
         Draft::named(target, false)
     }
 
-    /// Begins a file as [`new`](Draft::new) does that only its owner may read, from the first byte on.
+    /// Creates a draft like [`new`](Draft::new) that only its owner can read, from the first byte on.
     ///
     /// # Errors
-    /// No file can be made in that folder.
+    /// If no file can be created in that folder.
     pub fn private(target: &Path) -> Result<Draft> {
         Draft::named(target, true)
     }
@@ -45,12 +45,12 @@ impl Draft {
         Err(ErrorKind::AlreadyExists.into())
     }
 
-    /// Begins a file that will stand at `target` and has the name `beside` until then, a name that nothing has yet.
+    /// Creates a draft for `target` at the temporary path `beside`, which must be free.
     ///
     /// # Errors
-    /// No file can be made there.
+    /// If no file can be created there.
     pub(crate) fn at(beside: &Path, target: &Path, private: bool) -> Result<Draft> {
-        // `create_new` follows no link, and overwrites nothing.
+        // `create_new` follows no link and overwrites nothing.
         let mut options = OpenOptions::new();
         options.read(true).write(true).create_new(true);
         #[cfg(unix)]
@@ -61,16 +61,16 @@ impl Draft {
         Ok(Draft { file, beside: beside.into(), target: target.into(), kept: false })
     }
 
-    /// The file, to be written at any place of it.
+    /// Returns the underlying file, for writing at any position.
     pub fn file(&mut self) -> &mut File {
         &mut self.file
     }
 
-    /// Brings what was written to the disk, gives it the permissions of the file that it replaces, and moves it to its
-    /// place in one step.
+    /// Flushes the draft to the disk, copies the permissions of the file that it replaces, and renames it to its target
+    /// in one step.
     ///
     /// # Errors
-    /// It cannot be written to the end, or moved, or what it would replace may not be written; then all is as it was.
+    /// If it cannot be flushed or renamed, or if the target is write-protected; the target then stays unchanged.
     pub fn keep(mut self) -> Result<()> {
         self.file.sync_all()?;
         if let Some(permissions) = replaced(&self.target)? {
@@ -101,11 +101,11 @@ impl Drop for Draft {
     }
 }
 
-/// The permissions of the file that is replaced, if there is one.
+/// Returns the permissions of the file that is replaced, if there is one.
 fn replaced(target: &Path) -> Result<Option<Permissions>> {
     match target.symlink_metadata() {
         Ok(about) if about.is_file() => {
-            // To rename over it would be allowed, and is not what whoever protected it wants.
+            // `rename` would ignore the write protection of the target.
             if about.permissions().readonly() {
                 return Err(Error::new(ErrorKind::PermissionDenied, "it is protected against writing"));
             }
@@ -117,18 +117,18 @@ fn replaced(target: &Path) -> Result<Option<Permissions>> {
     }
 }
 
-/// Brings the name of a file to the disk, as far as the system can.
+/// Flushes the folder entry of a file to the disk, as far as the system supports it.
 pub fn settle(path: &Path) {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    // Not all systems open folders, and the file itself is there already.
+    // Not all systems open folders, and the file itself is on the disk already.
     let _ = File::open(folder).and_then(|folder| folder.sync_all());
 }
 
-/// Replaces the text of a file that was read: behind a link the file that it leads to. What somebody else has written
-/// since then stays.
+/// Replaces the text of a file that was read before, and follows links. Changes that another program made since then
+/// are kept: `read` must still be the content of the file.
 ///
 /// # Errors
-/// It cannot be written, or is not as it was read.
+/// If the file cannot be written, or if its content is not `read`.
 pub fn replace(path: &Path, read: &str, text: &str) -> Result<()> {
     let target = path.canonicalize()?;
     let mut draft = Draft::new(&target)?;

@@ -1,17 +1,18 @@
-//! A file that is begun anew and never in place of another: what was recorded once stays.
+//! Files that never replace another one: recordings are kept.
 
 use std::fs::File;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-/// Files of one name that there may be.
+/// Maximum number of files with one base name.
 const MOST: usize = 10_000;
 
-/// A new file of this name, or with the first free number in it: `talk.jsonl`, `talk.2.jsonl`. With its name.
+/// Creates a file with this name, or with the first free number in it: `talk.jsonl`, `talk.2.jsonl`. Returns the file
+/// and its name.
 ///
 /// # Errors
 ///
-/// What to say where no such file can be written.
+/// Returns a message for the user if no such file can be created.
 pub fn begin(path: &Path) -> Result<(File, PathBuf), String> {
     for number in 1..=MOST {
         let name = numbered(path, number);
@@ -24,10 +25,10 @@ pub fn begin(path: &Path) -> Result<(File, PathBuf), String> {
     Err(format!("there are {MOST} files like `{}` already", path.display()))
 }
 
-/// Writes a file that is not there yet.
+/// Writes a new file.
 ///
 /// # Errors
-/// There is one, or it cannot be written whole; then there is none.
+/// If the file exists, or if it cannot be written completely; it is then removed.
 pub fn create(path: &Path, text: &str) -> std::io::Result<()> {
     let mut file = File::create_new(path)?;
     let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());

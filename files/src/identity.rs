@@ -1,9 +1,9 @@
-//! Whether two paths lead to one file, whatever they are called.
+//! Comparison of the files behind two paths.
 
 use std::path::Path;
 
-/// Whether two paths lead to the same file: by its device and number where the system has them, so that links of both
-/// sorts are seen through, by the resolved paths elsewhere. False where one of them leads nowhere.
+/// Returns true if two paths lead to the same file. On Unix it compares device and inode numbers, which identifies
+/// symbolic and hard links; elsewhere it compares the canonical paths. Returns false if one of the paths leads nowhere.
 pub fn is_same(one: &Path, other: &Path) -> bool {
     same(one, other).unwrap_or(false)
 }

@@ -1,4 +1,4 @@
-//! A file that grows line by line, for one program at a time.
+//! Files that grow line by line, each locked by one program at a time.
 
 use std::fmt;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -8,17 +8,17 @@ use std::path::Path;
 /// Removes a journal that is no longer needed.
 ///
 /// # Errors
-/// It cannot be removed.
+/// If it cannot be removed.
 pub fn remove(path: &Path) -> std::io::Result<()> {
     std::fs::remove_file(path)
 }
 
-/// Why a journal cannot be opened.
+/// Reason why a journal cannot be opened.
 #[derive(Debug)]
 pub enum Unopened {
-    /// Another program has it.
+    /// Another program holds the lock.
     Locked,
-    /// Anything else.
+    /// Any other error.
     Io(Error),
 }
 
@@ -31,13 +31,15 @@ impl fmt::Display for Unopened {
     }
 }
 
-/// Opens a journal to be read and written, at its beginning, or makes an empty one; nobody else has it until it is closed.
+/// Opens a journal for reading and writing, positioned at its beginning; creates an empty one if there is none. The
+/// lock is held until the file is closed.
 ///
 /// # Errors
-/// It is another's, a link, a folder, a device or a pipe, or cannot be written.
+/// If another program holds the lock, if the path is a link, a folder, a device or a pipe, or if the file cannot be
+/// written.
 pub fn journal(path: &Path) -> Result<File, Unopened> {
     match path.symlink_metadata() {
-        // What is written must be what was named: a link may lead into a file of somebody else.
+        // A link may lead into a file of somebody else: only the named file itself is written.
         Ok(about) if about.is_symlink() => {
             return Err(Unopened::Io(Error::new(ErrorKind::InvalidInput, "it is a link, and is not followed")));
         }
@@ -48,7 +50,7 @@ pub fn journal(path: &Path) -> Result<File, Unopened> {
     let file = file.map_err(Unopened::Io)?;
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => Err(Unopened::Locked),
-        // Some network folders know no locks.
+        // Some network file systems have no locks.
         Ok(()) | Err(TryLockError::Error(_)) => Ok(file),
     }
 }

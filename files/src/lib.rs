@@ -1,10 +1,10 @@
-//! Files of a user: read within bounds, written whole or not at all.
+//! Access to the user's files: reads are bounded in size, writes are atomic.
 //!
-//! All other crates read and write files through this one. Nothing is read that may never end, a device or a pipe, and
-//! nothing without a bound on its size. Nothing is written in place: a [`Draft`] with a name of its own is written,
-//! brought to the disk and renamed, so that whatever ends the program leaves the old file or the new one. An
-//! [`Output`] replaces what it knows as its own [`Kind`] of file, and nothing else; it never follows a link. A run
-//! [claims](Results) the folder of its results for itself.
+//! All other crates read and write files through this one. Inputs that may never end (devices, pipes) are rejected
+//! unless the caller asks for a [`stream`]. No file is written in place: a [`Draft`] with a temporary name is written,
+//! flushed and renamed, so that an interrupted program leaves either the old file or the new one. An [`Output`]
+//! replaces only files of its own [`Kind`], and never follows a link. A run [claims](Results) the folder of its
+//! results.
 
 mod draft;
 mod fresh;

@@ -1,4 +1,4 @@
-//! A file that a command was asked to write. It replaces an earlier one of its kind, and nothing else.
+//! An output file of a command. It replaces an earlier file of its kind, and nothing else.
 
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Result, Write};
@@ -6,23 +6,24 @@ use std::path::{Path, PathBuf};
 
 use crate::{Draft, is_same, read_up_to, reason};
 
-/// Bytes of a file that are looked at to know its kind.
+/// Number of bytes that are read to recognise the kind of a file.
 const HEAD: u64 = 4096;
 
-/// A kind of file, known by how it begins.
+/// A kind of file, recognised by its first bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Kind {
     /// Its name in messages, with an article: "a picture".
     pub name: &'static str,
-    /// Whether a file that begins with these bytes is one; at most 4096 of them are given, fewer of a shorter file.
+    /// Returns true if a file that begins with these bytes is of this kind. It gets at most 4096 bytes, fewer of a
+    /// shorter file.
     pub begins: fn(&[u8]) -> bool,
 }
 
 impl Kind {
-    /// Whether the file at a path is of this kind, or empty. True of no file.
+    /// Returns true if the file at `path` is of this kind or empty, or if there is no file.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// If the file cannot be read.
     pub fn is_at(&self, path: &Path) -> Result<bool> {
         match read_up_to(path, HEAD) {
             Ok(head) => Ok(head.is_empty() || (self.begins)(&head)),
@@ -32,21 +33,22 @@ impl Kind {
     }
 }
 
-/// Where a file is to be written, found free or taken by a file of its kind.
+/// A checked path for an output file: free, or taken by a file of its kind.
 #[derive(Clone, Debug)]
 pub struct Target {
     path: PathBuf,
     kind: Kind,
-    /// A device or a pipe, into which is written as it comes.
+    /// The path leads to a device or a pipe, which is written directly.
     stream: bool,
 }
 
 impl Target {
-    /// Looks at where a file of this kind is to be written. `option` is what asks for it; none of `sources`, which were
-    /// read, may be overwritten.
+    /// Checks a path for an output file of this kind. `option` is the command-line option that requests the file. None
+    /// of `sources`, the input files, may be overwritten.
     ///
     /// # Errors
-    /// What to say where it may not be written there: a folder, a source, a link, or a file that is not of its kind.
+    /// Returns a message for the user if the path is a folder, a source, a link or write-protected, or if it has a file
+    /// of another kind.
     pub fn new(option: &str, path: &Path, kind: Kind, sources: &[PathBuf]) -> std::result::Result<Target, String> {
         let shown = path.display();
         let cannot = |why: &str| Err(format!("cannot write `{shown}`: {why}"));
@@ -56,7 +58,7 @@ impl Target {
         if sources.iter().any(|source| is_same(path, source)) {
             return Err(format!("{option} `{shown}` would overwrite what it is made from; give another file"));
         }
-        // Behind links: `/dev/stdout` is one, to a terminal or to a pipe.
+        // `metadata` follows links: `/dev/stdout` is one, to a terminal or to a pipe.
         let stream = match std::fs::metadata(path) {
             Ok(about) if about.is_dir() => return cannot("it is a folder"),
             Ok(about) => !about.is_file(),
@@ -67,17 +69,17 @@ impl Target {
         Ok(target)
     }
 
-    /// Whether this is a device or a pipe, into which is written as it comes.
+    /// Returns true for a device or a pipe, which is written directly.
     pub fn is_stream(&self) -> bool {
         self.stream
     }
 
-    /// The path.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Refuses what may not be replaced.
+    /// Rejects a link, a write-protected file and a file of another kind.
     fn check(&self) -> std::result::Result<(), String> {
         let shown = self.path.display();
         if self.stream {
@@ -100,10 +102,10 @@ impl Target {
         ))
     }
 
-    /// Begins the file.
+    /// Opens the file for writing.
     ///
     /// # Errors
-    /// What to say where no file can be made there.
+    /// Returns a message for the user if the file cannot be created.
     pub fn begin(self) -> std::result::Result<Output, String> {
         let failed = |e: std::io::Error| format!("cannot write `{}`: {e}", self.path.display());
         let to = if self.stream {
@@ -117,7 +119,7 @@ impl Target {
     /// Writes the whole file.
     ///
     /// # Errors
-    /// What to say where it cannot be written; then all is as it was.
+    /// Returns a message for the user if the file cannot be written; the old file then stays unchanged.
     pub fn write(self, text: &str) -> std::result::Result<(), String> {
         let mut output = self.begin()?;
         output.write_all(text.as_bytes()).map_err(|e| output.cannot(&e))?;
@@ -125,7 +127,7 @@ impl Target {
     }
 }
 
-/// A file that is being written. Dropped before it is [finished](Output::finish), it leaves what was there.
+/// A file that is being written. If it is dropped before it is [finished](Output::finish), the old file stays.
 #[derive(Debug)]
 pub struct Output {
     to: To,
@@ -139,12 +141,12 @@ enum To {
 }
 
 impl Output {
-    /// What to say of an error.
+    /// Formats the message for an I/O error.
     pub fn cannot(&self, e: &std::io::Error) -> String {
         format!("cannot write `{}`: {e}", self.target.path.display())
     }
 
-    /// The file itself, where it is no stream.
+    /// Returns the underlying file.
     pub fn file(&mut self) -> &mut File {
         match &mut self.to {
             To::Draft(draft) => draft.file(),
@@ -152,10 +154,11 @@ impl Output {
         }
     }
 
-    /// Brings the file to its place.
+    /// Moves the file to its path.
     ///
     /// # Errors
-    /// What to say where it cannot be written to its end, or something else has come to its place.
+    /// Returns a message for the user if the file cannot be completed, or if a file of another kind has appeared at its
+    /// path.
     pub fn finish(self) -> std::result::Result<(), String> {
         let failed = |e: std::io::Error| format!("cannot write `{}`: {e}", self.target.path.display());
         self.target.check()?;

@@ -1,13 +1,13 @@
-//! Reading: regular files alone, and never more of them than the caller has room for.
+//! Reading of regular files, up to a size that the caller chooses.
 
 use std::fs::{File, Metadata};
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
-/// The bytes of a file that has at most `most` of them.
+/// Reads a file of at most `most` bytes.
 ///
 /// # Errors
-/// It cannot be read, is a folder, a device or a pipe, or is larger; [`reason`] says which of it.
+/// If it cannot be read, is a folder, a device or a pipe, or is larger; [`reason`] describes the cause.
 pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
     let bytes = read_up_to(path, most.saturating_add(1))?;
     if bytes.len() as u64 > most {
@@ -16,38 +16,39 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The first `most` bytes of a file, or all where it has fewer.
+/// Reads the first `most` bytes of a file, or all of a shorter one.
 ///
 /// # Errors
-/// It cannot be read, or is a folder, a device or a pipe.
+/// If it cannot be read, or is a folder, a device or a pipe.
 pub fn read_up_to(path: &Path, most: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?.take(most).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
-/// A regular file, opened to be read.
+/// Opens a regular file for reading.
 ///
 /// # Errors
-/// It cannot be opened, or is a folder, a device or a pipe.
+/// If it cannot be opened, or is a folder, a device or a pipe.
 pub fn open(path: &Path) -> Result<File> {
-    // Looked at before it is opened: to open a pipe waits for whoever writes into it.
+    // Checked before it is opened, because opening a pipe blocks until somebody writes into it; and again after,
+    // because the path may have changed in between.
     regular(&std::fs::metadata(path)?)?;
     let file = File::open(path)?;
     regular(&file.metadata()?)?;
     Ok(file)
 }
 
-/// A file or a pipe, opened to be read as it comes; the caller bounds what it keeps.
+/// Opens a file or a pipe for reading. The caller bounds the number of bytes that it keeps.
 ///
 /// # Errors
-/// It cannot be opened, or is a folder or a device, which may never end.
+/// If it cannot be opened, or is a folder or a device, which may never end.
 pub fn stream(path: &Path) -> Result<File> {
     let about = std::fs::metadata(path)?;
     if is_pipe(&about) { File::open(path) } else { open(path) }
 }
 
-/// Refuses what is no regular file.
+/// Rejects everything but regular files.
 pub(crate) fn regular(about: &Metadata) -> Result<()> {
     if about.is_dir() {
         return Err(Error::new(ErrorKind::IsADirectory, "it is a folder"));
@@ -68,7 +69,7 @@ fn is_pipe(_: &Metadata) -> bool {
     false
 }
 
-/// Why a file cannot be read or written, in a few words that are the same on all systems.
+/// Describes an I/O error in a few words that are the same on all systems.
 pub fn reason(e: &Error) -> &'static str {
     match e.kind() {
         ErrorKind::NotFound => "there is no such file",
@@ -81,7 +82,7 @@ pub fn reason(e: &Error) -> &'static str {
     }
 }
 
-/// A number of bytes in words.
+/// Formats a number of bytes.
 fn size(bytes: u64) -> String {
     match bytes >> 20 {
         0 => format!("{bytes} bytes"),

@@ -1,8 +1,8 @@
-//! The folder of a run's results: one run at a time, and never the results of two runs side by side.
+//! The folder of a run's results: one run at a time, and never a mix of the results of two runs.
 //!
-//! From its begin on, a run has the folder for itself and the results of the run before are gone. Its own are written
-//! aside and moved to their names at the end, the one that judges the run last. A run that is killed leaves no more than
-//! the file that grew with it, under a name that says that it is a part.
+//! From its start on, a run owns the folder, and the results of the previous run are removed. Its own files are written
+//! under temporary names and renamed at the end, the verdict on the run last. A run that is killed leaves at most the
+//! files that grew with it; their names end in `.part`.
 
 use std::fs::{File, TryLockError};
 use std::io::{ErrorKind, Write};
@@ -11,25 +11,26 @@ use std::path::{Path, PathBuf};
 use crate::Draft;
 use crate::output::{Kind, Target};
 
-/// The end of the name of a file that grows.
+/// Suffix of the name of a growing file.
 const PART: &str = ".part";
 
-/// The results of a run under way.
+/// Results of a run in progress.
 #[derive(Debug)]
 pub struct Results {
     folder: PathBuf,
-    /// Files in the order in which they come to their places.
+    /// Files in the order in which they are renamed.
     drafts: Vec<(String, Draft)>,
-    /// Held until the results are there. Where the system locks no folders there is none.
+    /// Held until the results are complete. None if the system cannot lock folders.
     _lock: Option<File>,
 }
 
 impl Results {
-    /// Claims a folder, which is made where there is none, for files of these names and kinds. Those of the run before
-    /// are removed; none of `sources`, which were read, may be among them.
+    /// Claims a folder, which is created if it is missing, for files of these names and kinds. Removes the files of the
+    /// previous run. None of `sources`, the input files, may be among them.
     ///
     /// # Errors
-    /// What to say where another run has the folder, or a file of one of the names is not of its kind.
+    /// Returns a message for the user if another run has claimed the folder, or if one of the names has a file of
+    /// another kind.
     pub fn begin(folder: &Path, files: &[(&str, Kind)], sources: &[PathBuf]) -> Result<Results, String> {
         let shown = folder.display();
         std::fs::create_dir_all(folder).map_err(|e| format!("cannot create {shown}: {e}"))?;
@@ -43,7 +44,8 @@ impl Results {
                 former.push(path);
             }
         }
-        // The last is the verdict: a run that ends in between leaves no verdict on what is half gone.
+        // In reverse order, because the last file is the verdict: a run that is interrupted here leaves no verdict on
+        // results that are partly removed.
         for path in former.iter().rev() {
             match std::fs::remove_file(path) {
                 Err(e) if e.kind() != ErrorKind::NotFound => {
@@ -55,26 +57,26 @@ impl Results {
         Ok(Results { folder: folder.into(), drafts: Vec::new(), _lock: lock })
     }
 
-    /// A file that grows with the run; [`Results::add`] takes it back. Until the end `.part` stands behind its name, and
-    /// it stays where the run is killed.
+    /// Creates a file that grows with the run, to be passed to [`Results::add`] at the end. Until then its name ends in
+    /// `.part`, and it stays if the run is killed.
     ///
     /// # Errors
-    /// What to say where it cannot be made.
+    /// Returns a message for the user if it cannot be created.
     pub fn part(&self, name: &str) -> Result<Draft, String> {
         let path = self.folder.join(name);
         Draft::at(&self.folder.join(format!("{name}{PART}")), &path, false)
             .map_err(|e| format!("cannot write `{}`: {e}", path.display()))
     }
 
-    /// Adds a file that is written.
+    /// Adds a file that was written.
     pub fn add(&mut self, name: &str, draft: Draft) {
         self.drafts.push((name.to_string(), draft));
     }
 
-    /// Adds a file of this text.
+    /// Adds a file with this text.
     ///
     /// # Errors
-    /// What to say where it cannot be written.
+    /// Returns a message for the user if it cannot be written.
     pub fn write(&mut self, name: &str, text: &str) -> Result<(), String> {
         let path = self.folder.join(name);
         let failed = |e: std::io::Error| format!("cannot write `{}`: {e}", path.display());
@@ -84,14 +86,15 @@ impl Results {
         Ok(())
     }
 
-    /// Moves all files to their names, in the order in which they were added.
+    /// Renames all files to their final names, in the order in which they were added.
     ///
     /// # Errors
-    /// What to say where one cannot be moved, or something else has taken its name; the rest is left out.
+    /// Returns a message for the user if one of them cannot be renamed, or if its name is taken; the remaining files
+    /// are dropped.
     pub fn finish(self) -> Result<(), String> {
         for (name, draft) in self.drafts {
             let path = self.folder.join(name);
-            // All of those names were free.
+            // `begin` removed the files of these names, so that any that exists now belongs to another program.
             if path.symlink_metadata().is_ok() {
                 return Err(format!("`{}` was written by somebody else in the meantime, and is kept", path.display()));
             }
@@ -101,9 +104,9 @@ impl Results {
     }
 }
 
-/// The folder, locked.
+/// Opens and locks the folder.
 fn lock(folder: &Path) -> Result<Option<File>, String> {
-    // The folder itself: a file for it would stay behind.
+    // The lock is on the folder itself: a lock file would stay behind.
     let Ok(lock) = File::open(folder) else { return Ok(None) };
     match lock.try_lock() {
         Ok(()) => Ok(Some(lock)),
@@ -111,7 +114,7 @@ fn lock(folder: &Path) -> Result<Option<File>, String> {
             let shown = folder.display();
             Err(format!("another run is writing into `{shown}`; wait for its end, or give another folder with --out"))
         }
-        // Some systems, and some network folders, lock no folders.
+        // Some systems and some network file systems cannot lock folders.
         Err(TryLockError::Error(_)) => Ok(None),
     }
 }

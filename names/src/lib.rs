@@ -1,11 +1,11 @@
-//! Names in messages: the nearest of those that could have been written, and lists of them. One metric for the whole program, so that
-//! a word that is misspelt gets the same answer wherever it is looked up.
+//! Names in messages: the nearest candidate for a misspelt name, and lists of names. One metric for the whole program,
+//! so that a misspelt word gets the same suggestion at every lookup.
 
-/// So many candidates of about the right length are compared.
+/// Maximum number of candidates of similar length that are compared.
 const MOST: usize = 200;
 
-/// The candidate nearest to `word`, if near enough to be a slip of the finger. Of several that are equally near, the
-/// one whose letters differ least: `joint_9` gives `joint_7` where there are seven.
+/// Returns the candidate nearest to `word`, if it is near enough to be a typo. Among equally near ones it is the one
+/// whose letters differ least: `joint_9` gives `joint_7` if there are seven joints.
 pub fn suggest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = word.to_lowercase();
     let length = word.chars().count();
@@ -26,7 +26,7 @@ fn letters_apart(a: &str, b: &str) -> u32 {
     a.chars().zip(b.chars()).map(|(x, y)| (x as u32).abs_diff(y as u32)).fold(0, u32::saturating_add)
 }
 
-/// A list in words: `a`, `b` and `c`; at most `most` of them.
+/// Formats a list in words: `a`, `b` and `c`; at most `most` names are listed, the rest is counted.
 pub fn list<'a>(names: impl IntoIterator<Item = &'a str>, most: usize) -> String {
     let all: Vec<&str> = names.into_iter().collect();
     let shown: Vec<String> = all.iter().take(most).map(|n| format!("`{n}`")).collect();
@@ -39,7 +39,7 @@ pub fn list<'a>(names: impl IntoIterator<Item = &'a str>, most: usize) -> String
     }
 }
 
-/// How to write several names at once: a pattern that fits them all, or a list.
+/// Formats several names as one pattern that matches them all, or as a list.
 pub fn pattern(names: &[&str]) -> String {
     let first = names.first().copied().unwrap_or("");
     let same = |n: &usize| first.is_char_boundary(*n) && names.iter().all(|name| name.starts_with(&first[..*n]));

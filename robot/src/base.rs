@@ -1,8 +1,8 @@
-//! What carries the root link: nothing, wheels, or free flight.
+//! Mobility of the root link: fixed, on wheels, or floating.
 
 use serde::{Deserialize, Serialize};
 
-/// How the root link moves in the world. Its numbers come first in `q` and `v`.
+/// Motion of the root link in the world. Its coordinates come first in `q` and `v`.
 ///
 /// | base | `q` | `v` (base frame) |
 /// |---|---|---|
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Base {
-    /// The root link is the world.
+    /// The root link is fixed in the world.
     #[default]
     Fixed,
     /// Moves freely in the plane z = 0 (omnidirectional wheels).
@@ -25,7 +25,7 @@ pub enum Base {
 }
 
 impl Base {
-    /// Numbers in the configuration: 0, 3, 3 or 7.
+    /// Number of coordinates in the configuration: 0, 3, 3 or 7.
     #[inline]
     pub const fn nq(self) -> usize {
         match self {
@@ -35,13 +35,13 @@ impl Base {
         }
     }
 
-    /// Numbers in the velocity: 0, 3, 2 or 6.
+    /// Number of coordinates in the velocity: 0, 3, 2 or 6.
     #[inline]
     pub const fn nv(self) -> usize {
         self.dof_names().len()
     }
 
-    /// Names of the base's degrees of freedom, in the order of `v`.
+    /// Returns the names of the base's degrees of freedom, in the order of `v`.
     pub const fn dof_names(self) -> &'static [&'static str] {
         match self {
             Base::Fixed => &[],
@@ -51,7 +51,7 @@ impl Base {
         }
     }
 
-    /// Whether the `i`-th degree of freedom turns (rad) rather than shifts (m).
+    /// Returns true if the `i`-th degree of freedom is a rotation (rad), false for a translation (m).
     pub(crate) const fn turns(self, i: usize) -> bool {
         match self {
             Base::Fixed => false,

@@ -1,5 +1,5 @@
-//! What is computed for one configuration: poses of the links and motion columns of the joints,
-//! and the rows that tasks make of them.
+//! Results of forward kinematics for one configuration: link poses and motion columns, and the Jacobian rows that are
+//! built from them.
 
 use std::fmt;
 
@@ -7,11 +7,11 @@ use nalgebra::{DMatrix, Isometry3, Matrix3, Vector3};
 
 use crate::{LinkId, Model};
 
-/// A unit-speed motion in the world frame, at the WORLD ORIGIN: a point `p` that moves along has
-/// velocity `linear + angular × p`.
+/// A unit-speed motion in the world frame, at the WORLD ORIGIN: a body-fixed point `p` has velocity
+/// `linear + angular × p`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// Velocity of the point that stands at the world origin \[m/s per unit\].
+    /// Velocity of the body-fixed point that is currently at the world origin \[m/s per unit\].
     pub linear: Vector3<f64>,
     /// Angular velocity \[rad/s per unit\].
     pub angular: Vector3<f64>,
@@ -22,8 +22,8 @@ impl Motion {
     pub const ZERO: Motion = Motion { linear: Vector3::new(0.0, 0.0, 0.0), angular: Vector3::new(0.0, 0.0, 0.0) };
 }
 
-/// Storage for [`Model::forward`]. Every method takes the model it was made for and allocates
-/// nothing; rows must have at least `nv` entries, of which only the link's support is written.
+/// Workspace of [`Model::forward`]. All methods must get the model that the workspace was created for. They do not
+/// allocate, except [`Data::new`]. Rows need at least `nv` entries; only those in the support of the link are written.
 #[derive(Clone, PartialEq)]
 pub struct Data {
     pub(crate) poses: Vec<Isometry3<f64>>,
@@ -32,7 +32,7 @@ pub struct Data {
 }
 
 impl Data {
-    /// Storage for `model`, posed at [`Model::neutral`].
+    /// Creates a workspace for `model`, evaluated at [`Model::neutral`].
     pub fn new(model: &Model) -> Data {
         let mut data = Data {
             poses: vec![Isometry3::identity(); model.links.len()],
@@ -43,34 +43,33 @@ impl Data {
         data
     }
 
-    /// Pose of the link's frame in the world, X_WL.
+    /// Returns the pose of the link's frame in the world, X_WL.
     #[inline]
     pub fn pose(&self, link: LinkId) -> &Isometry3<f64> {
         &self.poses[link.index()]
     }
 
-    /// Rotation of the link's frame as a matrix, R_WL; the same as in [`Data::pose`].
+    /// Returns the rotation matrix of the link's frame, R_WL: the rotation of [`Data::pose`].
     #[inline]
     pub fn rotation(&self, link: LinkId) -> &Matrix3<f64> {
         &self.rotations[link.index()]
     }
 
-    /// Position of the link's origin in the world \[m\].
+    /// Returns the position of the link's origin in the world \[m\].
     #[inline]
     pub fn position(&self, link: LinkId) -> &Vector3<f64> {
         &self.poses[link.index()].translation.vector
     }
 
-    /// The motion columns: the base's, then one per moving joint in joint order. A mimicking
-    /// joint has its own, times its multiplier.
+    /// Returns the motion columns: those of the base, then one per moving joint in joint order. A mimicking joint has
+    /// its own column, scaled by its multiplier.
     #[inline]
     pub fn columns(&self) -> &[Motion] {
         &self.columns
     }
 
-    /// Adds `Sᵀ f` to the row, for a wrench `f` on `link` in world axes whose `moment` is taken
-    /// about the WORLD ORIGIN. Equivalently: the row of `force·v_0 + moment·ω`, where `v_0` is the
-    /// velocity of the link's point at the world origin.
+    /// Adds `Sᵀ f` to the row, for a wrench `f` on `link` in world axes with its `moment` about the WORLD ORIGIN. This
+    /// is the row of `force·v_0 + moment·ω`, with `v_0` the velocity of the link's point at the world origin.
     #[inline]
     pub fn add_wrench(
         &self,
@@ -86,13 +85,13 @@ impl Data {
         }
     }
 
-    /// Adds the row of `n·(dp/dt)` for the point of `link` that stands at `p_W` \[m\].
+    /// Adds the row of `n·(dp/dt)` for the point of `link` that is at `p_W` \[m\].
     #[inline]
     pub fn add_point(&self, model: &Model, link: LinkId, p_W: &Vector3<f64>, n_W: &Vector3<f64>, row: &mut [f64]) {
         self.add_wrench(model, link, n_W, &p_W.cross(n_W), row);
     }
 
-    /// Adds the row of `axis·ω`, ω the angular velocity of `link`.
+    /// Adds the row of `axis·ω`, with ω the angular velocity of `link`.
     #[inline]
     pub fn add_angular(&self, model: &Model, link: LinkId, axis_W: &Vector3<f64>, row: &mut [f64]) {
         for s in model.support(link) {
@@ -100,7 +99,7 @@ impl Data {
         }
     }
 
-    /// Spatial velocity of `link` at the world origin, for the velocity `v`.
+    /// Returns the spatial velocity of `link` at the world origin for the velocity `v`.
     #[inline]
     pub fn motion(&self, model: &Model, link: LinkId, v: &[f64]) -> Motion {
         let mut sum = Motion::ZERO;
@@ -112,21 +111,21 @@ impl Data {
         sum
     }
 
-    /// Velocity of the point of `link` that stands at `p_W` \[m/s\].
+    /// Returns the velocity of the point of `link` that is at `p_W` \[m/s\].
     #[inline]
     pub fn point_velocity(&self, model: &Model, link: LinkId, p_W: &Vector3<f64>, v: &[f64]) -> Vector3<f64> {
         let m = self.motion(model, link, v);
         m.linear + m.angular.cross(p_W)
     }
 
-    /// Angular velocity of `link` \[rad/s\].
+    /// Returns the angular velocity of `link` \[rad/s\].
     #[inline]
     pub fn angular_velocity(&self, model: &Model, link: LinkId, v: &[f64]) -> Vector3<f64> {
         self.motion(model, link, v).angular
     }
 
-    /// The 6×nv Jacobian of the point of `link` at `p_W`, linear rows first, world-aligned
-    /// (Pinocchio's LOCAL_WORLD_ALIGNED). `out` must be 6×nv and is overwritten.
+    /// Computes the 6×nv Jacobian of the point of `link` at `p_W`, linear rows first, world-aligned (Pinocchio's
+    /// LOCAL_WORLD_ALIGNED). `out` must be 6×nv and is overwritten.
     pub fn jacobian(&self, model: &Model, link: LinkId, p_W: &Vector3<f64>, out: &mut DMatrix<f64>) {
         assert_eq!(out.shape(), (6, model.nv()), "Jacobian of another robot");
         out.fill(0.0);

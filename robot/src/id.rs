@@ -1,4 +1,4 @@
-//! Indices with a type: a link is not a joint.
+//! Typed indices of links and joints.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ pub struct LinkId(pub u32);
 pub struct JointId(pub u32);
 
 impl LinkId {
-    /// The index as `usize`.
+    /// Returns the index as `usize`.
     #[inline]
     pub const fn index(self) -> usize {
         self.0 as usize
@@ -21,7 +21,7 @@ impl LinkId {
 }
 
 impl JointId {
-    /// The index as `usize`.
+    /// Returns the index as `usize`.
     #[inline]
     pub const fn index(self) -> usize {
         self.0 as usize

@@ -10,9 +10,8 @@ use crate::model::assemble::Motor;
 use crate::{Base, Data, Model, Motion};
 
 impl Model {
-    /// Poses all links and computes all motion columns for `q` (length nq). Allocates nothing.
-    /// The quaternion of a floating base is normalised on the way; a `q` that is not finite
-    /// gives poses that are not finite.
+    /// Computes the poses of all links and all motion columns for `q` (length nq). Does not allocate. Normalises the
+    /// quaternion of a floating base. If `q` is not finite, neither are the poses.
     pub fn forward(&self, q: &[f64], data: &mut Data) {
         self.place_root(q, data);
         for (k, step) in self.tape.steps.iter().enumerate() {
@@ -45,7 +44,7 @@ impl Model {
         }
     }
 
-    /// Pose of the root and the columns of the base.
+    /// Computes the pose of the root and the columns of the base.
     fn place_root(&self, q: &[f64], data: &mut Data) {
         let X_WB = base_pose(self.base, q);
         data.poses[0] = X_WB;
@@ -78,7 +77,7 @@ impl Model {
     }
 }
 
-/// Pose of the root link in the world.
+/// Returns the pose of the root link in the world.
 pub(crate) fn base_pose(base: Base, q: &[f64]) -> Isometry3<f64> {
     match base {
         Base::Fixed => Isometry3::identity(),

@@ -1,8 +1,8 @@
-//! Robots as data: URDF to [`Model`], forward kinematics, Jacobians, shapes and distances.
+//! Robot models: URDF to [`Model`], forward kinematics, Jacobians, shapes and distances.
 //!
-//! A [`Model`] describes the robot and never changes; a [`Data`] holds what is computed for one
-//! configuration. Reading may fail and says where ([`UrdfMessage`]); after that nothing in here
-//! allocates or fails, apart from a pair of shapes that has no normal ([`Degenerate`]).
+//! A [`Model`] describes the robot and never changes; a [`Data`] holds the results for one configuration. Reading a
+//! URDF may fail, with the location of each error ([`UrdfMessage`]). The computations that follow do not allocate,
+//! except to create a workspace, and do not fail, except for a pair of shapes without a normal ([`Degenerate`]).
 //!
 //! Conventions: SI units; twists and wrenches are `[linear; angular]`; velocities and Jacobians
 //! are expressed in the world frame; `X_WL` is the pose of link frame L in the world W.

@@ -1,6 +1,6 @@
-//! Stepping a configuration along a velocity, and the velocity between two configurations.
+//! Integration of a configuration along a velocity, and the velocity between two configurations.
 //!
-//! A base moves by the exponential of its body velocity, so a step at constant velocity is exact:
+//! A base moves by the exponential of its body velocity, so that a step at constant velocity is exact:
 //! SE(2): Δp = sinc(θ/2) R(θ/2) u,  θ = ω dt, u = v dt
 //! SE(3): Δp = (I + b [θ]× + c [θ]×²) u,  b = (1 - cos θ)/θ²,  c = (θ - sin θ)/θ³
 //! Joints step linearly, continuous ones too: their angle counts turns.
@@ -12,8 +12,8 @@ use crate::kinematics::base_pose;
 use crate::{Base, Model};
 
 impl Model {
-    /// Moves `q` (length nq) along `v` (length nv) for `dt` seconds, exactly for constant `v`.
-    /// Keeps the quaternion of a floating base at unit length. Limits are not applied.
+    /// Moves `q` (length nq) along `v` (length nv) for `dt` seconds; exact for constant `v`. Keeps the quaternion of a
+    /// floating base at unit length. Limits are not applied.
     pub fn integrate(&self, q: &mut [f64], v: &[f64], dt: f64) {
         match self.base {
             Base::Fixed => {}
@@ -27,9 +27,9 @@ impl Model {
         }
     }
 
-    /// The velocity that leads from `q0` to `q1` in one second: `integrate(q0, v, 1)` is the pose
-    /// `q1`, the base turning by at most half a turn. A unicycle cannot slip sideways: its
-    /// velocity is the planar one without the lateral part, the nearest it can do.
+    /// Computes the velocity that leads from `q0` to `q1` in one second: `integrate(q0, v, 1)` returns the pose `q1`,
+    /// with the base turning by at most half a turn. A unicycle cannot slip sideways: its velocity is the planar one
+    /// without the lateral component, which is the nearest feasible one.
     pub fn difference(&self, q0: &[f64], q1: &[f64], v: &mut [f64]) {
         match self.base {
             Base::Fixed => {}

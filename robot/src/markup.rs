@@ -1,13 +1,13 @@
-//! Elements of XML with too many attributes, found before the text is read as XML: the reader compares each attribute of
-//! an element with all others.
+//! Detection of XML elements with too many attributes, before the text is parsed: the parser compares each attribute of
+//! an element with all others, which takes quadratic time.
 
 use std::ops::Range;
 
-/// Most attributes of an element. URDF and COLLADA know a dozen.
+/// Maximum number of attributes of an element. URDF and COLLADA define about a dozen.
 pub const MAX_ATTRIBUTES: usize = 500;
 
-/// The bytes of the name of the first element with more than [`MAX_ATTRIBUTES`], with the bracket before it. A text that is no
-/// XML may give none or any: it is refused by its reader.
+/// Returns the range of the name, with the bracket before it, of the first element with more than [`MAX_ATTRIBUTES`]
+/// attributes. The result is arbitrary if the text is not valid XML: the parser then rejects it.
 #[must_use]
 pub fn crowded(text: &str) -> Option<Range<usize>> {
     let bytes = text.as_bytes();

@@ -1,12 +1,12 @@
-//! Configurations to start from: the neutral one, and random ones for tests.
+//! Initial configurations: the neutral one, and random ones for tests.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::{Base, DofUnit, Model};
 
 impl Model {
-    /// The configuration of zeros, each clamped into its limits; a unit quaternion for a
-    /// floating base. Length nq.
+    /// Returns the configuration of zeros, each clamped to its limits; a floating base gets the identity quaternion.
+    /// Length nq.
     pub fn neutral(&self) -> Vec<f64> {
         let mut q = vec![0.0; self.nq()];
         if self.base == Base::Floating {
@@ -20,8 +20,8 @@ impl Model {
         q
     }
 
-    /// A random configuration inside the limits; where there is none, within ±π rad or ±1 m of
-    /// zero or of the one limit given. `rng` yields numbers uniform in 0..1.
+    /// Returns a random configuration inside the limits. A missing limit is taken 2π rad or 2 m from the other one; if
+    /// both are missing, the range is ±π rad or ±1 m. `rng` yields numbers uniform in 0..1.
     pub fn random_configuration(&self, rng: &mut impl FnMut() -> f64) -> Vec<f64> {
         let mut q = vec![0.0; self.nq()];
         match self.base {
@@ -57,7 +57,7 @@ impl Model {
     }
 }
 
-/// `x` clamped into `lower..upper`, without a complaint when the limits cross.
+/// Clamps `x` to `lower..upper`; does not panic if the limits cross.
 pub(crate) fn nearest(x: f64, lower: f64, upper: f64) -> f64 {
     x.min(upper).max(lower)
 }

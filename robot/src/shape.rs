@@ -1,12 +1,12 @@
-//! Shapes of links: the few that distances are computed for, and what is only drawn.
+//! Shapes of links: those for distance computations, and those for drawing only.
 
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
 /// A convex shape in its own frame, centred at the origin. Lengths in metres.
 ///
-/// A URDF cylinder is stored as the capsule of the same radius whose straight part is the
-/// cylinder's axis: it contains the cylinder and sticks out by one radius at both ends.
+/// A URDF cylinder is stored as a capsule of the same radius whose straight part is the cylinder's axis: it contains
+/// the cylinder and extends beyond both ends by one radius.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Shape {
@@ -38,18 +38,18 @@ pub struct PlacedShape {
     pub shape: Shape,
 }
 
-/// Something to draw. Nothing is computed from it.
+/// A shape for drawing. It is not used in computations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Visual {
     /// Pose in the link's frame.
     pub origin: Isometry3<f64>,
-    /// What to draw.
+    /// Geometry.
     pub geometry: VisualGeometry,
-    /// Red, green, blue, alpha in 0..1, if the URDF gives a colour.
+    /// Red, green, blue, alpha in 0..1, if the URDF defines a colour.
     pub color: Option<[f64; 4]>,
 }
 
-/// The geometry of a [`Visual`], as the URDF says it.
+/// The geometry of a [`Visual`], as written in the URDF.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum VisualGeometry {
@@ -79,7 +79,7 @@ pub enum VisualGeometry {
     },
     /// A mesh file.
     Mesh {
-        /// The address as written, `package://` included.
+        /// Address as written, `package://` included.
         path: String,
         /// Factor on each coordinate.
         scale: [f64; 3],
@@ -87,7 +87,7 @@ pub enum VisualGeometry {
 }
 
 impl Shape {
-    /// Whether all sizes are finite and not negative.
+    /// Returns true if all sizes are finite and not negative.
     pub fn is_sound(&self) -> bool {
         let good = |x: f64| x.is_finite() && x >= 0.0;
         match *self {
@@ -97,7 +97,7 @@ impl Shape {
         }
     }
 
-    /// Radius of the ball about the shape's origin that contains it \[m\].
+    /// Returns the radius of the ball about the shape's origin that contains the shape \[m\].
     pub fn bounding_radius(&self) -> f64 {
         match *self {
             Shape::Sphere { radius } => radius,

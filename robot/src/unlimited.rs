@@ -1,12 +1,11 @@
-//! Serde for numbers that may be infinite: text formats get `"inf"` and `"-inf"`, which JSON
-//! cannot write as numbers.
+//! Serde of numbers that may be infinite: text formats use `"inf"` and `"-inf"`, because JSON has no infinite numbers.
 
 use std::fmt;
 
 use serde::de::{Error, Visitor};
 use serde::{Deserializer, Serializer};
 
-/// Writes a number, infinities as text.
+/// Serialises a number; infinities as text.
 pub(crate) fn serialize<S: Serializer>(x: &f64, s: S) -> Result<S::Ok, S::Error> {
     if x.is_finite() || !s.is_human_readable() {
         s.serialize_f64(*x)
@@ -19,13 +18,13 @@ pub(crate) fn serialize<S: Serializer>(x: &f64, s: S) -> Result<S::Ok, S::Error>
     }
 }
 
-/// Reads what [`serialize`] writes; a NaN is an error.
+/// Deserialises the output of [`serialize`]; NaN is an error.
 pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
     let x = if d.is_human_readable() { d.deserialize_any(Limit)? } else { d.deserialize_f64(Limit)? };
     if x.is_nan() { Err(Error::custom("not a number")) } else { Ok(x) }
 }
 
-/// No limit, for what older files do not have.
+/// Returns infinity (no limit): the default for files of older versions.
 pub(crate) fn none() -> f64 {
     f64::INFINITY
 }

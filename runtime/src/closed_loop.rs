@@ -1,4 +1,4 @@
-//! A controller with its simulated robot, in the world of a scenario or without one: what happens at a tick.
+//! Closed loop of a controller and its simulated robot, with or without the world of a scenario.
 
 use crate::controller::{Controller, Observation};
 use crate::fault::Fault;
@@ -6,20 +6,21 @@ use crate::program::{Program, ProgramError, ScenarioProgram};
 use crate::simulated_robot::SimulatedRobot;
 use crate::world::World;
 
-/// A loop that is closed: what the controller commands moves the robot that it observes.
+/// Controller and simulated robot in a closed loop: the commanded velocity moves the robot that the controller
+/// observes.
 pub(crate) struct ClosedLoop {
     pub controller: Controller,
     pub robot: SimulatedRobot,
     pub world: Option<World>,
-    /// The command of the last tick that came in time.
+    /// Velocity command of the last tick that was not late.
     pub velocity: Vec<f64>,
-    /// Its fault.
+    /// Fault of that tick.
     pub fault: Option<Fault>,
     started: bool,
 }
 
 impl ClosedLoop {
-    /// Makes a program ready. That of a scenario is [`ScenarioProgram::program`].
+    /// Prepares a program for execution. The program of a scenario is [`ScenarioProgram::program`].
     ///
     /// # Errors
     /// The program cannot be executed.
@@ -35,10 +36,11 @@ impl ClosedLoop {
         })
     }
 
-    /// A tick, at a time in s: the world and then `tell` say what the controller is told, the robot is observed, and the
-    /// controller answers. Gives how long that took by `clock`, in s; 0 where the tick comes late.
+    /// Executes the tick at `time` (s): the world and then `tell` pass signals and events to the controller, the robot
+    /// is observed, and the controller steps. Returns the duration of the step by `clock` (s), or 0 if the tick is
+    /// late.
     pub fn tick(&mut self, time: f64, clock: &mut dyn FnMut() -> f64, tell: impl FnOnce(&mut Controller)) -> f64 {
-        // The first tick tells the controller where it is: it cannot be late.
+        // The first tick sets the reference of the controller, so it is never late.
         if std::mem::replace(&mut self.started, true) && self.world.as_ref().is_some_and(|w| w.is_late(time)) {
             return 0.0;
         }
@@ -60,7 +62,7 @@ impl ClosedLoop {
         elapsed
     }
 
-    /// The robot moves until the next tick as it was commanded.
+    /// Moves the robot with the last command until the next tick.
     pub fn apply(&mut self) {
         self.robot.apply(&self.velocity);
     }

@@ -1,31 +1,32 @@
-//! Joints that a stack locks and that still move when it is entered.
+//! Locked joints that still move when their stack is entered.
 //!
-//! The columns of locked joints are switched off. While such a joint comes to rest that is not the truth: what hard levels
-//! say of its motion is kept back here, for the velocity between. The stack's own solution takes the joint to stand, so a
-//! row that speaks of locked joints alone says nothing to it meanwhile.
+//! The problem of a stack has zero columns for its locked joints. While such a joint comes to rest, its motion still
+//! contributes to the rows of hard levels, so its coefficients are stored here for the problem of the blended velocity.
+//! The stack's own solution treats the joint as stationary, so a row that depends on locked joints alone does not
+//! constrain it.
 
 use solver::{Level, Problem};
 use stdlib_tasks::task::Task;
 
 use crate::evaluator::Member;
 
-/// What was kept back at a tick. Nothing here allocates after [`Coasting::new`].
+/// Coefficients and bounds stored at a tick. Nothing here allocates after [`Coasting::new`].
 pub(crate) struct Coasting {
-    /// Whether a locked joint still moves.
+    /// True while a locked joint still moves.
     pub on: bool,
     locked: Vec<usize>,
-    /// For each level its first row among all.
+    /// Index of each level's first row among the rows of all levels.
     first: Vec<usize>,
-    /// For each row of all levels the coefficients of the locked joints.
+    /// Coefficients of the locked joints, for each row of all levels.
     columns: Vec<f64>,
-    /// Coefficients that are 1 at every tick: the row, and which of the locked joints.
+    /// Coefficients that are 1 at every tick: the row, and the index into `locked`.
     fixed: Vec<(usize, usize)>,
-    /// For each row its bounds, where the problem has lost them.
+    /// Bounds of each row that `free` removed from the problem.
     bounds: Vec<Option<(f64, f64)>>,
 }
 
 impl Coasting {
-    /// For a problem whose stack locks these degrees of freedom.
+    /// Allocates the storage for a problem whose stack locks these degrees of freedom.
     pub fn new(problem: &Problem, locked: &[usize]) -> Coasting {
         let mut rows = 0;
         let mut first = Vec::with_capacity(problem.levels.len());
@@ -44,7 +45,7 @@ impl Coasting {
         }
     }
 
-    /// Notes a task whose rows never change.
+    /// Records the coefficients of a task whose rows never change.
     pub fn fix(&mut self, member: &Member, task: &dyn Task) {
         let first = self.first[member.level] + member.rows.start;
         for (row, dof) in task.degrees_of_freedom().unwrap_or_default().into_iter().enumerate() {
@@ -53,7 +54,7 @@ impl Coasting {
         }
     }
 
-    /// A tick begins.
+    /// Begins a tick: resets the coefficients to the constant ones and clears the bounds.
     pub fn begin(&mut self) {
         if self.on {
             self.columns.fill(0.0);
@@ -64,7 +65,7 @@ impl Coasting {
         }
     }
 
-    /// Keeps the coefficients of a task's rows; those of a task whose rows never change were noted.
+    /// Stores the coefficients of a task's rows. Those of constant rows were recorded by `fix`.
     pub fn keep(&mut self, member: &Member, jacobian: &[f64], stride: usize) {
         let n = self.locked.len();
         if !self.on || n == 0 || member.constant {
@@ -77,7 +78,7 @@ impl Coasting {
         }
     }
 
-    /// Frees a task's rows that speak of locked joints alone.
+    /// Removes and stores the bounds of a task's rows that depend on locked joints alone.
     pub fn free(&mut self, member: &Member, level: &mut Level) {
         let n = self.locked.len();
         if !self.on || n == 0 {
@@ -93,7 +94,8 @@ impl Coasting {
         }
     }
 
-    /// Gives the rows of a level back what was kept; rows that speak of locked joints alone only if `alone`.
+    /// Restores the stored coefficients and bounds of a level. Rows that depend on locked joints alone are restored
+    /// only if `alone` is true.
     pub fn give_back(&self, index: usize, alone: bool, level: &mut Level) {
         let n = self.locked.len();
         if !self.on || n == 0 {

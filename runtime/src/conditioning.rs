@@ -1,32 +1,32 @@
-//! What is done to the values of signals at a tick: the bias of a wrench taken away, the wrench turned into the axes of
-//! the world, and a filter.
+//! Conditioning of signal values at a tick: subtraction of the bias of a wrench, rotation of the wrench into the world
+//! axes, and a low-pass filter.
 //!
 //! ```text
 //! f_w = R (f - f_bias)        m_w = R (m - m_bias)        R: the sensor's link at the observed configuration
 //! y_k = u_k + a (y_{k-1} - u_k),    a = exp(-2π f_c T)
 //! ```
 //!
-//! The point of the moment stays the origin of the link. The filter is that of first order, `y' = 2π f_c (u - y)`, solved
-//! exactly for a u that stands over the tick, with T the time since the tick before; it begins at the first value after
-//! the signal was absent. It runs in the axes of the world, so that a sensor that is mounted otherwise gives the same.
-//! Source: Åström, Wittenmark, Computer-Controlled Systems (1997), ch. 3.
+//! The reference point of the moment remains the origin of the link. The filter is of first order, `y' = 2π f_c (u -
+//! y)`, discretized exactly for an input u that is constant over the tick, with T the time since the previous tick. It
+//! starts at the first value after the signal was absent. It runs in the world axes, so that its output does not depend
+//! on the mounting of the sensor. Source: Åström, Wittenmark, Computer-Controlled Systems (1997), ch. 3.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::program::Interface;
 
-/// The conditioning of all signals, with what it remembers.
+/// Conditioning of all signals, with its memory.
 #[derive(Debug)]
 pub(crate) struct Conditioner {
-    /// For each signal its bias in the sensor's axes, zero where it has none.
+    /// Bias of each signal in the sensor's axes; zero if it has none.
     bias: Vec<[f64; 6]>,
-    /// For each signal how its axes stood at the last tick.
+    /// Orientation of each signal's axes at the last tick.
     axes: Vec<UnitQuaternion<f64>>,
-    /// The outputs of the filters, in the places of the table of signals.
+    /// Outputs of the filters, at the indices of the table of signals.
     filtered: Vec<f64>,
-    /// For each signal whether its filter has begun.
+    /// True for each signal whose filter has started.
     running: Vec<bool>,
-    /// When the last tick was, in s.
+    /// Time of the last tick (s).
     last: f64,
 }
 
@@ -51,7 +51,7 @@ impl Conditioner {
         new
     }
 
-    /// Back to the biases that were declared, with filters that have not begun.
+    /// Restores the declared biases and resets the filters.
     pub fn restart(&mut self, interface: &Interface) {
         for (bias, s) in self.bias.iter_mut().zip(&interface.signals) {
             *bias = s.conditioning.bias.unwrap_or_default();
@@ -59,20 +59,20 @@ impl Conditioner {
         self.running.fill(false);
     }
 
-    /// The next tick is at this time; gives how long ago the last one was, in s.
+    /// Begins the tick at `time` and returns the time since the last tick (s), at least 0.
     pub fn tick(&mut self, time: f64) -> f64 {
         let dt = time - self.last;
         self.last = time;
         if dt > 0.0 { dt } else { 0.0 }
     }
 
-    /// The signal is absent at this tick.
+    /// Resets the filter of a signal that is absent at this tick.
     pub fn absent(&mut self, signal: usize) {
         self.running[signal] = false;
     }
 
-    /// Conditions a value in its place of the table, `dt` after the tick before. `axes` says how a link stands. False
-    /// where there is nothing to be had: the axes are not known, or a number is not finite.
+    /// Conditions a value in place, `dt` (s) after the previous tick. `axes` returns the orientation of a link. Returns
+    /// false if there is no usable value: the axes are not known, or a number is not finite.
     pub fn apply(
         &mut self,
         interface: &Interface,
@@ -98,14 +98,14 @@ impl Conditioner {
         let begun = std::mem::replace(&mut self.running[signal], true);
         for (y, u) in self.filtered[s.at + 1..=s.at + s.len].iter_mut().zip(value) {
             let next = if begun { *u + kept * (*y - *u) } else { *u };
-            // Two numbers near the largest one are further apart than a number can be.
+            // The difference of two numbers near the largest finite one overflows.
             *y = if next.is_finite() { next } else { *u };
             *u = *y;
         }
         true
     }
 
-    /// What a wrench shows now becomes its bias; it shows zero.
+    /// Tares a wrench: adds its present value to the bias and sets the value to zero.
     pub fn tare(&mut self, interface: &Interface, signal: usize, shown: &mut [f64]) {
         let s = &interface.signals[signal];
         turn(shown, &self.axes[signal].inverse());

@@ -1,4 +1,4 @@
-//! The choice of a solver by name.
+//! Selection of a solver by name.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,10 +16,10 @@ pub enum Backend {
 }
 
 impl Backend {
-    /// All of them, the default first.
+    /// All backends, the default first.
     pub const ALL: [Backend; 2] = [Backend::ActiveSet, Backend::Clarabel];
 
-    /// The name by which it is chosen in a spec and on the command line.
+    /// Returns the name that selects the backend in a spec and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Backend::ActiveSet => "active_set",
@@ -27,12 +27,12 @@ impl Backend {
         }
     }
 
-    /// The backend of this name.
+    /// Returns the backend with this name.
     pub fn from_name(name: &str) -> Option<Backend> {
         Self::ALL.into_iter().find(|b| b.name() == name)
     }
 
-    /// The other one, to check against.
+    /// Returns the other backend, for comparison.
     pub fn other(self) -> Backend {
         match self {
             Backend::ActiveSet => Backend::Clarabel,
@@ -40,7 +40,7 @@ impl Backend {
         }
     }
 
-    /// A solver with storage for problems of this shape.
+    /// Creates a solver with storage for problems of this shape.
     pub fn solver(self, problem: &Problem) -> Box<dyn HierarchicalSolver + Send> {
         match self {
             Backend::ActiveSet => Box::new(ActiveSet::new(problem)),

@@ -1,5 +1,5 @@
-//! The reference backend: the levels one after the other, each to a proven active set, with
-//! Clarabel for those where the search for one does not end.
+//! The reference backend: solves the levels one after the other, each to a proven active set. Clarabel solves the
+//! levels for which the search does not end.
 
 use crate::certificate::{Certifier, Claim};
 use crate::conic;
@@ -11,51 +11,50 @@ use crate::solution::{Active, HierarchicalSolver, LevelSolution, LevelStatus, ME
 use crate::space::{Kind, Space, UnitLevel};
 use crate::stage::{Guess, Proven, Stage};
 
-/// Solves a hierarchy level by level in the affine set that the levels above leave.
+/// Solves a hierarchy level by level, each in the affine set that the levels above leave.
 ///
-/// A level that the best point so far already meets costs one pass over its rows. Otherwise its
-/// active set is searched for, from the one of the last tick, by orthogonal factorisations; a
-/// result is only taken with its proof of optimality. Where that search runs in a circle, a
-/// descent along the level's cost gives it a better start; where that does not end either,
-/// Clarabel solves the level and its point gives the start. Only if all of this fails is
-/// Clarabel's point itself used, good to about 1e-8 (counted in [`Statistics`]).
+/// A level of inequalities that the current point already meets costs one pass over its rows. Otherwise the active set
+/// is searched, warm-started from the last tick, with orthogonal factorisations; a result is accepted only with its
+/// proof of optimality. If that search cycles, a descent along the level's cost provides a better start; if that fails
+/// too, Clarabel solves the level and its point provides the start. Only if all of this fails, Clarabel's point itself
+/// is used, accurate to about 1e-8 (counted in [`Statistics`]).
 ///
-/// Allocates while solving: it is the reference, not the loop's solver. Everything is bounded;
-/// nothing panics. Solving the same sequence of problems gives the same bits.
+/// Allocates while solving: it is the reference, not the solver of the control loop. All iterations are bounded;
+/// nothing panics. The same sequence of problems gives the same bits.
 #[derive(Clone, Debug)]
 pub struct ClarabelCascade {
     guesses: Vec<Guess>,
     searching: bool,
-    /// Off only to test what happens when nothing can be proven.
+    /// Off only in the test of unproven points.
     proving: bool,
     statistics: Statistics,
 }
 
-/// What a [`ClarabelCascade`] has done since it was made.
+/// Counters of a [`ClarabelCascade`] since it was created.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
-    /// Problems solved.
+    /// Solved problems.
     pub solves: usize,
-    /// Levels that needed no decision: the best point so far met them.
+    /// Levels without a decision: the current point met them.
     pub free_levels: usize,
-    /// Levels whose active set was found by descent, guessing it having failed.
+    /// Descents, each started because no guess of an active set could be proven.
     pub descents: usize,
-    /// Quadratic programs handed to Clarabel.
+    /// Quadratic programs passed to Clarabel.
     pub conic_programs: usize,
-    /// Levels that ended with Clarabel's point unpolished (about 1e-8 instead of 1e-12).
+    /// Levels whose result is Clarabel's unpolished point (about 1e-8 instead of 1e-12).
     pub unpolished: usize,
 }
 
-/// The state between two levels.
+/// State between two levels.
 #[derive(Clone)]
 struct Walk {
     space: Space,
-    /// The point of the space need not be the nearest to the reference: look for that again.
+    /// True if the point of the space may not be the nearest to the reference, so that this point has to be computed.
     rough: bool,
 }
 
 impl ClarabelCascade {
-    /// A solver for problems of this shape.
+    /// Creates a solver for problems of this shape.
     pub fn new(problem: &Problem) -> Self {
         ClarabelCascade {
             guesses: vec![Guess::default(); problem.levels.len()],
@@ -65,25 +64,24 @@ impl ClarabelCascade {
         }
     }
 
-    /// With `false`, every level that needs a decision goes to Clarabel first and only then to
-    /// the search, which starts from Clarabel's active set: an independent way to the same result,
-    /// about ten times slower. On by default.
+    /// With `false`, Clarabel first solves every level that needs a decision, and the search starts from Clarabel's
+    /// active set: an independent route to the same result, about ten times slower. On by default.
     pub fn with_search_first(mut self, on: bool) -> Self {
         self.searching = on;
         self
     }
 
-    /// Counts since the solver was made.
+    /// Returns the counters since the solver was created.
     pub fn statistics(&self) -> Statistics {
         self.statistics
     }
 
-    /// Forgets the last tick: the next solve starts cold.
+    /// Clears the memory of the last tick: the next solve starts cold.
     pub fn forget(&mut self) {
         self.guesses.iter_mut().for_each(|g| *g = Guess::default());
     }
 
-    /// One level: moves the walk to the level's minimisers. False if nobody found any.
+    /// Solves one level: moves the walk to the level's minimisers. Returns false if none were found.
     fn descend(&mut self, walk: &mut Walk, problem: &Problem, l: usize, unit: &UnitLevel) -> bool {
         if walk.space.dimension() == 0 {
             return true;
@@ -133,7 +131,7 @@ impl ClarabelCascade {
         stage.search(&descend(stage)?)
     }
 
-    /// The nearest point of what is left, where the last level did not find it.
+    /// Moves to the point of the remaining set that is nearest to the reference, if the last level did not find it.
     fn finish(&mut self, walk: &mut Walk, problem: &Problem) -> bool {
         if !walk.rough || walk.space.dimension() == 0 {
             return true;
@@ -215,8 +213,7 @@ impl HierarchicalSolver for ClarabelCascade {
     }
 }
 
-/// The set of the level's minimisers as the next space; held rows that cannot change any more
-/// are dropped.
+/// Returns the set of the level's minimisers as the next space, without the held rows that are constant on it.
 fn narrowed(space: &Space, proven: &Proven) -> Space {
     let mut x0 = space.x0.clone();
     axpy(1.0, &space.z.apply(&proven.y), &mut x0);
@@ -233,7 +230,7 @@ fn narrowed(space: &Space, proven: &Proven) -> Space {
     next
 }
 
-/// Holds the inequality rows of a level that are met and can still change.
+/// Adds the inequality rows of a level that are met, and not constant on the space, to the held rows.
 fn hold_own(space: &mut Space, unit: &UnitLevel, l: usize, violated: &[i8]) {
     let mut image = vec![0.0; space.z.cols];
     for i in 0..unit.kind.len() {
@@ -246,7 +243,7 @@ fn hold_own(space: &mut Space, unit: &UnitLevel, l: usize, violated: &[i8]) {
     }
 }
 
-/// Clarabel's point and the directions that leave all of its active rows where they are.
+/// Returns Clarabel's point with the directions along which all of its active rows are constant.
 fn take_as_is(stage: &Stage, y: Vec<f64>, guess: Guess) -> Proven {
     let (mut rows, _, mut size) = stage.cost_rows(&guess.own);
     for (name, _) in &guess.held {
@@ -260,7 +257,7 @@ fn take_as_is(stage: &Stage, y: Vec<f64>, guess: Guess) -> Proven {
     Proven { y, null, guess, is_nearest: false }
 }
 
-/// Writes what level `l` has become at `x`.
+/// Writes the result of level `l` at `x`.
 fn report(problem: &Problem, l: usize, x: &[f64], out: &mut LevelSolution) {
     let level = &problem.levels[l];
     let mut sum = 0.0;
@@ -298,8 +295,8 @@ mod tests {
     use super::*;
     use crate::LevelShape;
 
-    /// A conflict of limits and wishes in the plane, solved with no proof at all: Clarabel's own
-    /// points, level after level, come within its accuracy of the proven optimum.
+    /// Conflicting limits and targets, solved without any proof: Clarabel's own points, level by level, come within its
+    /// accuracy of the proven optimum.
     #[test]
     fn unproven_points_are_usable() {
         let shape = |rows| LevelShape { rows, hard: false, damping: 0.0 };

@@ -1,81 +1,80 @@
-//! A proof of optimality that knows nothing of how a point was found.
+//! A proof of optimality that does not depend on how a point was found.
 //!
-//! A point is lexicographically optimal exactly when, for every level, the descent direction of
-//! that level's cost is a combination of the normals of the rows of higher levels that are fixed
-//! there (equalities, violated rows: any sign) or at a bound (the sign that pushes inwards). Rows at a bound that hold a higher
-//! level back count as fixed from there on: that level's balance, times any number, may be added to those of the levels below.
-//! What is fixed is projected out, and the multipliers of the other rows are found by non-negative least squares; what is left
-//! over is the residual.
+//! A point is lexicographically optimal if and only if, for every level, the descent direction of that level's cost is
+//! a combination of the normals of the rows of higher levels that are fixed there (equalities, violated rows: any sign)
+//! or at a bound (the sign that pushes inwards). Rows at a bound that hold a higher level back count as fixed from
+//! there on: that level's balance, times any number, may be added to those of the levels below. The fixed rows are
+//! projected out, and the multipliers of the other rows are computed by non-negative least squares; the remainder is
+//! the residual.
 
 use crate::dense::{Matrix, axpy, dot, norm};
 use crate::nnls::Nnls;
 use crate::problem::{Level, Problem, nothing};
 
-/// Distances up to this, in units of x (row scaled to norm one), are read as "at the bound".
+/// Distance up to which a row is at its bound, in units of x (row scaled to norm one).
 const AT_BOUND: f64 = 1e-8;
 
-/// The residual that a point may have and still be proven; rounding of the largest row's value comes on top.
+/// Maximum residual of a proven point; rounding of the largest row's value is added.
 const PROVEN: f64 = 1e-7;
 const ROUNDING: f64 = 1e-14;
 
-/// A row of which less lies outside the rows that are fixed, relative to its norm, depends on them.
+/// A row depends on the fixed rows if less than this, relative to its norm, lies outside of them.
 const INDEPENDENT: f64 = 1e-12;
 
 /// A multiplier below this, relative to the gradient that it balances, may be rounding.
 const SURE: f64 = 1e-13;
 
-/// The largest relative stationarity residual over all levels and the final nearest-point stage
-/// at `x` (`n` long); 0 means exactly optimal, 1 is the order of "not at all". Infinite if `x`
-/// is not finite or has another length, or if a hard level is violated. A damped level counts
-/// with its damping, and ends the proof: it leaves nothing to choose. Rows of 1e-14 of the largest row of the problem are zero.
+/// Returns the largest relative stationarity residual at `x` (`n` long) over all levels and the final nearest-point
+/// stage; 0 means exactly optimal, 1 is the order of "not at all". Infinite if `x` is not finite or has another length,
+/// or if a hard level is violated. A damped level counts with its damping, and ends the proof: it leaves nothing to
+/// choose. Rows of 1e-14 of the largest row of the problem, or less, are zero.
 ///
-/// Each level's residual is measured against the largest row of the level, `sqrt(w) |a|`, times
-/// one plus its violation; the final one against `1 + |x - reference|`.
+/// The residual of each level is relative to the largest row of the level, `sqrt(w) |a|`, times one plus its violation;
+/// the final one is relative to `1 + |x - reference|`.
 pub fn certificate(problem: &Problem, x: &[f64]) -> f64 {
     Certifier::new(problem).look(problem, Claim::Optimum(problem.levels.len()), x).residual
 }
 
-/// What a point is said to be.
+/// The property of a point that is to be proven.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Claim {
-    /// The optimum of so many levels.
+    /// The point is the optimum of this many levels.
     Optimum(usize),
-    /// The best that this hard level, which cannot be met, can get below the levels above it.
+    /// The point is the best compromise of this hard level, which cannot be met, below the levels above it.
     Compromise(usize),
 }
 
-/// How far a point is from what it is said to be.
+/// Distance of a point from the claimed property.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Look {
     /// The residual of [`certificate`].
     pub(crate) residual: f64,
-    /// The level that is farthest off; the number of levels for the choice of the nearest point.
+    /// The level with the largest residual; the number of levels for the choice of the nearest point.
     pub(crate) level: usize,
-    /// The largest row that was looked at, `sqrt(w) |a|`.
+    /// The largest row that was examined, `sqrt(w) |a|`.
     pub(crate) largest: f64,
 }
 
 impl Look {
-    /// Whether it proves what was said of the point.
+    /// Returns true if the residual at `x` proves the claim.
     pub(crate) fn proves(&self, x: &[f64]) -> bool {
         self.residual <= PROVEN + ROUNDING * size_of(x) * self.largest.max(1.0)
     }
 }
 
-/// What certifies points of problems of one shape, with its storage.
+/// Certifier of points of problems of one shape, with its storage.
 #[derive(Clone, Debug)]
 pub(crate) struct Certifier {
     n: usize,
-    /// An orthonormal frame of the rows that are fixed.
+    /// Orthonormal frame of the fixed rows.
     fixed: Matrix,
-    /// Directions along which a row at its bound forbids to go: what of its normal lies outside the rows that are fixed, of unit
-    /// length.
+    /// Directions that a row at its bound forbids: the part of its normal outside the fixed rows, of unit length.
     normals: Matrix,
-    /// So many of the rows that are fixed were taken out of each normal.
+    /// Number of fixed rows that were removed from each normal.
     taken: Vec<usize>,
     nnls: Nnls,
     descent: Vec<f64>,
-    /// A vector at hand.
+    /// Scratch vector.
     rest: Vec<f64>,
 }
 
@@ -94,8 +93,8 @@ impl Certifier {
         }
     }
 
-    /// Looks at a point, as if the levels that the claim leaves out did not exist. Allocates nothing if the problem has the shape of
-    /// the one that the certifier was made for.
+    /// Examines a point, as if the levels that the claim leaves out did not exist. Does not allocate if the problem has
+    /// the shape that the certifier was created for.
     pub(crate) fn look(&mut self, problem: &Problem, claim: Claim, x: &[f64]) -> Look {
         let mut worst = Look { residual: 0.0, level: problem.levels.len(), largest: 0.0 };
         if x.len() != self.n || x.iter().any(|x| !x.is_finite()) {
@@ -159,13 +158,13 @@ impl Certifier {
         worst
     }
 
-    /// How much of the descent direction is not balanced. Rows at a bound that balance more of it than `least`, and than what is
-    /// left over, are fixed from now on.
+    /// Returns the part of the descent direction that is not balanced. Rows at a bound that balance more of it than
+    /// this residual plus `least` are fixed from now on.
     fn balance(&mut self, least: f64) -> f64 {
         let Certifier { fixed, normals, taken, nnls, descent, rest, .. } = self;
         for (j, taken) in taken.iter_mut().enumerate() {
             let normal = normals.row_mut(j);
-            // One that depends on what is fixed is none, from now on.
+            // A normal that depends on the fixed rows forbids nothing more, from now on.
             if !scaled(outside(fixed, *taken, normal), normal) {
                 normal.fill(0.0);
             }
@@ -182,7 +181,7 @@ impl Certifier {
         residual
     }
 
-    /// Adds the directions that row `i` of a level forbids at `x`. The row is not zero.
+    /// Adds the directions that row `i` of a level forbids at `x`. The row must not be zero.
     fn add(&mut self, level: &Level, i: usize, x: &[f64]) {
         let (row, slack, lower, upper) = (level.row(i), level.slack(i, x), level.lower[i], level.upper[i]);
         let size = norm(row);
@@ -201,9 +200,9 @@ impl Certifier {
     }
 }
 
-/// Takes what the rows that are fixed, from the given one on, have of `v` out of it; returns the norm of what is left.
+/// Removes the components of the fixed rows, from the given one on, from `v`. Returns the norm of the remainder.
 fn outside(fixed: &Matrix, from: usize, v: &mut [f64]) -> f64 {
-    // Twice is enough.
+    // Two passes suffice to remove rounding.
     for k in (from..fixed.rows).chain(from..fixed.rows) {
         let part = dot(fixed.row(k), v);
         axpy(-part, fixed.row(k), v);
@@ -211,7 +210,7 @@ fn outside(fixed: &Matrix, from: usize, v: &mut [f64]) -> f64 {
     norm(v)
 }
 
-/// Scales `v` of this norm to length one; false if it is nothing.
+/// Scales `v` of norm `size` to length one; returns false if it counts as zero.
 fn scaled(size: f64, v: &mut [f64]) -> bool {
     let any = size > INDEPENDENT;
     if any {
@@ -220,14 +219,14 @@ fn scaled(size: f64, v: &mut [f64]) -> bool {
     any
 }
 
-/// Fixes a row of unit length; `row` is what of it is new.
+/// Fixes a row of unit length; `row` is overwritten by its part outside the fixed rows.
 fn fix(fixed: &mut Matrix, row: &mut [f64]) {
     if scaled(outside(fixed, 0, row), row) {
         fixed.push(row);
     }
 }
 
-/// How far a row of norm `size` is from its interval, in units of x.
+/// Returns the distance of a row of norm `size` from its interval, in units of x.
 fn distance(slack: f64, size: f64) -> f64 {
     slack.abs() / if size > 0.0 { size } else { 1.0 }
 }

@@ -1,12 +1,10 @@
-//! One level as a quadratic program for Clarabel: the way that always ends, for when guessing the
-//! active set does not.
+//! One level as a quadratic program for Clarabel: the fallback if the active-set search does not end.
 //!
 //! ```text
 //! min 1/2 |M y - t|^2 + 1/2 |s|^2   s.t.   c y in [l, u] (held rows),  m y - s in [l, u] (own rows)
 //! ```
 //!
-//! Rows enter when they are first violated, so the programs stay small; a bound that does not
-//! exist is a row that does not exist.
+//! Rows are added when they are first violated, so that the programs stay small. Infinite bounds are omitted.
 
 use crate::dense::{Matrix, dot};
 use crate::space::Kind;
@@ -14,16 +12,16 @@ use crate::stage::{Guess, Stage};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 
-/// Rounds of adding violated rows before all are added.
+/// Maximum number of rounds that add violated rows, before all rows are added.
 const ROUNDS: usize = 25;
 
-/// Clarabel's answer to a stage.
+/// Result of Clarabel for a stage.
 pub(crate) struct Conic {
-    /// The point, good to about 1e-8.
+    /// The point, accurate to about 1e-8.
     pub(crate) y: Vec<f64>,
-    /// Which rows it seems to violate and which held rows seem to stop it.
+    /// Active set that the point suggests: violated rows of the level and blocking held rows.
     pub(crate) guess: Guess,
-    /// False if Clarabel stopped before its tolerances: then only the guess is of use.
+    /// False if Clarabel stopped before it reached its tolerances: then only the guess is usable.
     pub(crate) converged: bool,
     /// Number of programs solved.
     pub(crate) solves: usize,
@@ -36,7 +34,7 @@ struct Side {
     side: i8,
 }
 
-/// What one program gives: the point, and per side its dual and its distance from the bound.
+/// Solution of one program: the point, and for each side its dual and its distance from the bound.
 #[derive(Default)]
 struct Point {
     y: Vec<f64>,
@@ -45,9 +43,8 @@ struct Point {
     converged: bool,
 }
 
-/// Solves the stage. With `nearest` the goal is the point nearest to the reference among those
-/// that meet the held rows, and the rows of the level play no part. `None` if Clarabel has no
-/// answer either.
+/// Solves the stage. With `nearest`, it computes instead the point nearest to the reference among those that meet the
+/// held rows, and ignores the rows of the level. Returns `None` if Clarabel fails too.
 pub(crate) fn solve(stage: &Stage, nearest: bool) -> Option<Conic> {
     let k = stage.space.dimension();
     let none = vec![0; stage.level.kind.len()];
@@ -83,7 +80,7 @@ fn largest_scale(stage: &Stage) -> f64 {
     if largest > 0.0 && largest.is_finite() { largest } else { 1.0 }
 }
 
-/// Adds every side that is violated at `y` (or every side there is) and not there yet.
+/// Adds every side that `y` violates (with `all`: every side with a finite bound) and that is not in the list yet.
 fn add_violated(stage: &Stage, own: &[usize], y: &[f64], all: bool, sides: &mut Vec<Side>) {
     let candidates = (own.iter().map(|i| (false, *i))).chain((0..stage.held.g.rows).map(|j| (true, j)));
     for (held, row) in candidates {
@@ -99,7 +96,7 @@ fn add_violated(stage: &Stage, own: &[usize], y: &[f64], all: bool, sides: &mut 
     }
 }
 
-/// Builds and solves one program. `None` if there is not even a feasible point.
+/// Builds and solves one program. Returns `None` if Clarabel does not even find a feasible point.
 fn program(stage: &Stage, rows: &Matrix, target: &[f64], sides: &[Side], largest: f64) -> Option<Point> {
     let k = stage.space.dimension();
     let slacks: Vec<usize> = (0..sides.len()).filter(|s| !sides[*s].held).collect();
@@ -172,8 +169,8 @@ fn program(stage: &Stage, rows: &Matrix, target: &[f64], sides: &[Side], largest
     })
 }
 
-/// Reads the active set off Clarabel's point: violated own rows by their distance, stopping held
-/// rows by a dual that outweighs the gap.
+/// Derives the active set from Clarabel's point: a row of the level is violated if its distance from the interval
+/// exceeds a tolerance; a held row is blocking if its dual is larger than its gap.
 fn answer(stage: &Stage, point: Point, own: &[usize], sides: &[Side], solves: usize) -> Conic {
     let y = point.y;
     let mut guess = Guess { own: vec![0; stage.level.kind.len()], held: Vec::new() };

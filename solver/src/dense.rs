@@ -1,12 +1,11 @@
-//! The little dense algebra that the cascade needs: a row-major matrix, and an orthonormal frame
-//! that grows by one vector at a time.
+//! Dense linear algebra of the cascade: a row-major matrix, and an orthonormal frame that grows by one vector at a
+//! time.
 
-/// Below this size, relative to the row a projection came from, the projection is zero: the row
-/// depends on what is fixed already. Rank decisions are made row by row, against each row's own
-/// size, so that rows of 1e-6 and 1e6 may stand in one level.
+/// A projection of a row below this, relative to the row, is zero: the row depends on the fixed ones. Rank decisions
+/// are made row by row, relative to each row's own size, so that one level may have rows of 1e-6 and 1e6.
 pub(crate) const DEPENDENT: f64 = 1e-9;
 
-/// Dot product over the shorter of the two, summed in lanes so that it becomes vector instructions.
+/// Dot product over the shorter of the two, summed in lanes so that it compiles to vector instructions.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let shorter = a.len().min(b.len());
     let ((a, a_rest), (b, b_rest)) = (a[..shorter].as_chunks::<4>(), b[..shorter].as_chunks::<4>());
@@ -54,12 +53,12 @@ impl Matrix {
         Matrix { rows, cols, data: vec![0.0; rows * cols] }
     }
 
-    /// No rows, and room for so many.
+    /// Creates a matrix without rows, with capacity for `rows` rows.
     pub(crate) fn with_room(rows: usize, cols: usize) -> Self {
         Matrix { rows: 0, cols, data: Vec::with_capacity(rows * cols) }
     }
 
-    /// Takes all rows away.
+    /// Removes all rows.
     pub(crate) fn clear(&mut self) {
         self.rows = 0;
         self.data.clear();
@@ -125,8 +124,7 @@ impl Matrix {
         }
     }
 
-    /// `M N`; rows whose product is dependent (see [`DEPENDENT`]) become exactly zero when
-    /// `size` is given, the size that counts as one.
+    /// `M N`. If `size` is given, rows of the product below [`DEPENDENT`] times `size` become exactly zero.
     pub(crate) fn times(&self, other: &Matrix, size: Option<f64>) -> Matrix {
         let mut out = Matrix::zeros(self.rows, other.cols);
         for i in 0..self.rows {
@@ -140,8 +138,8 @@ impl Matrix {
     }
 }
 
-/// Orthonormal vectors `q_1..q_a` and the triangle `R` with `v_j = sum_i R_ij q_i`, for vectors
-/// `v_1..v_a` given one after the other (Gram-Schmidt, done twice).
+/// Orthonormal vectors `q_1..q_a` and the triangle `R` with `v_j = sum_i R_ij q_i`, for vectors `v_1..v_a` that are
+/// added one after the other (Gram-Schmidt with two passes).
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
     q: Matrix,
@@ -153,7 +151,7 @@ impl Frame {
         Frame { q: Matrix::zeros(0, k), r: Vec::new() }
     }
 
-    /// Coordinates of `v` in the frame and what of `v` lies outside it.
+    /// Returns the coordinates of `v` in the frame and the part of `v` outside of it.
     pub(crate) fn split(&self, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let mut rest = v.to_vec();
         let mut coordinates = vec![0.0; self.q.rows];
@@ -168,7 +166,7 @@ impl Frame {
         (coordinates, rest)
     }
 
-    /// Adds a vector; false, and nothing happens, if it depends on those already there.
+    /// Adds a vector. Returns false, without an effect, if it depends on those already there.
     pub(crate) fn push(&mut self, v: &[f64]) -> bool {
         let (mut coordinates, mut rest) = self.split(v);
         let size = norm(&rest);
@@ -195,7 +193,7 @@ impl Frame {
         x
     }
 
-    /// The smallest `z` with `v_j z = b_j` for all vectors of the frame, together with `R^-1 R^-T b`.
+    /// Returns the smallest `z` with `v_j z = b_j` for all vectors of the frame, together with `R^-1 R^-T b`.
     pub(crate) fn smallest(&self, b: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let a = self.r.len();
         let mut c = vec![0.0; a];
@@ -206,7 +204,7 @@ impl Frame {
     }
 }
 
-/// True if a vector of size `whole` of which `rest` lies outside a space belongs to that space.
+/// Returns true if a vector of size `whole`, of which `rest` lies outside a space, belongs to that space.
 pub(crate) fn is_dependent(rest: f64, whole: f64) -> bool {
     rest <= 1e-10 * whole + 1e-12
 }

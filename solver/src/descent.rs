@@ -1,22 +1,22 @@
-//! The active set of a level by descent, for when guessing it runs in a circle.
+//! Search for the active set of a level by descent, used if guessing it cycles.
 //!
-//! The cost of a level, `f(y) = sum w_i dist(m_i y, [l_i, u_i])^2`, is convex, once differentiable
-//! and quadratic piece by piece. From a point that meets all held rows, each step goes towards
-//! the minimiser of the piece at hand within the working set, as far as an exact line search and
-//! the held rows allow. The cost never rises, so no piece comes back (primal active-set method;
-//! Nocedal and Wright, Numerical Optimization, 16.5, with Newton steps on the pieces).
+//! The cost of a level, `f(y) = sum w_i dist(m_i y, [l_i, u_i])^2`, is convex, once differentiable and piecewise
+//! quadratic. From a point that meets all held rows, each step goes towards the minimiser of the current piece within
+//! the working set, as far as an exact line search and the held rows allow. The cost never rises, so that no piece
+//! repeats (primal active-set method; Nocedal and Wright, Numerical Optimization, 16.5, with Newton steps on the
+//! pieces).
 
 use crate::dense::{axpy, dot, norm};
 use crate::space::Kind;
 use crate::stage::{Guess, Stage};
 
-/// Steps before giving up.
+/// Maximum number of steps.
 const STEPS: usize = 150;
 
-/// A step below this, relative to the point, is none.
+/// A step below this, relative to the point, counts as zero.
 const STILL: f64 = 1e-11;
 
-/// Descends from x0, which meets all held rows. `None` if the bound on steps was reached.
+/// Descends from x0, which meets all held rows. Returns `None` if the maximum number of steps was reached.
 pub(crate) fn descend(stage: &Stage) -> Option<Guess> {
     let k = stage.space.dimension();
     let mut y = vec![0.0; k];
@@ -48,7 +48,7 @@ pub(crate) fn descend(stage: &Stage) -> Option<Guess> {
     None
 }
 
-/// The own inequality rows that `y` violates, with their sides.
+/// Returns for each row of the level the side on which `y` violates it; 0 for equalities and rows that are met.
 fn violated(stage: &Stage, y: &[f64]) -> Vec<i8> {
     (0..stage.level.kind.len())
         .map(|i| {
@@ -65,7 +65,8 @@ fn violated(stage: &Stage, y: &[f64]) -> Vec<i8> {
         .collect()
 }
 
-/// How far along `step` the held rows outside the working set let go, and the row that stops.
+/// Returns the maximum length along `step` that the held rows outside the working set allow, and the row that blocks
+/// there.
 fn longest(stage: &Stage, held: &[i8], y: &[f64], step: &[f64]) -> (f64, Option<(usize, i8)>) {
     let mut limit = f64::INFINITY;
     let mut blocking = None;
@@ -84,11 +85,11 @@ fn longest(stage: &Stage, held: &[i8], y: &[f64], step: &[f64]) -> (f64, Option<
     (limit, blocking)
 }
 
-/// The minimiser of the cost along `step` in `[0, limit]`: the root of its derivative, which is
-/// piecewise linear and rises.
+/// Returns the minimiser of the cost along `step` in `[0, limit]`: the root of its derivative, which is piecewise
+/// linear and increasing.
 fn line_search(stage: &Stage, y: &[f64], step: &[f64], limit: f64) -> f64 {
     let level = stage.level;
-    // Value and slope of each row that counts, its interval, its weight.
+    // Per row: value, slope, interval, weight.
     let mut lines: Vec<(f64, f64, f64, f64, f64)> = Vec::new();
     for i in (0..level.kind.len()).filter(|i| level.kind[*i] != Kind::Silent) {
         let row = stage.own.g.row(i);

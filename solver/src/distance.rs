@@ -1,14 +1,12 @@
-//! The point nearest to a given one under two-sided rows: `min |z - z_0|` with
-//! `lower <= G z <= upper`.
+//! The point nearest to a given one, subject to two-sided rows: `min |z - z_0|` with `lower <= G z <= upper`.
 //!
-//! The dual active-set method of Goldfarb and Idnani (Math. Programming 27, 1983) with the
-//! identity as Hessian: it starts at `z_0`, takes in one violated row after the other, and ends
-//! at the nearest point or with a proof that there is none. Rows that never get violated are
-//! never factorised.
+//! The dual active-set method of Goldfarb and Idnani (Math. Programming 27, 1983) with the identity as Hessian: it
+//! starts at `z_0`, adds one violated row after the other, and ends at the nearest point or with a proof that there is
+//! none. Rows that are never violated are never factorised.
 
 use crate::dense::{Frame, Matrix, axpy, dot, is_dependent, norm};
 
-/// Rows with their bounds and the violation that still counts as none.
+/// Rows with their bounds and the violation that still counts as zero.
 pub(crate) struct Rows {
     pub(crate) g: Matrix,
     pub(crate) lower: Vec<f64>,
@@ -16,19 +14,19 @@ pub(crate) struct Rows {
     pub(crate) tolerance: Vec<f64>,
 }
 
-/// What [`nearest`] found.
+/// Result of [`nearest`].
 #[derive(Clone, Debug)]
 pub(crate) enum Nearest {
     /// The nearest point.
     Point(Vec<f64>),
-    /// There is no point: these rows contradict each other, with the side (-1 lower, +1 upper)
-    /// at which each does. The first is the one that could not be added.
+    /// No point exists: these rows contradict each other, each at the given side (-1 lower, +1 upper). The first is the
+    /// one that could not be added.
     Contradiction(Vec<(usize, i8)>),
-    /// The bound on the number of steps was reached.
+    /// The maximum number of steps was reached, or rounding made the active rows dependent.
     Failed,
 }
 
-/// How many times its tolerance a row may be violated when it is blocked by others: rounding.
+/// Multiple of its tolerance by which a row that others block may be violated: rounding.
 const BLOCKED: f64 = 30.0;
 
 struct Active {
@@ -37,7 +35,7 @@ struct Active {
     multiplier: f64,
 }
 
-/// The point nearest to `start` that meets all rows, see the page of this file.
+/// Returns the point nearest to `start` that meets all rows, see the documentation of the file.
 pub(crate) fn nearest(rows: &Rows, start: &[f64]) -> Nearest {
     let k = start.len();
     let mut z = start.to_vec();
@@ -125,7 +123,7 @@ fn frame_of(rows: &Rows, active: &[Active], k: usize) -> Frame {
     frame
 }
 
-/// The rows that together exclude every point; with no dimension left, every violated row does.
+/// Returns the rows that together exclude every point; without a dimension left, all violated rows.
 fn contradiction(rows: &Rows, p: usize, side: i8, z: &[f64], active: &[Active], r: &[f64]) -> Vec<(usize, i8)> {
     let mut set = vec![(p, side)];
     let largest = r.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
@@ -147,7 +145,7 @@ fn contradiction(rows: &Rows, p: usize, side: i8, z: &[f64], active: &[Active], 
     set
 }
 
-/// The point once more, from its active rows alone: rounding of the way there disappears.
+/// Recomputes the point from its active rows alone, without the rounding errors of the iteration.
 fn polish(rows: &Rows, start: &[f64], frame: &Frame, active: &[Active], z: &[f64]) -> Nearest {
     if active.is_empty() {
         return Nearest::Point(z.to_vec());
@@ -171,8 +169,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// A found point is feasible and its residual lies in the cone of the active normals; a
-        /// contradiction is one: a non-negative combination of its rows is 0 <= -1.
+        /// A found point is feasible and its residual lies in the cone of the active normals; a contradiction has a
+        /// non-negative combination of its rows that reads 0 <= -1.
         #[test]
         fn nearest_or_contradiction_is_proven(
             k in 1usize..6, m in 1usize..14,

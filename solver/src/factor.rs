@@ -1,10 +1,10 @@
-//! Rank-revealing orthogonal factorisation: all minimisers of `|M y - t|^2`, as the smallest one
-//! plus an orthonormal basis of the directions that change nothing.
+//! Rank-revealing orthogonal factorisation: all minimisers of `|M y - t|^2`, as the smallest one plus an orthonormal
+//! basis of the directions that do not change the residual.
 //!
-//! `M = Q [R 0; 0 0] V^T` by Householder reflections with column and row pivoting, then by
-//! reflections from the right (a complete orthogonal decomposition). Row pivoting keeps the
-//! error of every row relative to that row (Powell and Reid), so the rank is decided row by row:
-//! what is left of a row is dropped when it is below 1e-9 of the row's own size.
+//! `M = Q [R 0; 0 0] V^T` by Householder reflections with column and row pivoting, then by reflections from the right
+//! (a complete orthogonal decomposition). Row pivoting keeps the error of every row relative to that row (Powell and
+//! Reid), so that the rank is decided row by row: the remainder of a row is dropped if it is below 1e-9 of the row's
+//! own size.
 
 use crate::dense::{DEPENDENT, Matrix, axpy, dot, norm};
 
@@ -17,8 +17,8 @@ pub(crate) struct Minimisers {
     pub(crate) null: Matrix,
 }
 
-/// Minimises `|M y - t|`; `size[i]` is the size of row `i` against which its rank is decided (the
-/// norm that the row had before anything was projected out of it). `M` is p x k, any p and k.
+/// Minimises `|M y - t|`; `size[i]` is the size of row `i` for the decision about its rank (the norm that the row had
+/// before anything was projected out of it). `M` is p x k, any p and k.
 pub(crate) fn least_squares(mut m: Matrix, mut t: Vec<f64>, mut size: Vec<f64>) -> Minimisers {
     let (p, k) = (m.rows, m.cols);
     let mut column: Vec<usize> = (0..k).collect();
@@ -61,8 +61,8 @@ pub(crate) fn least_squares(mut m: Matrix, mut t: Vec<f64>, mut size: Vec<f64>) 
     finish(m, &t, rank, &column)
 }
 
-/// Brings the largest remaining column to place `j`, and its largest entry to row `j`. False if
-/// nothing is left.
+/// Moves the largest remaining column to position `j`, and its largest entry to row `j`. Returns false if nothing is
+/// left.
 fn pivot(m: &mut Matrix, t: &mut [f64], size: &mut [f64], column: &mut [usize], j: usize) -> bool {
     let mut sums = vec![0.0_f64; m.cols];
     let largest = (j..m.rows).flat_map(|i| m.row(i)[j..].iter()).fold(0.0_f64, |a, b| a.max(b.abs()));
@@ -94,8 +94,8 @@ fn pivot(m: &mut Matrix, t: &mut [f64], size: &mut [f64], column: &mut [usize], 
     true
 }
 
-/// Zeroes what is left of row `i` from column `from` on if it is nothing but rounding; its target
-/// then is a residual that no choice of `y` changes.
+/// Sets the remainder of row `i` from column `from` on to zero if it is only rounding, and its target too: no choice of
+/// `y` changes that residual.
 fn flush(m: &mut Matrix, t: &mut [f64], i: usize, from: usize, size: f64) {
     if norm(&m.row(i)[from..]) <= DEPENDENT * size {
         m.row_mut(i)[from..].fill(0.0);
@@ -103,7 +103,7 @@ fn flush(m: &mut Matrix, t: &mut [f64], i: usize, from: usize, size: f64) {
     }
 }
 
-/// From the first `rank` rows of `[R11 R12]` to the smallest solution and the null space.
+/// Computes the smallest solution and the null space from the first `rank` rows of `[R11 R12]`.
 fn finish(mut r: Matrix, t: &[f64], rank: usize, column: &[usize]) -> Minimisers {
     let k = r.cols;
     let mut q = Matrix::identity(k);
@@ -141,8 +141,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// A matrix of known rank: the point is a minimiser (normal equations) and the smallest
-        /// (no part in the null space), the basis is orthonormal, in the null space, and complete.
+        /// A matrix of known rank: the point is a minimiser (normal equations) and the smallest (no component in the
+        /// null space); the basis is orthonormal, in the null space, and complete.
         #[test]
         fn smallest_minimiser_and_null_space(
             p in 1usize..9, k in 1usize..9, rank in 1usize..6,
@@ -185,7 +185,7 @@ mod tests {
         }
     }
 
-    /// Two large rows and two tiny ones that can all be met: all are.
+    /// Two large rows and two tiny ones that can all be met are all met.
     #[test]
     fn tiny_rows_beside_large_ones_are_met() {
         let (mut m, mut t, mut size) = (Matrix::zeros(0, 4), Vec::new(), Vec::new());

@@ -3,10 +3,10 @@
 
 use crate::dense::{Matrix, axpy, dot, norm};
 
-/// A column of unit length of which less lies outside those before it depends on them.
+/// A column of unit length depends on those before it if less than this lies outside of them.
 const INDEPENDENT: f64 = 1e-13;
 
-/// A column gains where the rest, of this part of the target or more, has a share along it.
+/// A column enters if its component along the residual exceeds this fraction of the target.
 const GAIN: f64 = 1e-14;
 
 /// Minimises `|sum_j u_j c_j - t|` over `u >= 0`, where `c_j` are the ROWS of `columns`
@@ -17,29 +17,29 @@ pub(crate) fn nnls(columns: &Matrix, t: &[f64]) -> (Vec<f64>, f64) {
     (solver.u, residual)
 }
 
-/// The solver with its storage.
+/// Solver with its storage.
 #[derive(Clone, Debug)]
 pub(crate) struct Nnls {
     /// The solution.
     pub(crate) u: Vec<f64>,
     sizes: Vec<f64>,
     barred: Vec<bool>,
-    /// The columns in use, in the order in which they entered; at most `n` of them and the one that enters.
+    /// The columns in use, in the order of their entry; at most `n` of them and the one that enters.
     passive: Vec<usize>,
-    /// The target less the combination at hand.
+    /// Residual: the target minus the current combination.
     rest: Vec<f64>,
-    /// Of the passive columns, scaled to length one: an orthonormal basis (`n` numbers a column), their coordinates in it
-    /// (`n + 1` numbers a column, the diagonal last), and the least-squares solution.
+    /// For the passive columns, scaled to length one: an orthonormal basis (`n` numbers per column), their coordinates
+    /// in it (`n + 1` numbers per column, the diagonal last), and the least-squares solution.
     basis: Vec<f64>,
     triangle: Vec<f64>,
     v: Vec<f64>,
-    /// So many of the passive columns have their place in the basis.
+    /// Number of passive columns that the basis contains.
     fitted: usize,
     n: usize,
 }
 
 impl Nnls {
-    /// Storage for up to `m` columns of `n` numbers, so that [`Nnls::solve`] allocates nothing.
+    /// Creates storage for up to `m` columns of `n` numbers, so that [`Nnls::solve`] does not allocate.
     pub(crate) fn new(n: usize, m: usize) -> Self {
         Nnls {
             u: Vec::with_capacity(m),
@@ -55,7 +55,7 @@ impl Nnls {
         }
     }
 
-    /// Solves [`nnls`]; returns the residual norm, and leaves the solution in `u`.
+    /// Solves the problem of [`nnls`]; returns the residual norm and stores the solution in `u`.
     pub(crate) fn solve(&mut self, columns: &Matrix, t: &[f64]) -> f64 {
         let m = columns.rows;
         self.u.clear();
@@ -83,7 +83,7 @@ impl Nnls {
         norm(&self.rest)
     }
 
-    /// The column along which the rest shrinks most, if by more than `least`.
+    /// Returns the column along which the residual shrinks most, if by more than `least`.
     fn entering(&self, columns: &Matrix, least: f64) -> Option<usize> {
         let (mut best, mut entering) = (least, None);
         for j in 0..columns.rows {
@@ -97,14 +97,14 @@ impl Nnls {
         entering
     }
 
-    /// Goes to the optimum over the passive columns, the last of which has just entered; columns that become negative on the way
-    /// leave.
+    /// Moves to the optimum over the passive columns, of which the last has just entered; columns that become negative
+    /// on the way leave.
     fn descend(&mut self, columns: &Matrix, t: &[f64]) {
         let mut first = true;
         while !self.passive.is_empty() {
             self.fit(columns, t);
             let Nnls { u, v, passive, barred, fitted, .. } = self;
-            // Rounding may turn the entering one away; then it must not come back at once.
+            // Rounding may reject the entering column; it must not enter again at once then.
             if std::mem::take(&mut first) && v[passive.len() - 1] <= 0.0 {
                 if let Some(entering) = passive.pop() {
                     barred[entering] = true;
@@ -136,7 +136,8 @@ impl Nnls {
         }
     }
 
-    /// Least squares over the passive columns, into `v`. A column that depends on those before it gets nothing.
+    /// Solves least squares over the passive columns, into `v`. A column that depends on those before it gets the
+    /// coefficient 0.
     fn fit(&mut self, columns: &Matrix, t: &[f64]) {
         let Nnls { sizes, passive, basis, triangle, v, n, fitted, .. } = self;
         let (n, wide) = (*n, *n + 1);
@@ -146,7 +147,7 @@ impl Nnls {
             rest.iter_mut().zip(columns.row(j)).for_each(|(r, a)| *r = a / sizes[j]);
             let parts = &mut triangle[c * wide..(c + 1) * wide];
             parts.fill(0.0);
-            // Twice is enough.
+            // Two passes suffice to remove rounding.
             for _ in 0..2 {
                 for (part, q) in parts.iter_mut().zip(before.chunks_exact(n)) {
                     let along = dot(q, rest);
@@ -179,7 +180,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// The conditions of optimality: no column gains, used columns are orthogonal to the rest.
+        /// Conditions of optimality: no column has a gain, and the columns in use are orthogonal to the residual.
         #[test]
         fn residual_is_normal_to_the_cone(
             m in 1usize..12, n in 1usize..7,

@@ -1,46 +1,46 @@
-//! The problem handed to a solver: levels of weighted, two-sided linear rows, from the highest
-//! priority to the lowest.
+//! The input of a solver: levels of weighted, two-sided linear rows, from the highest priority to the lowest.
 //!
-//! All storage is made once, by [`Problem::new`]; filling it tick after tick allocates nothing.
+//! [`Problem::new`] creates all storage; filling it at every tick does not allocate.
 
 use std::fmt;
 use std::ops::Range;
 
 use crate::structure::{self, Structure};
 
-/// How many numbers a row occupies is a multiple of this, so that the inner loops vectorise.
+/// The stored length of a row is a multiple of this, so that the inner loops vectorise.
 pub(crate) const LANES: usize = 8;
 
-/// What is known about a level before any number is: its size, and how it treats its rows.
+/// Properties of a level that are known before its numbers: its size, and the treatment of its rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelShape {
     /// Number of rows. Rows that a tick does not use stay at zero with infinite bounds.
     pub rows: usize,
-    /// No slack: if the level cannot be met together with all above it, the solve says so.
+    /// True for no slack: if the level cannot be met together with all above it, the solve reports it.
     pub hard: bool,
-    /// delta >= 0, adds `delta * |x|^2` to the cost of this level; 0 for the strict level.
+    /// delta >= 0, adds `delta * |x|^2` to the cost of this level; 0 for a strict level.
     pub damping: f64,
 }
 
 /// A hierarchical least-squares problem in `n` variables.
 ///
 /// Level `k` minimises the weighted sum of squared distances of its rows from their intervals,
-/// `sum_i w_i dist(a_i x, [lower_i, upper_i])^2 + damping |x|^2`, among the minimisers of all
-/// levels above; what is left after the last level is settled by the point nearest to
-/// `reference`. A row whose norm is 1e-14 of the largest row's, or less, counts as a row of zeros. Source: thesis (2.21)-(2.23) with strict priorities (see the crate's page).
+/// `sum_i w_i dist(a_i x, [lower_i, upper_i])^2 + damping |x|^2`, among the minimisers of all levels above; the freedom
+/// that is left after the last level is settled by the point nearest to `reference`. A row whose norm is 1e-14 of the
+/// largest row's, or less, counts as a row of zeros. Source: thesis (2.21)-(2.23) with strict priorities (see the
+/// documentation of the crate).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
     /// Number of variables (joint velocities, usually).
     pub n: usize,
-    /// From the highest priority to the lowest.
+    /// Levels, from the highest priority to the lowest.
     pub levels: Vec<Level>,
-    /// The point to stay near to in the directions that no level decides; `n` long, 0 at first.
+    /// The preferred point in the directions that no level decides; `n` long, initially 0.
     pub reference: Vec<f64>,
 }
 
 impl Problem {
-    /// A problem of `n` variables with all storage made; every level is clear (see
-    /// [`Level::clear`]) and the reference is zero.
+    /// Creates a problem of `n` variables with all storage; every level is clear (see [`Level::clear`]) and the
+    /// reference is zero.
     pub fn new(n: usize, shapes: &[LevelShape]) -> Self {
         Problem { n, levels: shapes.iter().map(|s| Level::new(n, *s)).collect(), reference: vec![0.0; n] }
     }
@@ -48,45 +48,45 @@ impl Problem {
 
 /// The rows of one priority: `lower <= A x <= upper`, each row with a weight.
 ///
-/// A row with `lower == upper` is an equality; infinite bounds mean that side does not exist.
-/// The three public vectors are `rows()` long and must stay so.
+/// A row with `lower == upper` is an equality; an infinite bound means that the side does not exist. The three public
+/// vectors are `rows()` long and must stay so.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
     rows: usize,
     n: usize,
     stride: usize,
-    /// No slack allowed. The weights do not matter then.
+    /// True for no slack. The weights are ignored then.
     pub hard: bool,
-    /// delta >= 0: adds `delta * |x|^2` to this level's own cost. For a solver of exact hierarchies a damped level
-    /// thereby fixes `x` completely, and no level below it has any freedom left; [`crate::Smooth`] passes on what its
-    /// rows reached.
+    /// delta >= 0: adds `delta * |x|^2` to this level's own cost. In a solver of exact hierarchies a damped level
+    /// therefore fixes `x` completely, and no level below it has any freedom left; [`crate::Smooth`] passes on the
+    /// values that its rows reached.
     pub damping: f64,
-    /// Row-major, `stride` numbers a row of which the first `n` count; the padding stays 0.
+    /// Row-major, `stride` numbers per row of which the first `n` are used; the padding stays 0.
     a: Vec<f64>,
     /// Lower bounds, in the unit of the row times the unit of `x`; `-inf` for none.
     pub lower: Vec<f64>,
     /// Upper bounds; `inf` for none.
     pub upper: Vec<f64>,
-    /// Weights of the squared distances, >= 0. A row of weight 0 has no say in a soft level.
+    /// Weights of the squared distances, >= 0. A row of weight 0 has no effect in a soft level.
     pub weight: Vec<f64>,
-    /// What is known of the coefficients of each row.
+    /// Known structure of each row's coefficients.
     structure: Vec<Structure>,
-    /// How many of them are not open.
+    /// Number of rows with a known structure.
     fixed: usize,
-    /// For each row and variable a bound of the row's second derivatives, `n` numbers a row; empty for linear rows.
+    /// Bound of the row's second derivatives for each row and variable, `n` numbers per row; empty for linear rows.
     curvature: Vec<f64>,
 }
 
-/// A row whose norm is this part of the largest of its problem, or less, is what rounding left of a row of zeros.
+/// A row whose norm is this fraction of the largest of its problem, or less, is a row of zeros with rounding.
 const NOTHING: f64 = 1e-14;
 
-/// Up to this norm a row counts as zero, where the largest row of its problem has norm `largest`.
+/// Returns the norm up to which a row counts as zero, if the largest row of its problem has norm `largest`.
 pub(crate) fn nothing(largest: f64) -> f64 {
     NOTHING * largest
 }
 
 impl Level {
-    /// A clear level of the given shape for `n` variables.
+    /// Creates a clear level of the given shape for `n` variables.
     pub fn new(n: usize, shape: LevelShape) -> Self {
         let stride = n.div_ceil(LANES) * LANES;
         Level {
@@ -105,60 +105,60 @@ impl Level {
         }
     }
 
-    /// Says how much rows bend: for each row and variable `c_ij >= 0`, `n` numbers a row, a time times the sum over `k` of
-    /// `|d^2 a_i x / dx_j dx_k|`. [`crate::Smooth`] damps a level with a `c_ij` above zero where it is not met; exact solvers
-    /// pay no heed. Of another length than `rows() n`, or with a number that is not finite and not negative, it is refused,
-    /// and the rows count as linear.
+    /// Sets the curvature of the rows: for each row and variable `c_ij >= 0`, `n` numbers per row, a time times the sum
+    /// over `k` of `|d^2 a_i x / dx_j dx_k|`. [`crate::Smooth`] damps a level with a `c_ij` above zero if it is not
+    /// met; exact solvers ignore it. A vector of another length than `rows() n`, or with a number that is negative or
+    /// not finite, is rejected: the rows then count as linear.
     pub fn set_curvature(&mut self, curvature: Vec<f64>) {
         let good = curvature.len() == self.rows * self.n && curvature.iter().all(|c| c.is_finite() && *c >= 0.0);
         self.curvature = if good && curvature.iter().any(|c| *c > 0.0) { curvature } else { Vec::new() };
     }
 
-    /// Whether a row is known to bend.
+    /// Returns true if a row has a curvature above zero.
     pub fn is_curved(&self) -> bool {
         !self.curvature.is_empty()
     }
 
-    /// How much row `i` bends with each variable; empty where no row of the level does.
+    /// Returns the curvature of row `i` for each variable; empty if no row of the level is curved.
     pub fn curvature(&self, i: usize) -> &[f64] {
         if self.curvature.is_empty() { &[] } else { &self.curvature[i * self.n..(i + 1) * self.n] }
     }
 
-    /// What was known of it before any number.
+    /// Returns the shape of the level.
     pub fn shape(&self) -> LevelShape {
         LevelShape { rows: self.rows, hard: self.hard, damping: self.damping }
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Number of variables.
+    /// Returns the number of variables.
     pub fn columns(&self) -> usize {
         self.n
     }
 
-    /// Distance in numbers between the starts of two rows in [`Level::padded`].
+    /// Returns the distance, in numbers, between the starts of two rows in [`Level::padded`].
     pub fn stride(&self) -> usize {
         self.stride
     }
 
-    /// Row `i` of `A`, `n` long. Panics when `i >= rows()`, as slices do.
+    /// Returns row `i` of `A`, `n` long. Panics if `i >= rows()`, as slices do.
     pub fn row(&self, i: usize) -> &[f64] {
         &self.a[i * self.stride..i * self.stride + self.n]
     }
 
-    /// Row `i` of `A`, to be written; `n` long. Panics when `i >= rows()`, as slices do. What was
-    /// known of the row is forgotten.
+    /// Returns row `i` of `A` for writing; `n` long. Panics if `i >= rows()`, as slices do. The known structure of the
+    /// row is discarded.
     pub fn row_mut(&mut self, i: usize) -> &mut [f64] {
         self.set_structure(i, Structure::Open);
         &mut self.a[i * self.stride..i * self.stride + self.n]
     }
 
-    /// The coefficients (row-major, [`Level::stride`] numbers a row), lower and upper bounds of a run of rows, to be
-    /// written in place. The numbers behind the first `n` of a row must stay zero. What was known of the rows is
-    /// forgotten.
+    /// Returns the coefficients (row-major, [`Level::stride`] numbers per row), lower and upper bounds of a range of
+    /// rows, for writing in place. The padding after the first `n` numbers of a row must stay zero. The known structure
+    /// of the rows is discarded.
     pub fn block_mut(&mut self, rows: Range<usize>) -> (&mut [f64], &mut [f64], &mut [f64]) {
         let stride = self.stride;
         if self.fixed > 0 {
@@ -167,13 +167,13 @@ impl Level {
         (&mut self.a[rows.start * stride..rows.end * stride], &mut self.lower[rows.clone()], &mut self.upper[rows])
     }
 
-    /// Lower and upper bounds of a run of rows, to be written in place; their coefficients stay as they are.
+    /// Returns the lower and upper bounds of a range of rows, for writing in place; the coefficients stay unchanged.
     pub fn bounds_mut(&mut self, rows: Range<usize>) -> (&mut [f64], &mut [f64]) {
         (&mut self.lower[rows.clone()], &mut self.upper[rows])
     }
 
-    /// Says that the coefficients of a run of rows will stay as they are: solvers then need not look at them again. Rows
-    /// with a single coefficient become bounds of their variable. Writing coefficients ends it.
+    /// Declares that the coefficients of a range of rows stay constant, so that solvers need not read them again. Rows
+    /// with a single coefficient become bounds of their variable. Writing coefficients ends the declaration.
     pub fn fix(&mut self, rows: Range<usize>) {
         for i in rows {
             self.set_structure(i, structure::of(self.row(i)));
@@ -186,20 +186,20 @@ impl Level {
         self.structure[i] = structure;
     }
 
-    /// Whether nothing is known of any row.
+    /// Returns true if no row has a known structure.
     pub(crate) fn is_open(&self) -> bool {
         self.fixed == 0
     }
 
-    /// Takes a row out of this tick's problem: zero coefficients, no bounds, and solvers pass it by.
+    /// Removes a row from this tick's problem: zero coefficients, no bounds; solvers skip it.
     pub fn leave_out(&mut self, i: usize) {
         self.row_mut(i).fill(0.0);
         (self.lower[i], self.upper[i]) = (f64::NEG_INFINITY, f64::INFINITY);
         self.set_structure(i, Structure::Absent);
     }
 
-    /// Makes this level equal to another with as many rows, without allocating. Where the other one has fewer variables,
-    /// the coefficients of the rest are zero. Panics where it does not fit, as slices do.
+    /// Copies another level with as many rows, without allocating. If the other one has fewer variables, the
+    /// coefficients of the rest become zero. Panics if it does not fit, as slices do.
     pub fn copy_from(&mut self, other: &Level) {
         (self.hard, self.damping, self.fixed) = (other.hard, other.damping, other.fixed);
         if self.stride == other.stride {
@@ -217,8 +217,8 @@ impl Level {
         self.structure.copy_from_slice(&other.structure);
     }
 
-    /// Makes the first rows of this level equal to those of another one with as many variables and no more rows, without
-    /// allocating. Panics where it does not fit, as slices do.
+    /// Copies the rows of another level with as many variables and no more rows into the first rows of this one,
+    /// without allocating. Panics if it does not fit, as slices do.
     pub fn copy_rows_from(&mut self, other: &Level) {
         for i in 0..other.rows {
             self.set_structure(i, other.structure[i]);
@@ -229,22 +229,22 @@ impl Level {
         self.weight[..other.rows].copy_from_slice(&other.weight);
     }
 
-    /// What is known of the coefficients of each row.
+    /// Returns the known structure of each row's coefficients.
     pub fn structure(&self) -> &[Structure] {
         &self.structure
     }
 
-    /// The whole matrix `A`, row-major with [`Level::stride`] numbers a row; the padding is 0.
+    /// Returns the whole matrix `A`, row-major with [`Level::stride`] numbers per row; the padding is 0.
     pub fn padded(&self) -> &[f64] {
         &self.a
     }
 
-    /// Entry of `A` in row `i` and column `j < n`.
+    /// Returns the entry of `A` in row `i` and column `j < n`.
     pub fn entry(&self, i: usize, j: usize) -> f64 {
         self.row(i)[j]
     }
 
-    /// Rows to zero, bounds to infinity, weights to one: the level asks for nothing.
+    /// Sets rows to zero, bounds to infinity, weights to one: the level has no effect.
     pub fn clear(&mut self) {
         self.a.fill(0.0);
         self.lower.fill(f64::NEG_INFINITY);
@@ -254,19 +254,19 @@ impl Level {
         self.fixed = 0;
     }
 
-    /// Sets one row at once: coefficients (`n` long), bounds; the weight is left as it is.
+    /// Sets the coefficients (`n` long) and bounds of one row; the weight is unchanged.
     pub fn set(&mut self, i: usize, row: &[f64], lower: f64, upper: f64) {
         self.row_mut(i).copy_from_slice(row);
         self.lower[i] = lower;
         self.upper[i] = upper;
     }
 
-    /// True if row `i` is an equality, `lower == upper`.
+    /// Returns true if row `i` is an equality, `lower == upper`.
     pub fn is_equality(&self, i: usize) -> bool {
         self.lower[i] == self.upper[i]
     }
 
-    /// Signed distance of row `i` from its interval at `x`: `a x` minus its projection.
+    /// Returns the signed distance of row `i` from its interval at `x`: `a x` minus its projection.
     pub fn slack(&self, i: usize, x: &[f64]) -> f64 {
         let value: f64 = self.row(i).iter().zip(x).map(|(a, x)| a * x).sum();
         if value < self.lower[i] {
@@ -279,7 +279,7 @@ impl Level {
     }
 }
 
-/// What makes a problem unusable, and where it is.
+/// Reason why a problem is unusable, with its location.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProblemError {
     /// A coefficient is NaN or infinite, or a bound is NaN, or a weight is not finite.
@@ -342,11 +342,10 @@ impl fmt::Display for ProblemError {
 
 impl std::error::Error for ProblemError {}
 
-/// Looks at every number of the problem once and reports the first that no solver can use.
-/// Allocates nothing.
+/// Checks every number of the problem and reports the first that no solver can use. Does not allocate.
 ///
 /// # Errors
-/// The first offence found, from the highest level down; see [`ProblemError`].
+/// The first error, from the highest level down; see [`ProblemError`].
 pub fn check(problem: &Problem) -> Result<(), ProblemError> {
     let n = problem.n;
     for (l, level) in problem.levels.iter().enumerate() {

@@ -1,11 +1,11 @@
-//! What a solver gives back: the point, how each level fared, and whether it may be used.
+//! The output of a solver: the point, the outcome of each level, and the status of the solve.
 
 use crate::problem::{Problem, ProblemError};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// A row further than this from its interval is violated, relative to its own size and bound.
-/// Wider than what counts as feasible inside, so that rounding never makes a level "relaxed".
+/// A row is violated if it is further than this from its interval, relative to its own size and bound. The threshold is
+/// wider than the internal feasibility tolerance, so that rounding never makes a level "relaxed".
 pub(crate) const MET: f64 = 1e-9;
 
 /// Outcome of one solve, for the whole problem.
@@ -13,14 +13,14 @@ pub(crate) const MET: f64 = 1e-9;
 pub enum Status {
     /// `x` is the lexicographic optimum.
     Optimal,
-    /// A hard level cannot be met together with all levels above it. `x` is the optimum of the
-    /// levels above alone (the reference, if there is none); nothing below was looked at.
+    /// A hard level cannot be met together with all levels above it. `x` is the optimum of the levels above alone (the
+    /// reference, if there is none); the levels below were not solved.
     Infeasible {
         /// The hard level, from 0.
         level: usize,
     },
-    /// A coefficient, bound, weight or damping is not a usable number. `x` is not to be used.
-    /// A reference that is not finite is reported with `level` = number of levels.
+    /// A coefficient, bound, weight or damping is not a usable number. `x` must not be used. A reference that is not
+    /// finite is reported with `level` = number of levels.
     NotFinite {
         /// The level, from 0.
         level: usize,
@@ -29,25 +29,25 @@ pub enum Status {
     },
     /// The deadline passed before the answer was found ([`HierarchicalSolver::set_deadline`]).
     OutOfTime {
-        /// `x` lies on the way from the last answer to this one: it is the optimum of a problem between the two, and need meet no row of
-        /// this one. Otherwise `x` is not to be used.
+        /// True if `x` lies on the way from the last answer to this one: it is the optimum of a problem between the
+        /// two, and may violate any row of this one. Otherwise `x` must not be used.
         on_the_way: bool,
     },
-    /// `x` meets the conditions of an optimum only in part: numbers of the problem lie where a rank or a sign is decided by rounding,
-    /// and no order of solving gave an answer that holds the certificate. Not to be used where the optimum is needed.
+    /// `x` meets the conditions of an optimum only in part: rounding decides a rank or a sign of the problem, and no
+    /// order of solving found an answer with a certificate. `x` must not be used if the optimum is needed.
     Unproven {
         /// The level that is farthest from its optimum, from 0; the number of levels for the choice of the nearest point.
         level: usize,
     },
-    /// Numerical trouble, or an ill-formed level (`lower > upper`, negative weight, wrong sizes;
-    /// [`crate::check`] says which). `x` is not to be used.
+    /// Numerical failure, or an ill-formed level (`lower > upper`, negative weight, wrong sizes; [`crate::check`]
+    /// reports which). `x` must not be used.
     Failed {
         /// The level at which it happened; the number of levels if after the last one.
         level: usize,
     },
 }
 
-/// Where a row stands at the solution.
+/// Position of a row relative to its interval at the solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Active {
     /// Strictly inside its interval.
@@ -58,21 +58,21 @@ pub enum Active {
     Upper,
     /// An equality row that is met.
     Equality,
-    /// Outside its interval; the sign of the slack tells the side.
+    /// Outside its interval; the sign of the slack shows the side.
     Violated,
 }
 
-/// How a level came out.
+/// Outcome of a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LevelStatus {
     /// Every row lies in its interval (to 1e-9 of the row's size).
     Met,
-    /// The rows were met as well as the levels above allow, some not wholly.
+    /// The rows are met as well as the levels above allow, some not completely.
     Relaxed,
-    /// A hard level that cannot be met. Its `slack`, `active` and `violation` are those of the
-    /// best compromise, not those at `x`: the violated rows are the ones that stand in the way.
+    /// A hard level that cannot be met. Its `slack`, `active` and `violation` are those of the best compromise, not
+    /// those at `x`: the violated rows are the conflicting ones.
     Infeasible,
-    /// Not reached; the numbers of this level mean nothing.
+    /// Not reached; the numbers of this level are meaningless.
     NotSolved,
 }
 
@@ -83,19 +83,19 @@ pub struct LevelSolution {
     pub violation: f64,
     /// Signed: `a x` minus its projection on `[lower, upper]`; negative = too low.
     pub slack: Vec<f64>,
-    /// Where each row stands.
+    /// Position of each row.
     pub active: Vec<Active>,
-    /// `w_i slack_i`, half the derivative of the level's cost by the row's value; 0 where a backend gives none.
+    /// `w_i slack_i`, half the derivative of the level's cost with respect to the row's value; 0 if a backend computes
+    /// none.
     pub multipliers: Vec<f64>,
-    /// Dimension of what is left after the rows that this level and those above have fixed:
-    /// equalities, violated rows, and rows held at a bound by a conflict. Inequality rows that
-    /// are merely met do not count.
+    /// Dimension that is left by the rows that this level and those above have fixed: equalities, violated rows, and
+    /// rows held at a bound by a conflict. Inequality rows that are merely met do not count.
     pub freedom: usize,
-    /// How the level came out.
+    /// Outcome of the level.
     pub status: LevelStatus,
 }
 
-/// A row at its bound that keeps a level from coming closer to what it asks for.
+/// A row at its bound that keeps a level from coming closer to its targets.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Blocking {
     /// The level that is held back, from 0.
@@ -106,28 +106,28 @@ pub struct Blocking {
     pub by_row: usize,
     /// True if the row is at its upper bound, false if at its lower.
     pub at_upper: bool,
-    /// Half the derivative of the held level's cost by this bound, > 0: so much would a wider
-    /// bound gain, to first order.
+    /// Half the derivative of the held level's cost with respect to this bound, > 0: the gain of a wider bound, to
+    /// first order.
     pub multiplier: f64,
 }
 
-/// A solution with its storage, made once for a problem and overwritten by every solve.
+/// A solution with its storage, created once for a problem and overwritten by every solve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
     /// The point, `n` long.
     pub x: Vec<f64>,
-    /// Whether and how `x` may be used.
+    /// Status of the solve: it decides whether `x` may be used.
     pub status: Status,
     /// One entry per level.
     pub levels: Vec<LevelSolution>,
-    /// Which inequality rows hold which level back: the levels in order, at most `n` rows in
-    /// all. With the equality rows and violated rows of higher levels (any sign), these balance
-    /// the gradient of the level's cost. Empty where a backend gives none.
+    /// Inequality rows that hold levels back: in the order of the levels, at most `n` rows in all. Together with the
+    /// equality rows and violated rows of higher levels (any sign), they balance the gradient of the level's cost.
+    /// Empty if a backend computes none.
     pub blocking: Vec<Blocking>,
 }
 
 impl Solution {
-    /// Storage for solutions of this problem and of all others of the same shape.
+    /// Creates storage for solutions of this problem and of all others of the same shape.
     pub fn new(problem: &Problem) -> Self {
         let levels = problem
             .levels
@@ -149,8 +149,9 @@ impl Solution {
         }
     }
 
-    /// Makes each level what `x` makes of it, whichever way it was found: slacks, where rows stand, whether the level is met. What only a
-    /// solver knows is left: status, freedoms and which rows hold others back.
+    /// Recomputes the result of each level from `x`: slacks, positions of the rows, and whether the level is met.
+    /// Multipliers become 0. The status of the solve, the freedoms and the blocking rows, which only a solver knows,
+    /// are unchanged.
     pub fn measure(&mut self, problem: &Problem) {
         for (level, out) in problem.levels.iter().zip(&mut self.levels) {
             let (mut sum, mut met) = (0.0, true);
@@ -182,8 +183,8 @@ impl Solution {
         }
     }
 
-    /// Everything back to "not solved", with `x` at the reference. Allocates nothing when the
-    /// shapes agree; a solution made for another shape is made anew.
+    /// Resets everything to "not solved", with `x` at the reference. Does not allocate if the shapes agree; a solution
+    /// of another shape is created anew.
     pub fn reset(&mut self, problem: &Problem) {
         let fits = self.x.len() == problem.n
             && self.levels.len() == problem.levels.len()
@@ -208,7 +209,7 @@ impl Solution {
     }
 }
 
-/// The status for a problem that cannot be looked at.
+/// Returns the status for a problem that [`crate::check`] rejects.
 pub(crate) fn refusal(error: ProblemError, problem: &Problem) -> Status {
     match error {
         ProblemError::NotFinite { level, row } => Status::NotFinite { level, row },
@@ -220,24 +221,24 @@ pub(crate) fn refusal(error: ProblemError, problem: &Problem) -> Status {
     }
 }
 
-/// Anything that solves hierarchical problems.
+/// A solver of hierarchical problems.
 pub trait HierarchicalSolver {
-    /// A short name for logs and tables.
+    /// Returns a short name for logs and tables.
     fn name(&self) -> &'static str;
 
-    /// Solves `problem` into `solution`. Never panics; what went wrong is in the status. A solver
-    /// may remember the last tick to be faster on the next, but the result does not depend on it
-    /// beyond rounding.
+    /// Solves `problem` into `solution`. Never panics; the status reports errors. A solver may use the last tick to be
+    /// faster on the next, but the result does not depend on it beyond rounding.
     fn solve(&mut self, problem: &Problem, solution: &mut Solution) {
         self.solve_first(problem, problem.levels.len(), solution);
     }
 
-    /// Solves from now on end with [`Status::OutOfTime`] where more is to be done than there was time for until then: looked at between two
-    /// changes of the working set, so that one that needs none is never late, and one change is the most that it takes
-    /// longer. The next solve goes on from what was reached. A solver may pay no heed: the reference does not.
+    /// Sets the deadline of the solves that follow: a solve that would take longer ends with [`Status::OutOfTime`]. The
+    /// deadline is checked between two changes of the working set, so that a solve without changes is never late, and
+    /// the delay is at most one change. The next solve continues from there. A solver may ignore the deadline: the
+    /// reference does.
     fn set_deadline(&mut self, _until: Option<Instant>) {}
 
-    /// The same for the first `levels` levels, as if there were no others: in the answer those are not solved. Panics with more than
-    /// the problem has, as slices do.
+    /// Solves the first `levels` levels, as if there were no others; in the answer the others are not solved. Panics if
+    /// the problem has fewer levels, as slices do.
     fn solve_first(&mut self, problem: &Problem, levels: usize, solution: &mut Solution);
 }

@@ -1,10 +1,9 @@
-//! What the levels done so far have left to choose from: an affine set, and inequality rows in it.
+//! The set that the levels so far leave: an affine set, and inequality rows in it.
 
 use crate::dense::{Matrix, dot, norm};
 use crate::problem::{Level, Problem};
 
-/// A violation below this counts as none, in units of x: relative to the size of the row, and to
-/// the bound.
+/// A violation below this counts as zero, in units of x: relative to the size of the row, and to the bound.
 pub(crate) const FEASIBLE: f64 = 1e-11;
 
 /// Level and row of an inequality.
@@ -13,7 +12,7 @@ pub(crate) type Name = (usize, usize);
 /// `{ x = x0 + Z y }` with `lower <= A x <= upper`.
 #[derive(Clone, Debug)]
 pub(crate) struct Space {
-    /// A point of the set that meets all held rows; the nearest such point to the reference.
+    /// A point of the set that meets all held rows; usually the nearest such point to the reference.
     pub(crate) x0: Vec<f64>,
     /// n x k, orthonormal columns.
     pub(crate) z: Matrix,
@@ -25,7 +24,7 @@ pub(crate) struct Space {
 }
 
 impl Space {
-    /// Everything, seen from the reference.
+    /// Returns the whole space, relative to the reference.
     pub(crate) fn whole(problem: &Problem) -> Self {
         Space {
             x0: problem.reference.clone(),
@@ -37,13 +36,13 @@ impl Space {
         }
     }
 
-    /// Dimension of the affine set.
+    /// Returns the dimension of the affine set.
     pub(crate) fn dimension(&self) -> usize {
         self.z.cols
     }
 
-    /// Holds one more row. A bound that rounding left violated at `x0` is moved to `x0`, so that
-    /// the set never becomes empty.
+    /// Adds a held row. If rounding left a bound violated at `x0`, the bound is moved to `x0`, so that the set never
+    /// becomes empty.
     pub(crate) fn hold(&mut self, name: Name, row: &[f64], lower: f64, upper: f64) {
         let value = dot(row, &self.x0);
         self.rows.push(row);
@@ -53,7 +52,7 @@ impl Space {
     }
 }
 
-/// One level, each row scaled to norm one, as the solver works on it.
+/// One level with each row scaled to norm one, the form that the solver works on.
 #[derive(Clone, Debug)]
 pub(crate) struct UnitLevel {
     /// m x n.
@@ -69,7 +68,7 @@ pub(crate) struct UnitLevel {
     pub(crate) damping: f64,
 }
 
-/// What a row of a level is to the solver.
+/// Role of a row in the solver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Equality,
@@ -79,7 +78,7 @@ pub(crate) enum Kind {
 }
 
 impl UnitLevel {
-    /// Rows whose norm is `nothing` or less are zero.
+    /// Scales the rows of a level. Rows whose norm is `nothing` or less are zero.
     pub(crate) fn new(level: &Level, nothing: f64) -> Self {
         let m = level.rows();
         let mut unit = UnitLevel {
@@ -116,24 +115,24 @@ impl UnitLevel {
         unit
     }
 
-    /// Distance below which row `i` counts as within its interval, in units of x.
+    /// Returns the distance up to which row `i` counts as within its interval, in units of x.
     pub(crate) fn tolerance(&self, i: usize) -> f64 {
         tolerance(self.lower[i], self.upper[i])
     }
 
-    /// Signed distance of scaled row `i` from its interval.
+    /// Returns the signed distance of scaled row `i` from its interval.
     pub(crate) fn slack(&self, i: usize, x: &[f64]) -> f64 {
         let value = dot(self.rows.row(i), x);
         (value - self.upper[i]).max(0.0) + (value - self.lower[i]).min(0.0)
     }
 
-    /// True if `x` already meets every row, so that nothing has to be decided.
+    /// Returns true if `x` already meets every row, so that nothing has to be decided.
     pub(crate) fn is_met(&self, x: &[f64]) -> bool {
         (0..self.kind.len()).all(|i| self.kind[i] == Kind::Silent || self.slack(i, x).abs() <= self.tolerance(i))
     }
 }
 
-/// See [`FEASIBLE`].
+/// Returns the tolerance of a row with these bounds, see [`FEASIBLE`].
 pub(crate) fn tolerance(lower: f64, upper: f64) -> f64 {
     let finite = |b: f64| if b.is_finite() { b.abs() } else { 0.0 };
     FEASIBLE * (1.0 + finite(lower).max(finite(upper)))

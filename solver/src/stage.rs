@@ -1,14 +1,14 @@
-//! One level of the cascade in the coordinates `y` of what is left, and the search for its active
-//! set: guess, solve by orthogonal factorisation, prove, repair.
+//! One level of the cascade in the coordinates `y` of the remaining space, and the search for its active set: guess,
+//! solve by orthogonal factorisation, prove, repair.
 //!
-//! With the violated rows V of the level (each on a known side), its equalities E, and the held
-//! rows W that block it, the level is `min |M_EV y - t|` subject to `C_W y = d`: two
-//! factorisations give all minimisers. The guess is right, and the result exact, when
+//! With the violated rows V of the level (each on a known side), its equalities E, and the held rows W that block it,
+//! the level is `min |M_EV y - t|` subject to `C_W y = d`: two factorisations compute all minimisers. The guess is
+//! right, and the result exact, if
 //!
-//! * every row of V is violated on its side, and the multipliers of W are non-negative:
-//!   the conditions of Karush, Kuhn and Tucker of the level's convex cost;
-//! * some minimiser meets all other rows. [`crate::distance::nearest`] finds the one nearest to
-//!   the reference or names rows that contradict each other, and these are the repair.
+//! * every row of V is violated on its side, and the multipliers of W are non-negative: the conditions of Karush, Kuhn
+//!   and Tucker of the level's convex cost;
+//! * some minimiser meets all other rows. [`crate::distance::nearest`] finds the one nearest to the reference, or
+//!   returns rows that contradict each other, which repair the guess.
 
 use crate::dense::{DEPENDENT, Frame, Matrix, axpy, dot, norm};
 use crate::distance::{Nearest, Rows, nearest};
@@ -16,16 +16,15 @@ use crate::factor::least_squares;
 use crate::nnls::nnls;
 use crate::space::{Kind, Name, Space, UnitLevel, tolerance};
 
-/// Rounds of guessing before the search gives up; more rows than this have never been seen to
-/// change in one tick.
+/// Maximum number of guesses in a search; more rows than this have never been seen to change in one tick.
 const ROUNDS: usize = 80;
 
-/// Which rows the level is thought to violate, and which held rows stop it.
+/// A guess of the active set: the rows that the level violates, and the held rows that block it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Guess {
     /// Per row of the level: -1 below, +1 above, 0 within.
     pub(crate) own: Vec<i8>,
-    /// Held rows and the bound (-1 lower, +1 upper) they sit at.
+    /// Blocking held rows, with the bound (-1 lower, +1 upper) that they are at.
     pub(crate) held: Vec<(Name, i8)>,
 }
 
@@ -37,17 +36,17 @@ pub(crate) struct Stage<'a> {
     pub(crate) own: Rows,
     /// Held rows times Z (h x k), and their intervals relative to x0.
     pub(crate) held: Rows,
-    /// The reference, seen from x0.
+    /// The reference, relative to x0.
     pub(crate) start: Vec<f64>,
 }
 
 /// A proven optimum of a stage.
 pub(crate) struct Proven {
-    /// The minimiser nearest to the reference, or just one of them.
+    /// The minimiser nearest to the reference, or any minimiser.
     pub(crate) y: Vec<f64>,
-    /// Which of the two.
+    /// True if `y` is the nearest one.
     pub(crate) is_nearest: bool,
-    /// k x k', the directions in which the level does not care.
+    /// k x k', directions along which the cost of the level is constant.
     pub(crate) null: Matrix,
     pub(crate) guess: Guess,
 }
@@ -66,7 +65,7 @@ impl<'a> Stage<'a> {
         Stage { level, space, own, held, start: space.z.apply_transposed(&away) }
     }
 
-    /// Searches from `guess`; `None` if no guess was proven within the bound on rounds.
+    /// Searches for the active set from `guess`. Returns `None` if no guess could be proven.
     pub(crate) fn search(&self, guess: &Guess) -> Option<Proven> {
         let m = self.level.kind.len();
         let mut own: Vec<i8> = guess.own.clone();
@@ -77,7 +76,7 @@ impl<'a> Stage<'a> {
                 held[j] = *side;
             }
         }
-        // A guess of another tick may name bounds that this one does not have.
+        // A guess from another tick may refer to bounds that this one does not have.
         for (j, side) in held.iter_mut().enumerate() {
             let bound = if *side > 0 { self.held.upper[j] } else { self.held.lower[j] };
             if !bound.is_finite() {
@@ -89,9 +88,11 @@ impl<'a> Stage<'a> {
                 *side = 0;
             }
         }
-        // How often a row was put back after it had been let go as undecided.
+        // Number of times that a contradiction added each row. A row that was added twice is no longer released as
+        // undecided.
         let mut returns = vec![0_u32; m + held.len()];
-        // Guesses that were tried; a second visit is a cycle, broken once by another rule.
+        // Guesses tried so far. At the first repetition another rule for the leaving row is used; the second one ends
+        // the search.
         let mut seen: Vec<(Vec<i8>, Vec<i8>)> = Vec::new();
         let mut careful = false;
         for _ in 0..ROUNDS {
@@ -135,8 +136,8 @@ impl<'a> Stage<'a> {
         None
     }
 
-    /// Frees the rows of V and W that the proof does not need (no slack, no multiplier): to the
-    /// levels below they are inequalities, not equalities.
+    /// Frees the rows of V and W that the proof does not need (no slack, no multiplier): for the levels below they are
+    /// inequalities, not equalities.
     fn settle(&self, flat: Flat, mut own: Vec<i8>, mut held: Vec<i8>) -> Proven {
         let mut idle = false;
         for (i, side) in own.iter_mut().enumerate().filter(|(_, s)| **s != 0) {
@@ -183,13 +184,13 @@ impl<'a> Stage<'a> {
         Guess { own, held: names.filter(|(_, s)| **s != 0).map(|(n, s)| (*n, *s)).collect() }
     }
 
-    /// The target of a row of E or V, relative to x0.
+    /// Returns the target of a row of E or V, relative to x0.
     fn target(&self, i: usize, side: i8) -> f64 {
         if side > 0 { self.own.upper[i] } else { self.own.lower[i] }
     }
 
-    /// All minimisers with the rows of V and E in the cost and those of W as equalities.
-    /// `None` if W cannot hold.
+    /// Computes all minimisers with the rows of V and E in the cost and those of W as equalities. Returns `None` if the
+    /// equalities of W contradict each other.
     pub(crate) fn minimisers(&self, own: &[i8], held: &[i8]) -> Option<Flat> {
         let k = self.space.dimension();
         let mut y = vec![0.0; k];
@@ -219,7 +220,7 @@ impl<'a> Stage<'a> {
         Some(Flat { y, null })
     }
 
-    /// The rows of the cost for a choice of V, weighted: matrix, target relative to x0, sizes.
+    /// Returns the rows of the cost for a choice of V, weighted: matrix, target relative to x0, sizes.
     pub(crate) fn cost_rows(&self, own: &[i8]) -> (Matrix, Vec<f64>, Vec<f64>) {
         let mut rows = Matrix::zeros(0, self.space.dimension());
         let (mut target, mut size) = (Vec::new(), Vec::new());
@@ -242,8 +243,7 @@ impl<'a> Stage<'a> {
         (rows, target, size)
     }
 
-    /// Lets go of rows that are in V or W wrongly, or that make no difference there. True if any
-    /// was: the guess has changed.
+    /// Removes rows that are in V or W wrongly, or that have no effect there. Returns true if the guess has changed.
     fn release(&self, flat: &Flat, own: &mut [i8], held: &mut [i8], returns: &[u32], careful: bool) -> bool {
         let m = own.len();
         let mut changed = false;
@@ -278,7 +278,7 @@ impl<'a> Stage<'a> {
         changed
     }
 
-    /// Multipliers of W, and the size below which one is rounding.
+    /// Returns the multipliers of W, and the size below which a multiplier is rounding.
     pub(crate) fn multipliers(&self, flat: &Flat, own: &[i8], held: &[i8]) -> (Vec<(usize, f64)>, f64) {
         let k = self.space.dimension();
         let (rows, target, size) = self.cost_rows(own);
@@ -301,7 +301,7 @@ impl<'a> Stage<'a> {
             members.iter().for_each(|j| columns.push(&normal(*j)));
             let (found, residual) = nnls(&columns, &descent);
             if residual > 100.0 * noise {
-                // Some multiplier is negative: take the signed ones to see which.
+                // Some multiplier is negative: the solution without sign constraints shows which one.
                 let mut system = Matrix::zeros(k, members.len());
                 for i in 0..k {
                     for c in 0..members.len() {
@@ -316,8 +316,8 @@ impl<'a> Stage<'a> {
         (members.into_iter().zip(found).collect(), noise)
     }
 
-    /// The rows that are neither in V nor in W, within the minimisers, and where each came from:
-    /// `i < m` a row of the level, `m + j` a held one.
+    /// Returns the rows that are neither in V nor in W, restricted to the minimisers, and the origin of each: `i < m`
+    /// is a row of the level, `m + j` a held one.
     fn others(&self, flat: &Flat, own: &[i8], held: &[i8]) -> (Rows, Vec<usize>) {
         let m = own.len();
         let mut rows =
@@ -342,7 +342,7 @@ impl<'a> Stage<'a> {
     }
 }
 
-/// Rows of norm one in the coordinates of `space`, intervals relative to its point.
+/// Transforms rows of norm one to the coordinates of `space`, with intervals relative to its point.
 fn project(rows: &Matrix, lower: &[f64], upper: &[f64], space: &Space) -> Rows {
     let offset = rows.apply(&space.x0);
     Rows {
@@ -358,8 +358,8 @@ mod tests {
     use super::*;
     use crate::{LevelShape, Problem};
 
-    /// A held row in the guess that stops nothing (its multiplier is zero) must stay an
-    /// inequality for the levels below, and must not keep the point from the reference.
+    /// A held row in the guess that blocks nothing (its multiplier is zero) must stay an inequality for the levels
+    /// below, and must not keep the point away from the reference.
     #[test]
     fn rows_that_stop_nothing_are_freed() {
         let shape = LevelShape { rows: 1, hard: false, damping: 0.0 };

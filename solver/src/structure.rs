@@ -1,33 +1,32 @@
-//! What is known of a row's coefficients before a tick begins, so that no tick looks at them again.
+//! Structure of rows that is known before a tick begins, so that solvers need not read the coefficients again.
 //!
-//! A promise that whoever fills the problem makes with [`Level::fix`](crate::Level::fix): the
-//! norm of a constant row is known, and a row with a single coefficient is a bound of one
-//! variable, whose value needs no product. All bounds of a level on one variable are read as one
-//! interval while the point lies inside it.
+//! The caller that fills the problem declares it with [`Level::fix`](crate::Level::fix): the norm of a constant row is
+//! known, and a row with a single coefficient is a bound of one variable, whose value needs no product. All bounds of a
+//! level on one variable are checked as one interval while the point is inside it.
 
-/// What is known of a row's coefficients.
+/// Known structure of a row's coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Structure {
-    /// Nothing: they may be new at every tick.
+    /// Unknown: the coefficients may change at every tick.
     Open,
-    /// They stay the same.
+    /// The coefficients are constant.
     Constant {
         /// Their Euclidean norm.
         norm: f64,
     },
-    /// They stay the same, and all but one are zero.
+    /// The coefficients are constant, and all but one are zero.
     Bound {
         /// The variable.
         column: usize,
         /// Its coefficient, not zero.
         coefficient: f64,
     },
-    /// The row takes no part: zero coefficients, no bounds.
+    /// The row is absent: zero coefficients, no bounds.
     Absent,
 }
 
-/// The structure of a row that will stay as it is; open where a number is not finite or too large
-/// or small for its square.
+/// Returns the structure of a row that stays constant; open if a number is not finite, or too large or too small to be
+/// squared.
 pub(crate) fn of(row: &[f64]) -> Structure {
     let mut others = row.iter().enumerate().filter(|(_, a)| **a != 0.0);
     match (others.next(), others.next()) {
@@ -42,7 +41,7 @@ pub(crate) fn of(row: &[f64]) -> Structure {
     }
 }
 
-/// Whether a square is an ordinary number.
+/// Returns true if a squared norm is far from overflow and underflow.
 pub(crate) fn usable(square: f64) -> bool {
     square > 1e-200 && square < 1e200
 }

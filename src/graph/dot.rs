@@ -1,7 +1,7 @@
-//! The machine for Graphviz.
+//! Draws the machine for Graphviz.
 //!
-//! A state that holds others is a cluster, and lines end at its border. One between a cluster and what stands inside it
-//! cannot: it begins at a node `in any of NAME`, or ends at the innermost state that is entered.
+//! A state with inner states is a cluster, and edges end at its border. An edge between a cluster and a state inside it
+//! cannot: it starts at a node `in any of NAME`, or ends at the innermost state that is entered.
 
 use std::fmt::Write;
 
@@ -9,7 +9,7 @@ use super::{Chart, Edge, Step};
 
 pub(super) fn draw(c: &Chart) -> String {
     let mut out = String::new();
-    // Writing to a String does not fail.
+    // Writing to a `String` cannot fail.
     let _ = write(c, &mut out);
     out
 }
@@ -76,12 +76,12 @@ fn write(c: &Chart, out: &mut String) -> std::fmt::Result {
     writeln!(out, "}}")
 }
 
-/// True where a way leads from a state that holds others to one of these.
+/// True if an edge connects a state that has inner states with one of these.
 fn begins_inside(c: &Chart, e: &Edge) -> bool {
     c.holds_others(e.from) && (c.inside(e.to, e.from) || c.inside(e.from, e.to))
 }
 
-/// The node for an end of a line, and the cluster at whose border it is cut.
+/// Node for an end of an edge, with the cluster at whose border the edge is clipped.
 fn end(c: &Chart, state: usize, word: &str) -> (usize, Option<String>) {
     (c.machine.leaf(state), c.holds_others(state).then(|| format!("{word}=cluster_s{state}")))
 }
@@ -91,7 +91,7 @@ fn attributes(all: &[Option<String>]) -> String {
     if all.is_empty() { String::new() } else { format!(" [{}]", all.join(", ")) }
 }
 
-/// A text of Graphviz.
+/// Quotes a text for Graphviz.
 fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {

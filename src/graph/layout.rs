@@ -1,43 +1,43 @@
-//! Where the boxes, rows and lines of the SVG stand.
+//! Layout of the SVG: positions of boxes, rows and lines.
 //!
-//! States stand below each other, those inside a state in its box. Each way out is a row of its state's box with its
-//! trigger; from the row's end a line goes right, along a lane beside all boxes, and back to the box of the next state.
-//! Nothing but the boxes around a state lies between it and the lanes, so that no line crosses a text. All ways to a
-//! state share its lane; those of faults have one of their own.
+//! States are stacked vertically, inner states within the box of their parent. Each transition is a row of its state's
+//! box with its trigger; from the end of the row, a line leads right to a lane beside all boxes, and along it to the
+//! box of the target. Only the boxes around a state are between it and the lanes, so no line crosses a text. All
+//! transitions to a state share its lane; fault transitions have a lane of their own.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
 use super::Chart;
 
-/// Width of a letter of the font, in px.
+/// Width of a character (px).
 pub(super) const LETTER: f64 = 7.3;
-/// Height of a row.
+/// Height of a row (px).
 pub(super) const ROW: f64 = 18.0;
-/// Height of a title.
+/// Height of a title (px).
 pub(super) const TITLE: f64 = 26.0;
-/// Room between a border and what stands inside it.
+/// Distance between a border and the contents (px).
 pub(super) const PAD: f64 = 12.0;
-/// Room left of states inside a state, for the dot at which it begins.
+/// Distance left of inner states, for the dot of the initial state (px).
 const LEFT: f64 = 34.0;
-/// Room between states, and around all.
+/// Distance between states, and around the picture (px).
 const GAP: f64 = 14.0;
-/// Room between lanes.
+/// Distance between lanes (px).
 const LANE: f64 = 16.0;
-/// Letters of a row before it is broken.
+/// Maximum number of characters in a row before it is wrapped.
 const MOST: usize = 76;
 
 /// A line of text in a box.
 pub(super) struct Row {
-    /// What stands there.
+    /// Text of the row.
     pub text: String,
-    /// The middle of its height.
+    /// Vertical centre (px).
     pub y: f64,
-    /// The way that it speaks of; it stands in the first row of several.
+    /// Transition of the row; only in the first of several rows of a transition.
     pub edge: Option<usize>,
 }
 
-/// The box of a state.
+/// Box of a state.
 #[derive(Default)]
 pub(super) struct Place {
     pub x: f64,
@@ -48,7 +48,7 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// Where lines arrive.
+    /// Height at which lines arrive.
     pub fn arrival(&self) -> f64 {
         self.y + TITLE / 2.0
     }
@@ -58,16 +58,16 @@ impl Place {
     }
 }
 
-/// The ways to a state, or its fault ways.
+/// Transitions to a state, either ordinary ones or faults.
 pub(super) struct Lane {
     pub to: usize,
     pub fault: bool,
     pub x: f64,
-    /// The ways, each with the height of its row.
+    /// Transitions, each with the height of its row.
     pub rows: Vec<(usize, f64)>,
 }
 
-/// All of it.
+/// Layout of the whole picture.
 pub(super) struct Layout {
     pub places: Vec<Place>,
     pub lanes: Vec<Lane>,
@@ -75,7 +75,7 @@ pub(super) struct Layout {
     pub height: f64,
 }
 
-/// What a row says of the state that its way leads to.
+/// Label at the end of a row: the target of the transition.
 pub(super) fn leads_to(c: &Chart, to: usize) -> String {
     format!("→ {}", c.machine.states[to].name)
 }
@@ -87,7 +87,7 @@ pub(super) fn of(c: &Chart) -> Layout {
         ways[e.from].push(i);
     }
     let mut places: Vec<Place> = (0..n).map(|s| Place { rows: rows(c, s, &ways[s]), ..Place::default() }).collect();
-    // Sizes from the inside out: a state comes before those inside it.
+    // Sizes from the inside out, in reverse order: a state precedes its inner states.
     for s in (0..n).rev() {
         let own = places[s].rows.iter().map(|r| letters(c, r)).max().unwrap_or(0).max(c.short(s).chars().count() + 10);
         let inner = c.children[s].iter().map(|&k| places[k].width + LEFT + PAD).fold(0.0, f64::max);
@@ -118,7 +118,7 @@ pub(super) fn of(c: &Chart) -> Layout {
     Layout { places, lanes, width: right + LANE * (count + 1) as f64 + GAP, height }
 }
 
-/// How long a row is, with what it says at its end.
+/// Length of a row with its label (characters).
 fn letters(c: &Chart, row: &Row) -> usize {
     let end = row.edge.map_or(0, |e| leads_to(c, c.edges[e].to).chars().count() + 3);
     row.text.chars().count() + end
@@ -136,7 +136,7 @@ fn rows(c: &Chart, s: usize, ways: &[usize]) -> Vec<Row> {
     out
 }
 
-/// A text in lines that are not too long.
+/// Wraps a text to lines of limited length.
 fn broken(text: &str) -> Vec<String> {
     let mut out = vec![String::new()];
     for word in text.split_whitespace() {
@@ -167,14 +167,14 @@ fn lanes(c: &Chart, places: &[Place]) -> Vec<Lane> {
     all.into_iter().map(|((to, fault), rows)| Lane { to, fault, x: 0.0, rows }).collect()
 }
 
-/// Gives each lane the innermost place that is free along it. Gives how many places there are.
+/// Assigns each lane the innermost column that is free along it; returns the number of columns.
 fn assign(lanes: &mut [Lane], places: &[Place], right: f64) -> usize {
     let ends = |l: &Lane| {
         let at = places[l.to].arrival();
         l.rows.iter().fold((at, at), |(low, high), r| (f64::min(low, r.1), f64::max(high, r.1)))
     };
     lanes.sort_by(|a, b| ends(a).0.total_cmp(&ends(b).0));
-    // Whole numbers, of which a heap knows the order.
+    // Integers, because `BinaryHeap` needs a total order.
     let whole = |y: f64| (y * 16.0) as i64;
     let mut busy: BinaryHeap<Reverse<(i64, usize)>> = BinaryHeap::new();
     let mut free: BinaryHeap<Reverse<usize>> = BinaryHeap::new();

@@ -1,7 +1,7 @@
-//! The machine for Mermaid.
+//! Draws the machine for Mermaid.
 //!
-//! Mermaid draws no line between a state and one that stands inside it. A way from such a state begins at a box
-//! `in any of NAME`; one to it ends at the innermost state that is entered with it.
+//! Mermaid draws no edge between a state and one inside it. An edge from a state with inner states to one of these
+//! starts at a box `in any of NAME`; one to the outer state ends at the innermost state that is entered with it.
 
 use std::fmt::Write;
 
@@ -9,7 +9,7 @@ use super::{Chart, Step};
 
 pub(super) fn draw(c: &Chart) -> String {
     let mut out = format!("%% machine {}\nstateDiagram-v2\n", c.short(0));
-    // Writing to a String does not fail.
+    // Writing to a `String` cannot fail.
     let _ = write(c, &mut out);
     out
 }
@@ -25,7 +25,7 @@ fn write(c: &Chart, out: &mut String) -> std::fmt::Result {
             Step::Enter(s) => {
                 let name = c.short(s);
                 if c.holds_others(s) {
-                    // Such a state has room for its title alone.
+                    // A composite state shows only its title.
                     let about = c.about(s).join(", ");
                     let title = if about.is_empty() { name.to_string() } else { format!("{name} ({about})") };
                     writeln!(out, "{:1$}state \"{2}\" as s{s} {{", "", 4 * depth, escaped(&title))?;
@@ -58,12 +58,12 @@ fn write(c: &Chart, out: &mut String) -> std::fmt::Result {
     Ok(())
 }
 
-/// True where a way needs a box of its own to begin at.
+/// True if an edge needs a box of its own as its start.
 fn any(c: &Chart, from: usize, to: usize) -> bool {
     from == 0 || (c.holds_others(from) && c.inside(to, from))
 }
 
-/// What stands first in a state that holds others.
+/// First entries of a state with inner states.
 fn begin(c: &Chart, s: usize, depth: usize, out: &mut String) -> std::fmt::Result {
     if let Some(initial) = c.machine.states[s].initial {
         writeln!(out, "{:1$}[*] --> s{initial}", "", 4 * depth)?;
@@ -79,7 +79,7 @@ fn begin(c: &Chart, s: usize, depth: usize, out: &mut String) -> std::fmt::Resul
     Ok(())
 }
 
-/// Characters that would end a text or a line, as Mermaid's codes.
+/// Escapes characters that would end a text or a line, as codes of Mermaid.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

@@ -1,4 +1,4 @@
-//! The machine of a program as a picture: Mermaid and Graphviz for others to lay out, and an SVG laid out here.
+//! Draws the machine of a program: for Mermaid and Graphviz, which do their own layout, and as an SVG with ours.
 
 mod dot;
 mod layout;
@@ -10,18 +10,18 @@ use std::collections::VecDeque;
 use runtime::Program;
 use runtime::program::{ActionProgram, MachineProgram, Trigger};
 
-/// What a picture is written in.
+/// Format of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// A `stateDiagram-v2` of Mermaid, which many viewers of Markdown draw.
+    /// Mermaid `stateDiagram-v2`, which many Markdown viewers draw.
     Mermaid,
-    /// A directed graph of Graphviz.
+    /// Directed graph for Graphviz.
     Dot,
-    /// A picture.
+    /// SVG picture.
     Svg,
 }
 
-/// The machine of a program. `None` where it has none, or could not be executed.
+/// Draws the machine of a program. Returns `None` if it has none, or if the program is invalid.
 pub fn draw(program: &Program, format: Format) -> Option<String> {
     program.check().ok()?;
     let chart = Chart::of(program, program.machine.as_ref()?);
@@ -32,7 +32,7 @@ pub fn draw(program: &Program, format: Format) -> Option<String> {
     })
 }
 
-/// A way from a state to another.
+/// A transition between two states.
 #[derive(Clone, Copy, Debug)]
 struct Edge<'p> {
     from: usize,
@@ -41,17 +41,17 @@ struct Edge<'p> {
     fault: bool,
 }
 
-/// A machine with its tree.
+/// A machine with its tree of states.
 struct Chart<'p> {
     program: &'p Program,
     machine: &'p MachineProgram,
-    /// For each state those directly inside it, in the order in which they can be reached.
+    /// For each state its direct inner states, in the order in which they can be reached.
     children: Vec<Vec<usize>>,
-    /// All ways, in the order of their states.
+    /// All transitions, in the order of their states.
     edges: Vec<Edge<'p>>,
 }
 
-/// A step through the tree of states: parents are entered before their children and left behind them.
+/// A step of the traversal of the state tree: parents are entered before their children, and left after them.
 enum Step {
     Enter(usize),
     Leave(usize),
@@ -79,12 +79,12 @@ impl<'p> Chart<'p> {
         chart
     }
 
-    /// Orders the states of each state: first the one that is entered with it, then those next to it, and so on; those
-    /// that only faults lead to at the end.
+    /// Orders the inner states of each state: first the initial one, then its successors, breadth first; those that
+    /// only faults reach come last.
     fn order(&mut self) {
         let mut next = vec![Vec::new(); self.children.len()];
         for e in self.edges.iter().filter(|e| !e.fault) {
-            // The states beside each other that hold the two ends.
+            // Sibling states that contain the two ends.
             let outer: Vec<usize> = self.machine.path(e.from).collect();
             let inner = self.machine.path(e.to).skip(1).zip(self.machine.path(e.to));
             let Some((common, to)) = inner.into_iter().find(|(parent, _)| outer.contains(parent)) else { continue };
@@ -108,7 +108,7 @@ impl<'p> Chart<'p> {
         }
     }
 
-    /// The tree of states.
+    /// Traversal of the state tree.
     fn steps(&self) -> Vec<Step> {
         let mut out = Vec::new();
         let mut open = vec![Step::Enter(0)];
@@ -122,13 +122,13 @@ impl<'p> Chart<'p> {
         out
     }
 
-    /// The last part of a state's name.
+    /// Last part of a state's name.
     fn short(&self, state: usize) -> &'p str {
         let name = &self.machine.states[state].name;
         name.rsplit('.').next().unwrap_or(name)
     }
 
-    /// True where a state is another one, or inside it.
+    /// True if `state` is `outer`, or inside it.
     fn inside(&self, state: usize, outer: usize) -> bool {
         self.machine.path(state).any(|s| s == outer)
     }
@@ -137,7 +137,7 @@ impl<'p> Chart<'p> {
         !self.children[state].is_empty()
     }
 
-    /// What is done in a state and the stack that runs, line by line.
+    /// Stack and actions of a state, line by line.
     fn about(&self, state: usize) -> Vec<String> {
         let s = &self.machine.states[state];
         let stack = s.stack.and_then(|k| self.program.stacks.get(k)).map(|k| format!("stack {}", k.name));
@@ -150,7 +150,7 @@ impl<'p> Chart<'p> {
     }
 }
 
-/// `gripper close right`
+/// Formats an action: `gripper close right`.
 fn asked(a: &ActionProgram) -> String {
     let plain = |w: &str| w.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '.' | '-'));
     let words = a.arguments.iter().map(|w| if plain(w) { w.clone() } else { format!("{w:?}") });

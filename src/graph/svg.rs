@@ -1,4 +1,4 @@
-//! The machine as a picture.
+//! Draws the machine as an SVG.
 
 use std::fmt::Write;
 
@@ -7,16 +7,16 @@ use crate::xml::escaped;
 use super::Chart;
 use super::layout::{self, Lane, Layout, PAD, Place, TITLE, leads_to};
 
-/// Colours of lanes, in turn; those of faults have one of their own.
+/// Colours of lanes, in turn; fault lanes have one of their own.
 const COLOURS: [&str; 6] = ["#1f5f99", "#3b7d23", "#7a4ba0", "#00707a", "#8a5a00", "#4a4a8a"];
 const FAULT: &str = "#b3261e";
-/// How far below the other ways those of faults arrive.
+/// Vertical offset of arriving fault lanes against other lanes (px).
 const FAULT_BELOW: f64 = 8.0;
 
 pub(super) fn draw(c: &Chart) -> String {
     let layout = layout::of(c);
     let mut out = String::new();
-    // Writing to a String does not fail.
+    // Writing to a `String` cannot fail.
     let _ = write(c, &layout, &mut out);
     out
 }
@@ -30,7 +30,7 @@ fn write(c: &Chart, l: &Layout, out: &mut String) -> std::fmt::Result {
     )?;
     writeln!(out, "<title>machine {}</title>", escaped(c.short(0)))?;
     writeln!(out, "<rect width=\"{w}\" height=\"{h}\" fill=\"#ffffff\"/>")?;
-    // A state comes before those inside it, so that its box lies below theirs.
+    // An outer state precedes its inner states, so its box is drawn below theirs.
     for (s, place) in l.places.iter().enumerate() {
         state(c, s, place, out)?;
     }
@@ -90,7 +90,7 @@ fn text(x: f64, middle: f64, more: &str, said: &str, out: &mut String) -> std::f
     writeln!(out, "<text x=\"{x:.1}\" y=\"{y:.1}\" xml:space=\"preserve\"{more}>{}</text>", escaped(said))
 }
 
-/// The ways to a state: from each row to the lane, along it, and to the state's box.
+/// Draws the transitions to a state: from each row to the lane, along it, and to the state's box.
 fn lane(c: &Chart, l: &Layout, lane: &Lane, colour: &str, out: &mut String) -> std::fmt::Result {
     let target = &l.places[lane.to];
     let (arrival, tip) = (target.arrival() + if lane.fault { FAULT_BELOW } else { 0.0 }, target.right());
@@ -103,7 +103,7 @@ fn lane(c: &Chart, l: &Layout, lane: &Lane, colour: &str, out: &mut String) -> s
     for &(e, y) in &lane.rows {
         let edge = &c.edges[e];
         let from = &l.places[edge.from];
-        // Half a turn of a small circle where a way meets its lane; the lane is drawn by those that come from farthest.
+        // Rounded corner where a transition joins its lane. The farthest rows, above and below, draw the lane itself.
         let down = if y < arrival { 1.0 } else { -1.0 };
         let bend = f64::min(5.0, (arrival - y).abs() / 2.0);
         let far = y == farthest(y < arrival);
@@ -131,7 +131,7 @@ fn lane(c: &Chart, l: &Layout, lane: &Lane, colour: &str, out: &mut String) -> s
     writeln!(out, "<path d=\"M{tip:.1} {arrival:.1} l8 -4 v8 z\" fill=\"{colour}\"/>",)
 }
 
-/// The dot at which a machine begins, or a state that holds others.
+/// Draws the dot of the initial state of a machine, or of a state with inner states.
 fn begin(p: &Place, out: &mut String) -> std::fmt::Result {
     let (x, y) = (p.x, p.arrival());
     writeln!(out, "<circle class=\"initial\" cx=\"{:.1}\" cy=\"{y:.1}\" r=\"5\" fill=\"#333333\"/>", x - 24.0)?;

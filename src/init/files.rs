@@ -1,21 +1,21 @@
-//! Where the URDF stands, seen from the project: copied into it, or referred to where it has meshes beside it.
+//! Location of the URDF for the project: copied into it, or referred to if it has meshes.
 
 use std::path::{Component, Path, PathBuf};
 
 use super::Request;
 
-/// How the project comes to its URDF.
+/// Location of the project's URDF.
 #[derive(Clone, Debug)]
 pub(super) struct Place {
-    /// The URDF as it is, absolute; none for the example.
+    /// Absolute path of the original URDF; `None` for the example.
     pub(super) source: Option<String>,
-    /// What the spec says.
+    /// Path in the spec.
     pub(super) written: String,
-    /// Where a copy goes, if one does.
+    /// Destination of the copy, if the URDF is copied.
     pub(super) copy: Option<PathBuf>,
-    /// The folder for `package://` addresses, as the spec says it.
+    /// Folder for `package://` addresses, as in the spec.
     pub(super) package_path: Option<String>,
-    /// The same folder, absolute.
+    /// The same folder as an absolute path.
     pub(super) package_folder: Option<PathBuf>,
 }
 
@@ -31,7 +31,7 @@ impl Place {
         }
     }
 
-    /// A URDF of the user's. One with meshes stays where it is, because their addresses begin there.
+    /// A URDF of the user. It is copied, unless it is in the project or has meshes, which are relative to its folder.
     pub(super) fn of(path: &Path, text: &str, request: &Request) -> Result<Place, String> {
         let real = path.canonicalize().map_err(|e| format!("cannot find {}: {e}", path.display()))?;
         let name = real.file_name().and_then(|n| n.to_str()).ok_or("the name of the URDF is not UTF-8")?.to_string();
@@ -57,7 +57,7 @@ fn utf8(path: &Path) -> Result<String, String> {
     Ok(if text.is_empty() { ".".to_string() } else { text.to_string() })
 }
 
-/// The absolute path of a folder that need not exist, without links as far as it does.
+/// Absolute path of a folder, with symbolic links resolved for the part that exists.
 fn absolute(path: &Path) -> Result<PathBuf, String> {
     let full = std::path::absolute(path).map_err(|e| format!("cannot find {}: {e}", path.display()))?;
     let mut rest = Vec::new();
@@ -76,7 +76,7 @@ fn absolute(path: &Path) -> Result<PathBuf, String> {
     }
 }
 
-/// The path from a folder to a file; both are absolute. Absolute where they share nothing.
+/// Path from a folder to a file, both absolute; the absolute path of the file if they have no folder in common.
 fn relative(from: &Path, to: &Path) -> PathBuf {
     let (a, b): (Vec<Component>, Vec<Component>) = (from.components().collect(), to.components().collect());
     let common = a.iter().zip(&b).take_while(|(x, y)| x == y).count();
@@ -88,7 +88,7 @@ fn relative(from: &Path, to: &Path) -> PathBuf {
     up.chain(b[common..].iter().copied()).collect()
 }
 
-/// The folder above the URDF in which the first `package://` address that can be found is found.
+/// Folder above the URDF in which a `package://` address of its text resolves to a file.
 fn packages(urdf: &Path, text: &str) -> Option<PathBuf> {
     text.split("package://").skip(1).find_map(|rest| {
         let address = rest.split(['"', '\'']).next()?;

@@ -1,24 +1,24 @@
-//! Where a robot starts, and which way its tip can go from there.
+//! Home configuration of a robot, and the mobility of its tip there.
 
 use nalgebra::{DMatrix, Matrix3, SymmetricEigen};
 use robot::{Data, DofUnit, LinkId, Model};
 
-/// Share of a joint's range that home keeps from each limit.
+/// Margin of home from each limit, as a share of the joint's range.
 const INSET: f64 = 0.08;
 
-/// Bends that are tried, in rad; a tenth of that in m.
+/// Tested bends (rad); for prismatic joints a tenth of that in m.
 static BENDS: [f64; 4] = [-1.0, -0.5, 0.5, 1.0];
 
-/// The smallest singular value that is good enough, as a share of the reach.
+/// Sufficient smallest singular value, as a share of the reach.
 const ENOUGH: f64 = 0.25;
 
-/// What bending a joint by 1 rad must bring, in the same measure: few and small bends are easier to read.
+/// Cost of bending a joint by 1 rad, in the same measure: a spec with few and small bends is easier to read.
 const PRICE: f64 = 0.03;
 
-/// Joints of a limb that are bent; longer limbs are bent near the root.
+/// Maximum number of joints of a limb that are bent; longer limbs are bent near the root.
 const BENT: usize = 9;
 
-/// A position inside the limits, well inside where there is room, rounded for reading.
+/// Clamps a position to the limits, with a margin if possible, and rounds it for readability.
 fn inside(model: &Model, dof: usize, x: f64) -> f64 {
     let d = &model.dofs[dof];
     let room = INSET * (d.upper - d.lower);
@@ -29,7 +29,7 @@ fn inside(model: &Model, dof: usize, x: f64) -> f64 {
     if rounded >= d.lower && rounded <= d.upper { rounded } else { x }
 }
 
-/// Moves joints that start at a limit inside, where zero is not theirs: a knee that cannot be stretched is bent.
+/// Moves joints away from a limit if zero is outside of their range: a knee that cannot be stretched is bent.
 pub(super) fn enter(model: &Model, q: &mut [f64]) {
     for (k, d) in model.dofs.iter().enumerate() {
         if let Some(i) = d.q_index.filter(|&i| q[i] != 0.0) {
@@ -38,7 +38,7 @@ pub(super) fn enter(model: &Model, q: &mut [f64]) {
     }
 }
 
-/// J Jᵀ of the tip's position, over some degrees of freedom.
+/// Matrix J Jᵀ of the tip's position, over some degrees of freedom.
 fn gram(model: &Model, data: &Data, tip: LinkId, dofs: &[usize], jacobian: &mut DMatrix<f64>) -> Matrix3<f64> {
     data.jacobian(model, tip, data.position(tip), jacobian);
     let mut sum = Matrix3::zeros();
@@ -49,7 +49,7 @@ fn gram(model: &Model, data: &Data, tip: LinkId, dofs: &[usize], jacobian: &mut 
     sum
 }
 
-/// Length of the limb from its first joint to its tip, stretched \[m\].
+/// Length of the stretched limb from its first joint to its tip \[m\].
 pub(super) fn reach(model: &Model, tip: LinkId, dofs: &[usize]) -> f64 {
     let data = Data::new(model);
     let mut points: Vec<_> =
@@ -58,8 +58,8 @@ pub(super) fn reach(model: &Model, tip: LinkId, dofs: &[usize]) -> f64 {
     points.windows(2).map(|p| (p[1] - p[0]).norm()).sum()
 }
 
-/// Bends a limb where it is stretched or folded: `q` is changed at its degrees of freedom, such that its tip can go in
-/// all directions and every joint is inside its limits.
+/// Bends a stretched or folded limb: changes `q` at its degrees of freedom, so that its tip can move in all directions
+/// and all joints are within their limits.
 pub(super) fn bend(model: &Model, tip: LinkId, dofs: &[usize], q: &mut [f64]) {
     let at = |dof: usize| model.dofs[dof].q_index.unwrap_or(0);
     for &d in dofs {
@@ -109,7 +109,7 @@ pub(super) fn bend(model: &Model, tip: LinkId, dofs: &[usize], q: &mut [f64]) {
     q.copy_from_slice(&best.1);
 }
 
-/// How well the tip can go along each axis of the world at `q` \[m per rad, or per m\].
+/// Mobility of the tip along each axis of the world at `q` \[m per rad, or per m\].
 pub(super) fn freedom(model: &Model, tip: LinkId, dofs: &[usize], q: &[f64]) -> [f64; 3] {
     let mut data = Data::new(model);
     model.forward(q, &mut data);

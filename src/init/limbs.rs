@@ -1,4 +1,4 @@
-//! Arms in a tree of joints: the runs without a branch that have five joints or more, their tips and their anatomy.
+//! Finds arms in a tree of joints: unbranched chains of at least five joints, with their tips and their anatomy.
 
 use std::collections::BTreeMap;
 
@@ -6,36 +6,36 @@ use robot::{Base, Data, Drive, JointId, JointKind, LinkId, Model};
 
 use super::names::{is_plain, plain, words};
 
-/// The fewest joints that make an arm.
+/// Minimum number of joints of an arm.
 const JOINTS: usize = 5;
 
-/// Shoulder, elbow and wrist no nearer to each other than this \[m\] are no three points.
+/// Minimum distance of shoulder, elbow and wrist \[m\]; closer links are not distinct points.
 const APART: f64 = 0.02;
 
-/// Words of links that are tips, the best first.
+/// Words in the names of tip links, in order of preference.
 static TIPS: &[&str] =
     &["tcp", "tool", "tip", "ee", "eef", "effector", "grasp", "grasping", "gripper", "hand", "palm", "flange", "foot"];
 
-/// Words of joints that open and close something instead of moving an arm.
+/// Words in the names of gripper joints, which do not belong to the arm.
 static GRIPPERS: &[&str] = &["gripper", "finger", "jaw", "thumb", "hand", "grip"];
 
-/// Words of joints that are legs.
+/// Words in the names of leg joints.
 static LEGS: &[&str] = &["leg", "hip", "knee", "ankle", "foot", "thigh", "calf", "haa", "hfe", "kfe"];
 
-/// An arm, or what looks like one.
+/// An arm or a similar limb.
 #[derive(Clone, Debug)]
 pub(super) struct Limb {
-    /// What it is called in the spec.
+    /// Name in the spec.
     pub(super) name: String,
-    /// Its degrees of freedom, from the root outwards.
+    /// Degrees of freedom, from the root outwards.
     pub(super) dofs: Vec<usize>,
-    /// The link at its end.
+    /// Link at the end.
     pub(super) tip: LinkId,
-    /// Links at shoulder, elbow and wrist, where there are three that can be told apart.
+    /// Links at shoulder, elbow and wrist, if these are distinct points.
     pub(super) anatomy: Option<[LinkId; 3]>,
 }
 
-/// What seems to carry the root link, and the wheels that are then no joints of their own.
+/// Guesses the base from the names of wheels, and the wheels to be locked, because the base represents them.
 pub(super) fn carried(model: &Model) -> (Base, BTreeMap<String, f64>) {
     let has = |name: &str, list: &[&str]| words(name).iter().any(|w| list.contains(&w.as_str()));
     let wheel = |j: &&robot::Joint| {
@@ -51,19 +51,19 @@ pub(super) fn carried(model: &Model) -> (Base, BTreeMap<String, f64>) {
     (if legs >= 4 { Base::Floating } else { Base::Fixed }, BTreeMap::new())
 }
 
-/// Links and what hangs on them.
+/// Links with their child joints.
 struct Tree<'m> {
     model: &'m Model,
-    /// The joints on each link.
+    /// Child joints of each link.
     below: Vec<Vec<JointId>>,
 }
 
-/// A chain of joints without a branch.
+/// An unbranched chain of joints.
 struct Run {
     dofs: Vec<usize>,
-    /// The link on which the first of its joints stands.
+    /// Parent link of the first joint.
     start: LinkId,
-    /// The link that the last of its joints moves.
+    /// Child link of the last joint.
     end: LinkId,
 }
 
@@ -80,7 +80,7 @@ impl Tree<'_> {
         matches!(self.model.joint_ref(joint).drive, Drive::Dof(_) | Drive::Mimic { .. })
     }
 
-    /// The links that are rigid with `link`, itself first; and the moving joints on them.
+    /// Links rigidly connected to `link`, starting with `link` itself, and the moving joints on them.
     fn rigid(&self, link: LinkId) -> (Vec<LinkId>, Vec<JointId>) {
         let (mut links, mut heads) = (vec![link], Vec::new());
         let mut next = 0;
@@ -97,7 +97,7 @@ impl Tree<'_> {
         (links, heads)
     }
 
-    /// All runs of the tree, in the order of the model.
+    /// All chains of the tree, in model order.
     fn runs(&self) -> Vec<Run> {
         let mut runs = Vec::new();
         let mut starts = self.rigid(self.model.root()).1;
@@ -126,16 +126,16 @@ impl Tree<'_> {
         runs
     }
 
-    /// True where `link` is `below`, or hangs on it.
+    /// True if `link` is `below`, or a descendant of it.
     fn carries(&self, below: LinkId, link: LinkId) -> bool {
         std::iter::successors(Some(link), |l| self.model.parent(*l)).any(|l| l == below)
     }
 
-    /// The path from the root that has most degrees of freedom.
+    /// Path from the root with the largest number of degrees of freedom.
     fn longest(&self) -> Run {
         let mut best = Run { dofs: Vec::new(), start: self.model.root(), end: self.model.root() };
         let mut paths: Vec<Vec<usize>> = vec![Vec::new(); self.model.links.len()];
-        // Parents come before children.
+        // Parents precede their children.
         for joint in &self.model.joints {
             let mut path = paths[joint.parent.index()].clone();
             if let Drive::Dof(dof) = joint.drive {
@@ -149,24 +149,24 @@ impl Tree<'_> {
         best
     }
 
-    /// The link to call the tip, of those that are rigid with `end`.
+    /// Tip among the links rigidly connected to `end`.
     fn tip(&self, end: LinkId) -> LinkId {
         let rank = |link: &LinkId| {
             let words = words(&self.model.link_ref(*link).name);
             let has = |wanted: &str| words.iter().any(|w| w == wanted);
-            // The tip of a finger is not that of the arm.
+            // The tip of a finger is not the tip of the arm.
             if has("finger") { TIPS.len() } else { TIPS.iter().position(|t| has(t)).unwrap_or(TIPS.len()) }
         };
         self.rigid(end).0.into_iter().min_by_key(rank).unwrap_or(end)
     }
 }
 
-/// The arms of a robot; where there are none, the tip of its longest chain.
+/// Arms of a robot; as an error the longest chain, if there are none.
 pub(super) fn limbs(model: &Model) -> Result<Vec<Limb>, Limb> {
     let tree = Tree::new(model);
     let long: Vec<Run> = tree.runs().into_iter().filter(|r| r.dofs.len() >= JOINTS).collect();
     let on = |a: &Run, b: &Run| tree.carries(b.end, a.start);
-    // What carries something longer is a trunk; of what is left, a finger of a hand is no arm, however many joints it has.
+    // A chain that carries a longer one is a trunk. A chain on one of the others is a finger, however long.
     let trunk = |run: &Run| long.iter().any(|r| on(r, run) && r.dofs.len() > run.dofs.len());
     let finger = |run: &Run| long.iter().any(|r| on(run, r) && !trunk(r));
     let keep: Vec<bool> = long.iter().map(|run| !trunk(run) && !finger(run)).collect();
@@ -182,13 +182,13 @@ pub(super) fn limbs(model: &Model) -> Result<Vec<Limb>, Limb> {
             Limb { name: String::new(), tip: tree.tip(run.end), dofs: run.dofs, anatomy }
         })
         .collect();
-    // An arm before a leg: the first is the one that moves, and the first to be named.
+    // Arms before legs: the demo motion uses the first limb, and it has the first choice of a name.
     limbs.sort_by_key(|limb| is_leg(model, limb));
     name(model, &mut limbs);
     if limbs.len() == 1 && limbs[0].dofs.len() < JOINTS { Err(limbs.remove(0)) } else { Ok(limbs) }
 }
 
-/// Takes joints of a gripper off the end of an arm.
+/// Removes gripper joints from the end of an arm.
 fn trim(model: &Model, run: &mut Run) {
     while run.dofs.len() > JOINTS {
         let Some(&last) = run.dofs.last() else { return };
@@ -202,12 +202,12 @@ fn trim(model: &Model, run: &mut Run) {
     }
 }
 
-/// The link that a degree of freedom moves.
+/// Link that a degree of freedom moves.
 fn moved(model: &Model, dof: usize) -> Option<LinkId> {
     model.dofs[dof].joint.map(|j| model.joint_ref(j).child)
 }
 
-/// Shoulder: the second joint. Wrist: the last but one. Elbow: the joint between them that is furthest from both.
+/// Shoulder: second joint. Wrist: last but one. Elbow: the joint between them that is farthest from both.
 fn anatomy(model: &Model, dofs: &[usize]) -> Option<[LinkId; 3]> {
     let n = dofs.len();
     if n < JOINTS {
@@ -220,7 +220,7 @@ fn anatomy(model: &Model, dofs: &[usize]) -> Option<[LinkId; 3]> {
     let between: Option<Vec<LinkId>> = dofs[2..n - 2].iter().map(|&d| moved(model, d)).collect();
     let mut elbow: Option<LinkId> = None;
     for link in between? {
-        // Of two that stand in one place the second follows more joints.
+        // Of two joints at the same point, the second follows more joints.
         if elbow.is_none_or(|e| nearer(link) > nearer(e) - 1e-9) {
             elbow = Some(link);
         }
@@ -228,7 +228,7 @@ fn anatomy(model: &Model, dofs: &[usize]) -> Option<[LinkId; 3]> {
     elbow.filter(|&e| nearer(e) > APART && (first - last).norm() > APART).map(|e| [shoulder, e, wrist])
 }
 
-/// Names limbs after the words that their joints share and other limbs do not have.
+/// Names limbs by the words that their joints have in common, and that do not occur in all limbs.
 fn name(model: &Model, limbs: &mut [Limb]) {
     let shared: Vec<Vec<String>> = limbs
         .iter()
@@ -259,7 +259,7 @@ fn name(model: &Model, limbs: &mut [Limb]) {
     }
 }
 
-/// True for a limb whose joints or name speak of a leg.
+/// True if the names of the limb's joints indicate a leg.
 fn is_leg(model: &Model, limb: &Limb) -> bool {
     limb.dofs.iter().any(|&d| words(&model.dofs[d].name).iter().any(|w| LEGS.contains(&w.as_str())))
 }

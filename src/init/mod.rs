@@ -1,8 +1,8 @@
-//! A first project for a robot: what `hierarq init` proposes.
+//! Proposes a first project for a robot, for `hierarq init`.
 //!
-//! A URDF says how a robot is built, and not what it is for. What a spec says beyond it is proposed here from the tree of
-//! joints, their limits and their names: arms and tool frames, a base, a home configuration, a stack of limits and a small
-//! motion. All of it is a guess that compiles, and stands in the spec for the user to change.
+//! A URDF describes how a robot is built, and not its purpose. The other parts of a spec are guessed from the tree of
+//! joints, their limits and their names: arms and tool frames, a base, a home configuration, a stack of limits and a
+//! small motion. The result compiles, and the user is expected to change it.
 
 mod files;
 mod home;
@@ -20,51 +20,51 @@ use robot::{Base, Model, Options};
 use files::Place;
 use spec::Plan;
 
-/// The arm that stands in where no URDF is given.
+/// Example arm, used if no URDF is given.
 static EXAMPLE: &str = include_str!("../../examples/robots/arm7.urdf");
 
-/// Largest URDF that is read, in bytes: as large as one that a spec names.
+/// Maximum size of a URDF (bytes), the same as for a URDF of a spec.
 const MAX_URDF: u64 = 64 << 20;
 
-/// What is asked for.
+/// Request for a project.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
-    /// The folder of the project.
+    /// Folder of the project.
     pub folder: PathBuf,
-    /// The URDF; an example arm where there is none.
+    /// URDF; the example arm if `None`.
     pub urdf: Option<PathBuf>,
-    /// What carries the root link; a guess where nothing is said.
+    /// Base of the robot; guessed if `None`.
     pub base: Option<Base>,
-    /// Write YAML instead of the native spelling.
+    /// Writes YAML instead of `*.hq` syntax.
     pub yaml: bool,
-    /// Where `package://` addresses are looked for, beside the usual places.
+    /// Folders in which `package://` addresses are searched, besides the usual ones.
     pub package_paths: Vec<PathBuf>,
 }
 
-/// A project that could be written.
+/// A proposed project.
 #[derive(Clone, Debug)]
 pub struct Project {
-    /// Files by their path, with their text; the spec is the last.
+    /// Files with their paths and texts; the spec is the last.
     pub files: Vec<(PathBuf, String)>,
-    /// What the compiler says of the spec: warnings, if anything.
+    /// Report of the compiler for the spec, which may contain warnings.
     pub report: Report,
-    /// What was decided, a line each, for the user to judge.
+    /// Decisions for the user to review, one per line.
     pub remarks: Vec<String>,
 }
 
-/// Why there is no project.
+/// Reason why no project is proposed.
 #[derive(Clone, Debug)]
 pub enum Refusal {
-    /// The URDF, or every spec that was proposed for it, has errors.
+    /// The URDF, or every spec proposed for it, has errors.
     Wrong(Box<Report>),
-    /// Something else, in words.
+    /// Another problem.
     Trouble(String),
 }
 
-/// Proposes a project. Writes nothing.
+/// Proposes a project, without writing files.
 ///
 /// # Errors
-/// The URDF cannot be read, or no spec that was proposed for it compiles.
+/// The URDF cannot be read, or no spec proposed for it compiles.
 pub fn propose(request: &Request) -> Result<Project, Refusal> {
     let (text, place) = match &request.urdf {
         None => (EXAMPLE.to_string(), Place::example(&request.folder)),
@@ -88,7 +88,7 @@ pub fn propose(request: &Request) -> Result<Project, Refusal> {
                 continue;
             }
             Some(Compiled { report, .. }) => report,
-            // The example: there is no file of it yet, and a test compiles what is written.
+            // The example's URDF is not on disk yet, and a test compiles its spec.
             None => Report::default(),
         };
         let written = plan.text(&place.written, place.package_path.as_deref());
@@ -101,7 +101,7 @@ pub fn propose(request: &Request) -> Result<Project, Refusal> {
     Err(Refusal::Wrong(Box::new(first.unwrap_or_else(|| complaint(&place, request)))))
 }
 
-/// Ways to read a robot, the most helpful first; the next is tried where one does not compile.
+/// Interpretations of a robot, the most helpful first; the next one is tried if one does not compile.
 fn variants(request: &Request, text: &str) -> Vec<Variant> {
     let fixed = Base::Fixed;
     let read = |base, lock: &BTreeMap<String, f64>| {
@@ -128,7 +128,7 @@ fn variants(request: &Request, text: &str) -> Vec<Variant> {
     out
 }
 
-/// A way to read a robot.
+/// An interpretation of a robot.
 #[derive(Clone, Debug)]
 struct Variant {
     base: Base,
@@ -150,12 +150,12 @@ fn compile(text: &str, place: &Place, request: &Request) -> Compiled {
     })
 }
 
-/// What the compiler says of a URDF that is no robot.
+/// Diagnostics of the compiler for an invalid URDF.
 fn complaint(place: &Place, request: &Request) -> Report {
     let urdf = spec::quoted(place.source.as_deref().unwrap_or_default());
     let text = format!("hierarq 1\nrobot robot {{ urdf {urdf}  rate 100 Hz }}\nstack s {{ level l {{ x }} }}\n");
     let mut report = compile(&text, place, request).report;
-    // What the stand-in lacks is nobody's mistake.
+    // Errors of the placeholder spec itself are not shown.
     report.diagnostics.retain(|d| d.code.starts_with("HQ04"));
     report
 }

@@ -1,12 +1,12 @@
-//! Names: what their parts say, and which of them the language takes.
+//! Names: splitting into words, and conversion to identifiers of the language.
 
-/// True for a name that the language takes without quotes.
+/// True for a name that needs no quotes.
 pub(super) fn is_plain(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
         && name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_')
 }
 
-/// A plain name made of any text.
+/// Converts any text to an identifier; `otherwise` is the fallback and the prefix of numbers.
 pub(super) fn plain(text: &str, otherwise: &str) -> String {
     let name: String = text.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     let name = name.trim_matches('_');
@@ -17,7 +17,7 @@ pub(super) fn plain(text: &str, otherwise: &str) -> String {
     }
 }
 
-/// The words of a name, in small letters and without numbers: `LShoulderPitch` has `left`, `shoulder`, `pitch`.
+/// Words of a name in lower case, without numbers: `LShoulderPitch` has `left`, `shoulder`, `pitch`.
 pub(super) fn words(name: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     let mut before = ' ';

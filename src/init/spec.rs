@@ -1,4 +1,4 @@
-//! The proposed spec as text, in the native spelling.
+//! Writes the proposed spec in `*.hq` syntax.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -10,34 +10,34 @@ use super::home;
 use super::limbs::{self, Limb};
 use super::names::{is_plain, plain};
 
-/// The group of the joints that are in no arm.
+/// Name of the group of joints outside of all arms.
 static OTHERS: &str = "other_joints";
 
-/// Most that the tip moves to each side \[m\].
+/// Maximum displacement of the tip to each side \[m\].
 const FURTHEST: f64 = 0.05;
 
-/// All that is decided about a robot.
+/// Decisions about a robot.
 pub(super) struct Plan {
-    /// The robot's name, and the spec's.
+    /// Name of the robot and the spec.
     pub(super) name: String,
     model: Model,
     variant: Variant,
     arms: Vec<Limb>,
-    /// Joints of no arm that do not start at zero.
+    /// Joints outside of all arms that do not start at zero.
     others: Vec<usize>,
     tip: LinkId,
-    /// Where the robot starts.
+    /// Home configuration.
     q: Vec<f64>,
-    /// What the tip moves by \[m\]; none where it cannot move.
+    /// Displacement of the tip \[m\]; `None` if it cannot move.
     motion: Option<[f64; 3]>,
 }
 
-/// Text in quotes.
+/// Quotes a text.
 pub(super) fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
-/// A name as a value: in quotes where the language asks for them.
+/// Formats a name as a value, with quotes if necessary.
 fn named(name: &str) -> String {
     if is_plain(name) { name.to_string() } else { quoted(name) }
 }
@@ -46,7 +46,7 @@ fn list(items: impl IntoIterator<Item = String>) -> String {
     format!("[{}]", items.into_iter().collect::<Vec<_>>().join(", "))
 }
 
-/// The word of a base.
+/// Keyword of a base.
 pub(super) fn word(base: Base) -> &'static str {
     match base {
         Base::Fixed => "fixed",
@@ -57,7 +57,7 @@ pub(super) fn word(base: Base) -> &'static str {
 }
 
 impl Plan {
-    /// Decides; nothing where the URDF cannot be read this way.
+    /// Makes the decisions; `None` if the URDF cannot be read with this variant.
     pub(super) fn new(urdf: &str, variant: &Variant) -> Option<Plan> {
         let options = Options { base: variant.base, lock: variant.lock.clone(), ..Options::default() };
         let (model, _) = Model::from_urdf(urdf, &options).ok()?;
@@ -82,7 +82,7 @@ impl Plan {
             home::bend(&model, limb.tip, &limb.dofs, &mut q);
         }
         if dofs.is_empty() {
-            // Nothing but a base, if that.
+            // The robot has at most a base.
             dofs = (0..model.nv()).collect();
         }
         let motion = motion(&model, tip, &dofs, &q);
@@ -97,12 +97,12 @@ impl Plan {
         named(&self.model.link_ref(link).name)
     }
 
-    /// The frame that moves.
+    /// Frame that moves.
     fn frame(&self) -> String {
         self.arms.first().map_or_else(|| self.link(self.tip), |arm| arm.name.clone())
     }
 
-    /// The spec, with this path of the URDF and this folder of packages.
+    /// Text of the spec, with this path of the URDF and this folder of packages.
     pub(super) fn text(&self, urdf: &str, package_path: Option<&str>) -> String {
         let mut out =
             String::from("// A first spec, proposed by `hierarq init`. Everything in it is a guess: change it.\n");
@@ -135,7 +135,7 @@ impl Plan {
         out.push_str(&self.limits());
         let groups = self.groups();
         if !groups.is_empty() {
-            // Zeros are what a joint starts from anyway; the list is easier to change when it is there.
+            // Zeros are the default, but a list that is present is easier to edit.
             out.push_str("  home {\n");
             for (name, dofs) in groups {
                 let _ = writeln!(out, "    {name} {}", self.positions(dofs));
@@ -149,7 +149,7 @@ impl Plan {
         out
     }
 
-    /// Groups of joints, those of the arms first.
+    /// Groups of joints, arms first.
     fn groups(&self) -> Vec<(&str, &[usize])> {
         let mut out: Vec<(&str, &[usize])> = self.arms.iter().map(|a| (a.name.as_str(), &a.dofs[..])).collect();
         if !self.others.is_empty() {
@@ -166,7 +166,7 @@ impl Plan {
         if lines.is_empty() { lines } else { format!("  joints {{\n{lines}  }}\n") }
     }
 
-    /// Speeds of a base, which a URDF does not know.
+    /// Speed limits of a base, which a URDF does not contain.
     fn limits(&self) -> String {
         let speeds: &[(&str, &str)] = match self.variant.base {
             Base::Unicycle => &[("base_forward", "0.5 m/s"), ("base_yaw", "0.7 rad/s")],
@@ -228,7 +228,7 @@ impl Plan {
         out
     }
 
-    /// What was decided, for the user to judge.
+    /// Decisions for the user to review.
     pub(super) fn remarks(&self) -> Vec<String> {
         let mut out = Vec::new();
         let joints = self.model.dofs.iter().filter(|d| d.joint.is_some()).count();
@@ -243,7 +243,7 @@ impl Plan {
     }
 }
 
-/// How far the tip is to go: along the two axes in which it can best.
+/// Displacement of the tip, along the two axes of its largest mobility.
 fn motion(model: &Model, tip: LinkId, dofs: &[usize], q: &[f64]) -> Option<[f64; 3]> {
     let freedom = home::freedom(model, tip, dofs, q);
     let most = freedom.iter().fold(0.0_f64, |m, x| m.max(*x));

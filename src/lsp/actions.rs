@@ -1,4 +1,4 @@
-//! Code actions: the fixes that mend the mistakes under the cursor. Each was tried on the text before it is offered.
+//! Code actions: fixes for the mistakes at the cursor. Each fix is tested on the text before it is offered.
 
 use compiler::{Input, Report};
 use dsl::{Diagnostic, Severity};
@@ -8,10 +8,10 @@ use super::diagnostics;
 use super::document::Document;
 use super::fixes::{self, Fix};
 
-/// Most fixes that are tried for one request.
+/// Maximum number of fixes tested per request.
 const MOST: usize = 16;
 
-/// The quick fixes for a part of a document.
+/// Quick fixes for a range of a document.
 pub(super) fn of(document: &Document, range: Range, context: &CodeActionContext) -> Option<Vec<CodeActionOrCommand>> {
     let wanted = |kind: &CodeActionKind| kind.as_str().is_empty() || *kind == CodeActionKind::QUICKFIX;
     if context.only.as_ref().is_some_and(|only| !only.iter().any(wanted)) {
@@ -49,7 +49,7 @@ pub(super) fn of(document: &Document, range: Range, context: &CodeActionContext)
     Some(actions)
 }
 
-/// What there is to say about a text that would stand in the place of the document's.
+/// Report for a text in place of the document's text.
 fn compiled(document: &Document, text: &str) -> Option<Report> {
     let spelling = document.spelling()?;
     let folder = document.folder();
@@ -57,7 +57,7 @@ fn compiled(document: &Document, text: &str) -> Option<Report> {
     Some(compiler::compile_among(&input, &document.library().texts()).report)
 }
 
-/// True where a fix takes its mistake away and makes none of form in exchange.
+/// True if a fix removes its mistake and adds no syntax error.
 fn mends(document: &Document, before: &Report, d: &Diagnostic, fix: &Fix) -> bool {
     let old = document.text.as_str();
     let text = [&old[..fix.range.start], &fix.new, &old[fix.range.end..]].concat();

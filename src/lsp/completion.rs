@@ -1,5 +1,5 @@
-//! What could be written at the cursor. A marker is put there and the text is read as it then stands: where the marker
-//! turns up in the tree says what may follow. So both spellings, and texts that are half written, take one way.
+//! Completion. A marker is inserted at the cursor and the text is parsed: the position of the marker in the tree
+//! determines the candidates. The same code handles both syntaxes and incomplete texts.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -21,7 +21,7 @@ use super::vocabulary::{BUILT_IN, FAULTS, FRAME_FIELDS, MEASURED, PRESENT, TRIGG
 use crate::catalogue::describe;
 use crate::keys;
 
-/// What could stand at a byte.
+/// Completion items at a byte.
 pub(super) fn of(document: &Document, byte: usize) -> Option<Vec<CompletionItem>> {
     let spelling = document.spelling()?;
     let text = document.text.as_str();
@@ -50,7 +50,7 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Vec<CompletionItem>
     Some(list.items)
 }
 
-/// Reads the text with the marker in place of the word.
+/// Parses the text with the marker in place of the current word.
 fn imagined(document: &Document, word: Range<usize>, spelling: Spelling) -> Option<(Mentions, Slot)> {
     let text = document.text.as_str();
     let read = |behind: &str| {
@@ -60,18 +60,18 @@ fn imagined(document: &Document, word: Range<usize>, spelling: Spelling) -> Opti
         Some((mentions, slot))
     };
     if spelling == Spelling::Yaml {
-        // A key needs its colon to be one.
+        // A key is recognised only with its colon.
         return read("").or_else(|| read(":"));
     }
     let found = read("")?;
-    // A key needs a value, or it takes the next key for one.
+    // Without a value, a key would take the next key as its value.
     if matches!(found.1, Slot::Keys(..) | Slot::Parameters(..) | Slot::JointKey(_)) {
         return read(" \"\"").or(Some(found));
     }
     Some(found)
 }
 
-/// True where the rest of a line is a comment. Quotes of both kinds may hold the marks of one.
+/// True if the rest of a line is a comment. Both kinds of quotes may contain comment signs.
 fn in_comment(line: &str, spelling: Spelling) -> bool {
     let mut quote = None;
     let mut last = ' ';
@@ -90,7 +90,7 @@ fn in_comment(line: &str, spelling: Spelling) -> bool {
     false
 }
 
-/// True where a declaration could begin: at the beginning of a line, outside all braces.
+/// True if a declaration could start: at the beginning of a line, outside of all braces.
 fn top_level(before: &str, line: &str, spelling: Spelling) -> bool {
     if spelling == Spelling::Yaml {
         return line.is_empty();
@@ -113,7 +113,7 @@ fn top_level(before: &str, line: &str, spelling: Spelling) -> bool {
 struct List<'d> {
     document: &'d Document,
     range: Range<usize>,
-    /// Keys are followed by a colon.
+    /// True if a colon follows keys.
     colon: bool,
     items: Vec<CompletionItem>,
 }
@@ -123,7 +123,7 @@ fn markdown(value: String) -> Option<Documentation> {
 }
 
 impl List<'_> {
-    /// Adds an item. `rank` orders it: smaller first.
+    /// Adds an item. Items are sorted by `rank`, smallest first.
     fn add(&mut self, label: &str, kind: CompletionItemKind, rank: usize, detail: &str, doc: String) {
         let colon = self.colon && kind == CompletionItemKind::PROPERTY;
         let new = if colon { format!("{label}: ") } else { label.to_string() };
@@ -133,7 +133,7 @@ impl List<'_> {
             detail: (!detail.is_empty()).then(|| detail.to_string()),
             documentation: markdown(doc),
             sort_text: Some(format!("{rank:02}{label}")),
-            // Neovim shows items with an edit unfiltered unless this is said.
+            // Neovim does not filter items with an edit unless `filter_text` is set.
             filter_text: Some(label.to_string()),
             text_edit: Some(CompletionTextEdit::Edit(TextEdit::new(self.document.text.range(self.range.clone()), new))),
             ..CompletionItem::default()
@@ -290,7 +290,7 @@ impl List<'_> {
         }
     }
 
-    /// What a declaration with parameters takes next.
+    /// Candidates for the next argument of a declaration with parameters.
     fn given(&mut self, mentions: &Mentions, ty: Option<&str>, left: &[Taken]) {
         match ty {
             Some("arm") => self.slot(mentions, &Slot::Arm),
@@ -342,7 +342,7 @@ impl List<'_> {
         self.built_in(&functions, 2);
     }
 
-    /// Events that signals and actions raise; with `whole` all that a transition can wait for.
+    /// Events that signals and actions raise; if `whole`, all triggers of a transition.
     fn events(&mut self, mentions: &Mentions, whole: bool) {
         self.names(mentions, Class::Event, 0);
         for name in mentions.raised.keys().filter(|n| mentions.names(Class::Event).all(|e| e != n.as_str())) {
@@ -386,7 +386,7 @@ impl List<'_> {
     }
 }
 
-/// The names of all functions.
+/// Names of all functions.
 fn functions() -> Vec<&'static str> {
     let trajectories = compiler::expr::TRAJECTORIES.iter().map(|t| t.name);
     compiler::expr::FUNCTIONS.iter().map(|f| f.name).chain(trajectories).collect()

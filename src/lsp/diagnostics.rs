@@ -1,4 +1,4 @@
-//! The compiler's diagnostics as the editor shows them.
+//! Converts the compiler's diagnostics to those of the editor.
 
 use compiler::{Input, Report};
 use dsl::tree::{Item, ItemKind};
@@ -11,7 +11,7 @@ use super::document::Document;
 use super::text::Text;
 use super::uri;
 
-/// Compiles a document and says what is wrong with it; nothing where it is no spec.
+/// Compiles a document and returns its diagnostics; none if it is not a spec.
 pub(super) fn of(document: &Document) -> Vec<Shown> {
     let Some(spelling) = document.spelling() else { return Vec::new() };
     let name = document.path.as_ref().map_or_else(|| document.uri.to_string(), |p| p.display().to_string());
@@ -29,17 +29,17 @@ pub(super) fn of(document: &Document) -> Vec<Shown> {
     report.diagnostics.iter().map(|d| shown(document, report, &others, d)).collect()
 }
 
-/// One diagnostic of a report on a document.
+/// Converts one diagnostic of a document's report.
 pub(super) fn one(document: &Document, report: &Report, d: &Diagnostic) -> Shown {
     shown(document, report, &others(document, report), d)
 }
 
-/// The texts of a report. The first is the document; the others are its URDF and defaults of the task library.
+/// Texts of a report, by source; `None` for the document itself, and for texts without a file.
 fn others(document: &Document, report: &Report) -> Vec<Option<(Uri, Text)>> {
     report.sources.iter().map(|(id, s)| other(document, id, &s.name, &s.text)).collect()
 }
 
-/// Address and text of a file that diagnostics speak of.
+/// Address and text of another file with diagnostics.
 fn other(document: &Document, id: SourceId, name: &str, text: &str) -> Option<(Uri, Text)> {
     let path = document.folder().join(name);
     if id.0 == 0 || !path.is_file() {
@@ -73,7 +73,7 @@ fn shown(document: &Document, report: &Report, others: &[Option<(Uri, Text)>], d
     let mut places: Vec<DiagnosticRelatedInformation> = Vec::new();
     let range = match own(d.primary.span) {
         Some(range) => range,
-        // What is wrong with another file is shown where this one names it, with the place itself beside it.
+        // A mistake in another file is shown where this document refers to it, with a link to the place itself.
         None => {
             places.extend(related(&d.primary, &d.message));
             let (line, column) = report.sources.line_column(d.primary.span.source, d.primary.span.start);
@@ -104,15 +104,14 @@ fn shown(document: &Document, report: &Report, others: &[Option<(Uri, Text)>], d
     }
 }
 
-/// True where a file has declarations but no stack and no run, and the mistake is that it lacks a stack or a robot: it
-/// may be one that others import from.
+/// True if a stack or robot is missing in a file with declarations, but no stack and no run: others may import it.
 fn lacks_only_what_others_have(document: &Document, d: &Diagnostic) -> bool {
     let lacks = matches!(d.code, "HQ0601" if d.message.starts_with("this spec has no stack"))
         || matches!(d.code, "HQ0206" if d.message == "this spec declares no robot");
     lacks && document.analysis().is_some_and(|a| !a.spec.items.is_empty() && !a.spec.items.iter().any(runs))
 }
 
-/// True for a stack or a run, and for a repetition of stacks.
+/// True for a stack or a run, and for a repetition of these.
 fn runs(item: &Item) -> bool {
     match &item.kind {
         ItemKind::Stack(_) | ItemKind::Run(_) => true,
@@ -121,7 +120,7 @@ fn runs(item: &Item) -> bool {
     }
 }
 
-/// Where the spec names its URDF.
+/// Range of the spec's URDF path.
 fn urdf_value(document: &Document) -> Option<Range> {
     let mentions = &document.analysis()?.mentions;
     let file = mentions.all.iter().find(|m| matches!(m.what, super::mentions::What::File))?;

@@ -1,4 +1,4 @@
-//! An open document, and what is known of it; worked out when it is first asked for after a change.
+//! An open document with its analysis, which is computed on the first request after a change.
 
 use std::cell::{OnceCell, RefCell};
 use std::collections::BTreeSet;
@@ -15,41 +15,41 @@ use super::text::Text;
 use super::urdf::Urdf;
 use super::uri;
 
-/// A tree with the meaning of its words.
+/// A syntax tree with the meaning of its words.
 #[derive(Debug)]
 pub(super) struct Analysis {
-    /// The tree.
+    /// Syntax tree.
     pub spec: Spec,
-    /// Mistakes of form.
+    /// Syntax errors.
     pub diagnostics: Vec<Diagnostic>,
-    /// The meaning of its words.
+    /// Meaning of the words.
     pub mentions: Mentions,
-    /// The URDF, where it can be read.
+    /// URDF, if it can be read.
     pub urdf: Option<Rc<Urdf>>,
-    /// The files that it imports, as far as they can be read.
+    /// Imported files that can be read.
     pub imports: Vec<Imported>,
 }
 
 /// An open document.
 #[derive(Debug)]
 pub(super) struct Document {
-    /// Its address.
+    /// Address.
     pub uri: Uri,
-    /// Its path, where it lies on this machine.
+    /// Path, if the document is on this machine.
     pub path: Option<PathBuf>,
-    /// The version that the editor gave it last.
+    /// Latest version number from the editor.
     pub version: i32,
-    /// Its text.
+    /// Text.
     pub text: Text,
     spelling: Spelling,
     library: Rc<Library>,
     analysis: OnceCell<Analysis>,
-    /// The files that it imported when it was looked at last, and those that these import.
+    /// Files that the document imported at its last analysis, directly and indirectly.
     below: RefCell<Option<BTreeSet<PathBuf>>>,
 }
 
 impl Document {
-    /// Takes a document in. The ending of its name says how it is spelt; without one, the editor does.
+    /// Opens a document. The extension of its name determines the syntax; without one, the editor's language does.
     pub fn open(item: TextDocumentItem, library: Rc<Library>) -> Document {
         let path = uri::path(&item.uri);
         let by_name = Spelling::of_path(path.as_deref().unwrap_or(Path::new(item.uri.as_str())));
@@ -68,7 +68,7 @@ impl Document {
         document
     }
 
-    /// Where it lies for the library: its path, or its address where it has none.
+    /// Key of the document in the library: its path, or its address if it has none.
     pub fn place(&self) -> PathBuf {
         self.path.as_deref().and_then(uri::absolute).unwrap_or_else(|| PathBuf::from(self.uri.as_str()))
     }
@@ -87,13 +87,13 @@ impl Document {
         self.library.open(self.place(), self.text.as_str(), self.spelling);
     }
 
-    /// Forgets what was read from other files.
+    /// Discards the analysis, because other files may have changed.
     pub fn refresh(&mut self) {
         self.analysis = OnceCell::new();
     }
 
-    /// True where what is known of it rests on the file at a path. What others import is remembered until it is looked
-    /// at again, so that typing in a file costs those that import from it nothing.
+    /// True if the analysis depends on the file at a path. The set of imported files is kept between analyses, so
+    /// typing in a file does not cost a new analysis of the files that import it.
     pub fn rests_on(&self, path: &Path) -> bool {
         if self.below.borrow().is_none() {
             self.analysis();
@@ -101,17 +101,17 @@ impl Document {
         self.below.borrow().as_ref().is_some_and(|below| below.contains(path))
     }
 
-    /// How it is spelt; `None` for YAML that is no spec, of which an editor may open many.
+    /// Syntax; `None` for YAML that is not a spec, since an editor may open many such files.
     pub fn spelling(&self) -> Option<Spelling> {
         library::is_spec(self.text.as_str(), self.spelling).then_some(self.spelling)
     }
 
-    /// The folder that relative paths start from.
+    /// Base folder of relative paths.
     pub fn folder(&self) -> &Path {
         self.path.as_deref().and_then(Path::parent).unwrap_or(Path::new(""))
     }
 
-    /// What is known of it; `None` where it is no spec.
+    /// Analysis; `None` if the document is not a spec.
     pub fn analysis(&self) -> Option<&Analysis> {
         let spelling = self.spelling()?;
         Some(self.analysis.get_or_init(|| {
@@ -127,7 +127,7 @@ impl Document {
         }))
     }
 
-    /// What the words of a text would mean that stood in this document.
+    /// Meaning of the words of a text in place of this document's.
     pub fn imagine(&self, text: &str) -> Option<Mentions> {
         let source = Sources::default().add("", "");
         let (spec, _) = dsl::parse(source, text, self.spelling()?);
@@ -137,7 +137,7 @@ impl Document {
         Some(mentions::of(&spec, text, self.spelling()?, urdf.as_deref(), imports))
     }
 
-    /// The whole text as the formatter writes it; `None` where it cannot be read in full.
+    /// Formatted text; `None` if the document has syntax errors.
     pub fn formatted(&self) -> Option<String> {
         let analysis = self.analysis()?;
         let broken = analysis.diagnostics.iter().any(|d| d.severity == Severity::Error);

@@ -1,5 +1,5 @@
-//! Quick fixes: what a diagnostic proposes, as edits of the text. Whether a fix mends the mistake is tried before it is
-//! offered, so that a proposal may be bold.
+//! Quick fixes: proposals of a diagnostic as edits of the text. Each fix is tested before it is offered, so proposals
+//! may be speculative.
 
 use std::ops::Range;
 
@@ -7,14 +7,14 @@ use dsl::tree::{ItemKind, Spec};
 use dsl::{Diagnostic, Spelling};
 use stdlib_tasks::params::ParamType;
 
-/// A proposal: its title, and what replaces which bytes.
+/// A proposed replacement of some bytes, with a title.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Fix {
-    /// What it does, for a menu.
+    /// Title for a menu.
     pub title: String,
-    /// The bytes that are replaced.
+    /// Bytes to replace.
     pub range: Range<usize>,
-    /// What stands there then.
+    /// Replacement.
     pub new: String,
 }
 
@@ -24,7 +24,7 @@ impl Fix {
     }
 }
 
-/// The proposals for a diagnostic of a text.
+/// Proposals for a diagnostic of a text.
 pub(super) fn of(d: &Diagnostic, text: &str, spec: &Spec, spelling: Spelling) -> Vec<Fix> {
     let range = d.primary.span.range();
     let Some(shown) = text.get(range.clone()) else { return Vec::new() };
@@ -70,17 +70,17 @@ pub(super) fn of(d: &Diagnostic, text: &str, spec: &Spec, spelling: Spelling) ->
     .collect()
 }
 
-/// What stands between backticks.
+/// Parts of a text between backticks.
 fn quoted(text: &str) -> impl Iterator<Item = &str> {
     text.split('`').skip(1).step_by(2)
 }
 
-/// A unit behind a value.
+/// Appends a unit to a value.
 fn behind(unit: &str, range: Range<usize>) -> Fix {
     Fix::new(format!("Write the unit `{unit}`"), range.end..range.end, format!(" {unit}"))
 }
 
-/// Removes the declaration that a diagnostic is about, with its lines where they hold nothing else.
+/// Removes the declaration of a diagnostic, with its lines if they contain nothing else.
 fn removal(d: &Diagnostic, text: &str, spec: &Spec) -> Option<Fix> {
     let (item, name) = spec.items.iter().find_map(|item| {
         let name = match &item.kind {
@@ -99,7 +99,7 @@ fn removal(d: &Diagnostic, text: &str, spec: &Spec) -> Option<Fix> {
     Some(Fix::new(format!("Remove `{}`", name.value), start..end, ""))
 }
 
-/// Writes what a task type or a robot lacks, where there is a value that changes nothing: where the robot is, at rest.
+/// Adds required parameters of a task type or a robot, if a neutral value exists: the current state, or zero velocity.
 fn missing(d: &Diagnostic, text: &str, spelling: Spelling) -> Vec<Fix> {
     let mut words = quoted(&d.message);
     let (Some(owner), keys) = (words.next(), words.collect::<Vec<_>>()) else { return Vec::new() };
@@ -123,7 +123,7 @@ fn missing(d: &Diagnostic, text: &str, spelling: Spelling) -> Vec<Fix> {
         .collect()
 }
 
-/// Where entries may be written behind a word: into the block that follows it, or into a new one.
+/// Insertion of entries after a word: into the block that follows, or into a new one.
 fn places(text: &str, end: usize, spelling: Spelling, entries: &[(&str, String)]) -> Vec<(Range<usize>, String)> {
     let rest = &text[end..];
     let args = if rest.starts_with('(') { rest.find(')').map_or(0, |n| n + 1) } else { 0 };
@@ -147,7 +147,7 @@ fn places(text: &str, end: usize, spelling: Spelling, entries: &[(&str, String)]
         let open = at + 1 + value.find('{').unwrap_or(0) + 1;
         return vec![(open..open, format!(" {},", joined(":", ", ")))];
     }
-    // A block below: its first line shows the indentation.
+    // An indented block below: its first line determines the indentation.
     let Some((_, below)) = value.split_once('\n') else { return Vec::new() };
     let line = text.len() - below.len();
     let indent = &below[..below.len() - below.trim_start_matches(' ').len()];

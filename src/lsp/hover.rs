@@ -1,4 +1,4 @@
-//! What there is to say about a word.
+//! Hover texts.
 
 use std::fmt::Write;
 use std::ops::Range;
@@ -19,10 +19,10 @@ use super::walk_machines::outcome_of;
 use crate::catalogue::{self, describe, presence};
 use crate::keys;
 
-/// Lines of a declaration that are shown.
+/// Maximum number of lines shown of a declaration.
 const SHOWN: usize = 16;
 
-/// The text for the word at a byte.
+/// Hover text for the word at a byte.
 pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
     let analysis = document.analysis()?;
     let mention = analysis.mentions.at(byte)?;
@@ -64,7 +64,7 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
     Some(Hover { contents, range: Some(document.text.range(mention.place.clone())) })
 }
 
-/// A verb: how it is said, what it does, how it may come out.
+/// Text for a verb: syntax, description, and outcomes.
 pub(super) fn verb(verb: &Verb) -> String {
     let outcomes: Vec<String> = verb.outcomes.iter().map(|o| format!("`{o}`")).collect();
     match outcomes.as_slice() {
@@ -73,7 +73,7 @@ pub(super) fn verb(verb: &Verb) -> String {
     }
 }
 
-/// An event: what raises it.
+/// Text for an event: the actions that raise it.
 pub(super) fn event(mentions: &Mentions, name: &str) -> Option<String> {
     let outcomes: Vec<&Verb> = outcome_of(name).filter(|_| mentions.raised.contains_key(name)).collect();
     if !outcomes.is_empty() {
@@ -97,14 +97,14 @@ fn declared(document: &Document, analysis: &Analysis, class: Class, name: &str) 
     }
 }
 
-/// A declaration of another file.
+/// Text for a declaration of another file.
 fn shown(class: Class, source: &Source, whole: &Range<usize>, name: &str, comments: &[String]) -> Option<String> {
     let text = code(class, (&source.text, source.spelling), whole, name, comments)?;
     let file = source.path.file_name()?.to_string_lossy();
     Some(format!("{text}\n\nDeclared in `{file}`."))
 }
 
-/// A declaration: what it is, its first lines, its comments.
+/// Text for a declaration: class, first lines, comments.
 fn code(
     class: Class,
     (text, spelling): (&Text, dsl::Spelling),
@@ -114,7 +114,7 @@ fn code(
 ) -> Option<String> {
     let start = whole.start;
     let whole = text.as_str().get(whole.clone())?;
-    // Lines after the first lose the indentation that the declaration has.
+    // Remove the indentation of the declaration from the following lines.
     let column = text.position(start).character as usize;
     let mut lines = whole.lines().enumerate().map(|(i, l)| match l.get(..column) {
         Some(space) if i > 0 && space.trim().is_empty() => &l[column..],
@@ -134,17 +134,17 @@ fn code(
     Some(out)
 }
 
-/// A key: what it holds, whether it may be left out, what it does.
+/// Text for a key: type, presence, description.
 pub(super) fn key(key: &Key) -> String {
     format!("`{}`: {}; {}\n\n{}", key.name, keys::describe(&key.holds), presence(&key.presence), key.doc)
 }
 
-/// A parameter: what it holds, whether it may be left out, what it does.
+/// Text for a parameter: type, presence, description.
 pub(super) fn parameter(info: &ParamInfo) -> String {
     format!("`{}`: {}; {}\n\n{}", info.name, describe(&info.ty), presence(&info.presence), info.text())
 }
 
-/// A task type: its page of the catalogue.
+/// Text for a task type: its page of the catalogue.
 pub(super) fn task_kind(kind: &TaskKind) -> String {
     let nature = match kind.nature {
         Nature::Limit => "limit",
@@ -158,7 +158,7 @@ pub(super) fn task_kind(kind: &TaskKind) -> String {
     out
 }
 
-/// A function or a built-in name.
+/// Text for a function or a built-in name.
 pub(super) fn built_in(name: &str) -> Option<String> {
     let triggers = TRIGGERS.iter().chain(FAULTS).chain(MEASURED);
     if let Some(known) = find(name).or_else(|| triggers.clone().find(|k| k.name == name)) {
@@ -177,7 +177,7 @@ pub(super) fn built_in(name: &str) -> Option<String> {
     Some(format!("`{}`", function.form))
 }
 
-/// A unit symbol: what one of it is in SI.
+/// Text for a unit symbol: its value in SI.
 pub(super) fn unit(symbol: &str) -> Option<String> {
     let unit = dsl::tree::Unit { factors: vec![(symbol.to_string(), 1)], span: dsl::Span::default() };
     let (factor, dimension) = units::meaning(&unit).ok()?;

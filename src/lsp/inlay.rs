@@ -1,4 +1,4 @@
-//! Inlay hints: behind a quantity in another unit, its value in SI.
+//! Inlay hints: the value in SI after a quantity in another unit.
 
 use std::ops::Range;
 
@@ -11,10 +11,10 @@ use lsp_types::{InlayHint, InlayHintLabel};
 
 use super::document::Document;
 
-/// Most numbers of a list that a hint shows.
+/// Maximum number of list items in a hint.
 const MOST: usize = 8;
 
-/// The hints for a part of a document, in bytes.
+/// Hints for a range of bytes of a document.
 pub(super) fn of(document: &Document, part: Range<usize>) -> Option<Vec<InlayHint>> {
     let mut hints = Vec::new();
     for (end, label) in quantities(&document.analysis()?.spec) {
@@ -34,7 +34,7 @@ pub(super) fn of(document: &Document, part: Range<usize>) -> Option<Vec<InlayHin
     Some(hints)
 }
 
-/// For each quantity that is not in SI, the byte behind it and its value.
+/// For each quantity that is not in SI, its end and its value.
 fn quantities(spec: &Spec) -> Vec<(usize, String)> {
     let mut out = Vec::new();
     spec.items.iter().for_each(|i| item(i, &mut out));
@@ -188,7 +188,7 @@ fn value(v: &Value, out: &mut Vec<(usize, String)>) {
     }
 }
 
-/// `= 0.785398 rad` for `45 deg`; nothing where the unit is one of SI or the value no number.
+/// Formats a quantity in SI: `= 0.785398 rad` for `45 deg`; `None` if the unit has factor 1, or without a number.
 fn in_si(inner: &Value, unit: &Unit) -> Option<String> {
     let (factor, dimension) = units::meaning(unit).ok().filter(|(factor, _)| *factor != 1.0)?;
     let shown = numbers(inner, factor)?;
@@ -196,7 +196,7 @@ fn in_si(inner: &Value, unit: &Unit) -> Option<String> {
     Some(if unit.is_empty() { format!("= {shown}") } else { format!("= {shown} {unit}") })
 }
 
-/// A number, or a list of them, times a factor.
+/// Formats a number, or a list of numbers, times a factor.
 fn numbers(v: &Value, factor: f64) -> Option<String> {
     match &v.kind {
         ValueKind::Number(n) => Some(runtime::text::number(n.value * factor)),

@@ -1,5 +1,5 @@
-//! The files that specs import, and other specs of the workspace: read once, and again where they have changed. What is
-//! open in the editor counts as it stands there.
+//! Files that specs import, and other specs of the workspace: read once, and again after a change. Texts that are open
+//! in the editor take precedence over the disk.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,35 +15,35 @@ use super::text::Text;
 use super::urdf::{self, Urdf};
 use super::{uri, walk, walk_runs};
 
-/// Most files that are looked into for one question; the compiler refuses more.
+/// Maximum number of files visited for one query; the compiler rejects more.
 const MOST_FILES: usize = 400;
 
-/// How deep imports are followed; the compiler follows as many.
+/// Maximum depth of imports, the same as in the compiler.
 const MOST_DEPTH: usize = 64;
 
-/// A text with its place, to which declarations of other files point.
+/// A text with its path, to which declarations in other files refer.
 #[derive(Debug)]
 pub(super) struct Source {
-    /// Where it lies.
+    /// Path.
     pub path: PathBuf,
-    /// What stands there.
+    /// Text.
     pub text: Text,
-    /// How it is spelt.
+    /// Syntax.
     pub spelling: Spelling,
 }
 
-/// A spec that is not looked at for its own sake.
+/// A spec that other specs refer to.
 #[derive(Debug)]
 pub(super) struct File {
-    /// Its text.
+    /// Source of the spec.
     pub source: Rc<Source>,
-    /// The meaning of its words.
+    /// Meaning of its words.
     pub mentions: Mentions,
-    /// The files that it imports, then those that workers of its missions run.
+    /// Files that it imports, followed by the specs that workers of its missions run.
     pub imports: Vec<Imported>,
-    /// The URDF of its robot, or of the first one that it imports.
+    /// URDF of its robot, or of the first one that it imports.
     pub urdf: Option<Rc<Urdf>>,
-    /// Where all files lie that it imports, and those that these import.
+    /// Paths of all directly and indirectly imported files.
     below: BTreeSet<PathBuf>,
     stamp: Stamp,
 }
@@ -51,37 +51,37 @@ pub(super) struct File {
 /// An import of a file.
 #[derive(Clone, Debug)]
 pub(super) struct Imported {
-    /// As the import writes it.
+    /// Path as written in the import.
     pub written: String,
-    /// Where it should lie.
+    /// Path to the file.
     path: PathBuf,
-    /// The file; `None` where it cannot be read.
+    /// The file; `None` if it cannot be read.
     pub file: Option<Rc<File>>,
 }
 
 impl File {
-    /// True where this file, or one that it imports, lies at a path.
+    /// True if this file, or one that it imports, has the given path.
     pub fn reaches(&self, path: &Path) -> bool {
         self.source.path == path || self.below.contains(path)
     }
 }
 
-/// Where the files lie that are imported, and those that these import.
+/// Paths of all directly and indirectly imported files.
 pub(super) fn below(imports: &[Imported]) -> BTreeSet<PathBuf> {
     let further = imports.iter().filter_map(|i| i.file.as_ref()).flat_map(|f| f.below.iter());
     imports.iter().map(|i| &i.path).chain(further).cloned().collect()
 }
 
-/// By what a text is known to be the same.
+/// Version of a text, to detect changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stamp {
-    /// The text of the editor that came as this one.
+    /// Number of the editor's text.
     Open(u64),
-    /// The state of the file.
+    /// Modification time and length of the file.
     Disk(Option<SystemTime>, u64),
 }
 
-/// What the editor has open.
+/// A text that is open in the editor.
 #[derive(Clone, Debug)]
 struct Open {
     count: u64,
@@ -89,7 +89,7 @@ struct Open {
     spelling: Spelling,
 }
 
-/// The texts, and what is known of them.
+/// Texts of the session, with their cached analyses.
 #[derive(Debug, Default)]
 pub(super) struct Library {
     open: RefCell<BTreeMap<PathBuf, Open>>,
@@ -98,44 +98,44 @@ pub(super) struct Library {
     urdfs: RefCell<BTreeMap<PathBuf, Rc<Urdf>>>,
 }
 
-/// What one question has found, and the files that are being read for it.
+/// Results of one query, with the stack of files being read, to detect cycles.
 #[derive(Default)]
 struct Visit {
     done: BTreeMap<PathBuf, Option<Rc<File>>>,
     reading: Vec<PathBuf>,
 }
 
-/// True for a text that is a spec: YAML may be anything else.
+/// True if a text is a spec. YAML files can have any other contents.
 pub(super) fn is_spec(text: &str, spelling: Spelling) -> bool {
     let header = |l: &str| l.trim_start_matches('\u{feff}').starts_with("hierarq:");
     spelling == Spelling::Hq || text.lines().any(header)
 }
 
 impl Library {
-    /// From now on the text of a path is this one.
+    /// Replaces the text of a path by one of the editor.
     pub fn open(&self, path: PathBuf, text: &str, spelling: Spelling) {
         let mut count = self.count.borrow_mut();
         *count += 1;
         self.open.borrow_mut().insert(path, Open { count: *count, text: text.to_string(), spelling });
     }
 
-    /// From now on the text of a path is that of the disk.
+    /// Reverts the text of a path to that of the disk.
     pub fn close(&self, path: &Path) {
         self.open.borrow_mut().remove(path);
     }
 
-    /// Paths and texts of what is open.
+    /// Paths and texts of the open documents.
     pub fn opened(&self) -> Vec<(PathBuf, String)> {
         self.open.borrow().iter().map(|(path, open)| (path.clone(), open.text.clone())).collect()
     }
 
-    /// What is open, as the compiler takes it.
+    /// Texts of the open documents, as input of the compiler.
     pub fn texts(&self) -> compiler::Texts {
         let place = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
         self.open.borrow().iter().map(|(path, open)| (place(path), open.text.clone())).collect()
     }
 
-    /// The same library, with other texts at some paths.
+    /// Returns a copy of the library with other texts at some paths.
     pub fn imagined(&self, texts: &BTreeMap<PathBuf, (String, Spelling)>) -> Library {
         let copy = Library {
             open: RefCell::new(self.open.borrow().clone()),
@@ -149,18 +149,19 @@ impl Library {
         copy
     }
 
-    /// The spec at a path; `None` where there is none.
+    /// Returns the spec at a path; `None` if there is none.
     pub fn file(&self, path: &Path) -> Option<Rc<File>> {
         self.visit(path, &mut Visit::default())
     }
 
-    /// The files that a spec imports, then those that workers of its missions run. `own` is its path, which they may not import again.
+    /// Returns the files that a spec imports, followed by the specs that workers of its missions run. `own` is the
+    /// spec's path, which these may not import again.
     pub fn imports(&self, spec: &Spec, own: &Path) -> Vec<Imported> {
         let mut visit = Visit { reading: vec![own.to_path_buf()], ..Visit::default() };
         self.imported(spec, own, &mut visit)
     }
 
-    /// The URDF that a spec names, or one of its imports.
+    /// Returns the URDF that a spec or one of its imports names.
     pub fn urdf(&self, spec: &Spec, own: &Path, imports: &[Imported]) -> Option<Rc<Urdf>> {
         let named = spec.items.iter().find_map(|item| match &item.kind {
             ItemKind::Robot(robot) => match &robot.body.get("urdf")?.value {
@@ -214,7 +215,7 @@ impl Library {
         found
     }
 
-    /// The file as it is now: what is known of it, or what is read.
+    /// Returns the current analysis of a file: from the cache if it is up to date, or from a new reading.
     fn current(&self, path: &Path, visit: &mut Visit) -> Option<Rc<File>> {
         let stamp = self.stamp(path)?;
         let known = self.known.borrow().get(path).cloned();

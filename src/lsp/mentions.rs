@@ -1,5 +1,5 @@
-//! What the words of a spec mean, each with its place: the one table that hover, definition, references, rename,
-//! completion and highlighting look into.
+//! Symbol index of a spec: the meaning and the place of each word. It serves hover, definition, references, rename,
+//! completion and highlighting.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -15,21 +15,21 @@ use super::library::Imported;
 use super::origin::Elsewhere;
 use super::urdf::Urdf;
 
-/// The word that completion puts where the cursor is, to see what it would mean.
+/// Word that completion inserts at the cursor, to determine its meaning there.
 pub(super) const MARKER: &str = "hqCursorHereqh";
 
-/// What can be declared in a spec.
+/// Class of a declared symbol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Class {
     Param,
     /// A named expression.
     Let,
-    /// A parameter of a declaration, or what a repetition runs over; its name is looked up together with its owner.
+    /// A parameter of a declaration, or the variable of a repetition; its qualified name starts with its owner.
     Argument,
     Robot,
     Task,
     Stack,
-    /// A level; its name is looked up together with that of its stack.
+    /// A level; its qualified name starts with that of its stack.
     Level,
     Arm,
     Point,
@@ -40,24 +40,24 @@ pub(super) enum Class {
     Signal,
     /// A person.
     Human,
-    /// A point of a person; its name is looked up together with that of the person.
+    /// A point of a person; its qualified name starts with that of the person.
     Tracked,
     /// A safety field.
     Field,
     /// A signal that is an event.
     Event,
-    /// An event that no signal declares: a state raises it, or it is how an action came out.
+    /// An event that is not a signal: a state raises it, or it is an outcome of an action.
     Raised,
     Machine,
     Mission,
-    /// A member of a mission; its name is looked up together with the mission, its role, and those of what it stands in.
+    /// A member of a mission; its qualified name consists of the mission, its role, and the enclosing members.
     Member,
-    /// A state; its name is looked up together with those of the machine and the states that it stands in.
+    /// A state; its qualified name consists of the machine and the enclosing states.
     State,
 }
 
 impl Class {
-    /// What a person calls it.
+    /// Name of the class for users.
     pub fn word(self) -> &'static str {
         match self {
             Class::Param => "param",
@@ -85,79 +85,79 @@ impl Class {
     }
 }
 
-/// What a word means.
+/// Meaning of a word.
 #[derive(Clone, Debug)]
 pub(super) enum What {
-    /// Something that the spec declares, here or elsewhere. Of a level, the name is `STACK.LEVEL`.
+    /// A declared symbol, in this file or another one, by its qualified name. For a level, that is `STACK.LEVEL`.
     Declared(Class, String),
-    /// What an import brings under another name: the name before `as`.
+    /// A symbol that an import renames: the name before `as`.
     Brought(Class, Box<Elsewhere>),
     /// A link of the URDF.
     Link(String),
     /// A joint of the URDF.
     Joint(String),
-    /// The URDF itself.
+    /// The URDF.
     File,
-    /// A file that is imported, as written.
+    /// An imported file, by its path as written.
     Spec(String),
     /// A task type.
     Kind(&'static TaskKind),
     /// A parameter of a task type.
     Parameter(&'static TaskKind, &'static ParamInfo),
-    /// What a task of a type tells.
+    /// An output of a task type.
     Told(&'static TaskKind, &'static Told),
-    /// A key or a word of the language.
+    /// A key or keyword.
     Key(&'static Key),
-    /// A function or a name that is built in.
+    /// A built-in function or name.
     BuiltIn(String),
-    /// What a state asks the outside world to do.
+    /// A verb of an action.
     Verb(&'static compiler::Verb),
     /// A unit.
     Unit(dsl::tree::Unit),
 }
 
-/// A word with its meaning.
+/// An occurrence of a word, with its meaning.
 #[derive(Clone, Debug)]
 pub(super) struct Mention {
-    /// Its bytes.
+    /// Byte range.
     pub place: Range<usize>,
-    /// False where the place is that of a whole YAML scalar, of which the word is a part.
+    /// False if the range is a whole YAML scalar, of which the word is only a part.
     pub exact: bool,
-    /// True where this is the declaration.
+    /// True if this is the declaration.
     pub declares: bool,
-    /// Its meaning.
+    /// Meaning.
     pub what: What,
 }
 
 /// A declaration.
 #[derive(Clone, Debug)]
 pub(super) struct Declaration {
-    /// The name.
+    /// Range of the name.
     pub name: Range<usize>,
-    /// All of it.
+    /// Range of the whole declaration.
     pub whole: Range<usize>,
-    /// Comments before it.
+    /// Comments before the declaration.
     pub comments: Vec<String>,
-    /// Where it is declared, for a name that an import brings.
+    /// Declaration in another file, for an imported name.
     pub elsewhere: Option<Elsewhere>,
 }
 
-/// What could stand where the cursor is.
+/// Completion context: the kinds of words that fit at the cursor.
 #[derive(Clone, Debug)]
 pub(super) enum Slot {
-    /// Keys of the language, without those that are there.
+    /// Keys of a section, except for those present.
     Keys(&'static Section, Vec<String>),
-    /// Parameters of a task type, without those that are there.
+    /// Parameters of a task type, except for those present.
     Parameters(&'static [ParamInfo], Vec<String>),
-    /// Parameters of a task type as arguments with a name, without those that are there.
+    /// Parameters of a task type as named arguments, except for those present.
     Named(&'static [ParamInfo], Vec<String>),
-    /// An argument of a trajectory: its goal, or one of its limits by name, without those that are there.
+    /// An argument of a trajectory: its goal, or one of its named limits, except for those present.
     Limits(&'static Trajectory, Vec<String>),
-    /// Words, as keys or values.
+    /// Keywords, as keys or values.
     Words(&'static [&'static str]),
     /// A part of the robot, or a person.
     PartOrPerson,
-    /// What a task tells.
+    /// Outputs of a task.
     Tells(&'static [Told]),
     /// A task type.
     Kind,
@@ -165,26 +165,26 @@ pub(super) enum Slot {
     Member,
     /// A stack.
     Stack,
-    /// Names that are known, each with a word about it.
+    /// Names, each with a short description.
     Offered(Vec<(String, &'static str)>),
-    /// What a declaration with parameters takes: a value of this type, or one of these parameters by name.
+    /// Argument of a declaration with parameters: a value of this type, or one of these parameters by name.
     Given(Option<String>, Vec<Taken>),
     /// An expression.
     Expression {
-        /// `auto` may stand in its place.
+        /// True if `auto` is permitted.
         auto: bool,
-        /// What the robot does now may stand in it.
+        /// True if the robot's current state is permitted.
         state: bool,
     },
-    /// An expectation: an expression, and what is measured while a scenario runs.
+    /// An expectation: an expression that may also use measures of a scenario.
     Expected,
-    /// A condition of a machine, which knows measures of the motion.
+    /// A condition of a machine, which may also use measures of the motion.
     Condition,
-    /// What `initial(..)` can capture, behind this prefix.
+    /// Values that `initial(..)` can capture, after this prefix.
     Captured(&'static [Actual], String),
-    /// What a frame has.
+    /// Fields of a frame.
     FrameField,
-    /// What a pose or a vector has.
+    /// Fields of a pose or a vector.
     ValueField,
     /// A unit.
     Unit,
@@ -200,7 +200,7 @@ pub(super) enum Slot {
     Links,
     /// Joints and their groups.
     Joint,
-    /// Joints and their groups, as keys, without those that are there.
+    /// Joints and their groups as keys, except for those present.
     JointKey(Vec<String>),
     /// A signal with a value, or a person.
     Signal,
@@ -210,7 +210,7 @@ pub(super) enum Slot {
     Field,
     /// An event.
     Events {
-        /// Faults and completion of tasks may stand in its place.
+        /// True if other triggers are permitted too, such as faults and the completion of tasks.
         whole: bool,
     },
     /// A kind of fault.
@@ -221,52 +221,52 @@ pub(super) enum Slot {
     Verbs,
     /// A machine.
     Machine,
-    /// Nothing that could be offered: a new name, a text.
+    /// No candidates: a new name, or a text.
     Nothing,
 }
 
 /// A parameter of a declaration.
 #[derive(Clone, Debug)]
 pub(super) struct Taken {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its type, as written.
+    /// Type, as written.
     pub ty: String,
-    /// True where it may be left out.
+    /// True if it can be omitted.
     pub optional: bool,
 }
 
-/// All that was found.
+/// Symbol index of a spec.
 #[derive(Debug, Default)]
 pub(super) struct Mentions {
-    /// In the order of the text.
+    /// All occurrences, in source order.
     pub all: Vec<Mention>,
-    /// What is declared.
+    /// Declarations, by class and qualified name.
     pub declared: BTreeMap<(Class, String), Declaration>,
-    /// What declarations with parameters take, by `task NAME` or `stack NAME`.
+    /// Parameters of declarations, by `task NAME` or `stack NAME`.
     pub takes: BTreeMap<String, Vec<Taken>>,
-    /// The types of signals.
+    /// Types of signals.
     pub types: BTreeMap<String, String>,
-    /// The types of tasks.
+    /// Types of tasks.
     pub kinds: BTreeMap<String, String>,
-    /// The specs that workers run, as written, by what the workers are looked up by.
+    /// Specs that workers run, as written, by the worker's qualified name.
     pub runs: BTreeMap<String, String>,
-    /// The kinds of missions.
+    /// Kinds of missions.
     pub missions: BTreeMap<String, String>,
-    /// Events that actions raise, each with the place where that is written first.
+    /// Events that actions raise, each with its first occurrence.
     pub raised: BTreeMap<String, Range<usize>>,
-    /// What the marker stands for.
+    /// Completion context at the marker.
     pub slot: Option<Slot>,
 }
 
 impl Mentions {
-    /// The word at a byte, or the one that ends there; the shortest where several overlap.
+    /// Returns the word that contains a byte or ends there; the shortest if several overlap.
     pub fn at(&self, byte: usize) -> Option<&Mention> {
         let holds = |m: &&Mention| m.place.start <= byte && byte <= m.place.end;
         self.all.iter().filter(holds).min_by_key(|m| (m.place.len(), usize::from(m.place.end == byte)))
     }
 
-    /// All words with the same meaning as a declared name, link or joint.
+    /// All occurrences of a declared name, link or joint.
     pub fn same<'m>(&'m self, what: &'m What) -> impl Iterator<Item = &'m Mention> {
         self.all.iter().filter(move |m| match (&m.what, what) {
             (What::Declared(a, n), What::Declared(b, k)) => a == b && n == k,
@@ -275,13 +275,13 @@ impl Mentions {
         })
     }
 
-    /// Names declared in a class.
+    /// Declared names of a class.
     pub fn names(&self, class: Class) -> impl Iterator<Item = &str> {
         self.declared.keys().filter(move |k| k.0 == class).map(|k| k.1.as_str())
     }
 }
 
-/// Reads a tree.
+/// Builds the index from a syntax tree.
 pub(super) fn of(spec: &Spec, text: &str, spelling: Spelling, urdf: Option<&Urdf>, imports: &[Imported]) -> Mentions {
     let found = Mentions::default();
     let (mission, there, scope) = (None, None, Vec::new());
@@ -293,31 +293,31 @@ pub(super) fn of(spec: &Spec, text: &str, spelling: Spelling, urdf: Option<&Urdf
     found
 }
 
-/// The state of reading a tree.
+/// State of the traversal of a syntax tree.
 pub(super) struct Walker<'t> {
     pub text: &'t str,
     pub spelling: Spelling,
     pub urdf: Option<&'t Urdf>,
-    /// True inside an expression in which the robot's present state may stand.
+    /// True inside an expression that may depend on the robot's current state.
     pub state: bool,
     /// True inside an expectation.
     pub expected: bool,
     /// True inside a condition of a machine.
     pub condition: bool,
-    /// The mission that the scenario around executes.
+    /// Mission of the enclosing scenario.
     pub mission: Option<String>,
-    /// The spec that the worker around runs, as written.
+    /// Spec that the enclosing worker runs, as written.
     pub there: Option<String>,
-    /// The files that it imports, and those that workers of its missions run.
+    /// Imported files, followed by the specs that workers of missions run.
     pub imports: &'t [Imported],
-    /// Parameters and what repetitions run over, each with what it is looked up by; the innermost last.
+    /// Parameters and variables of repetitions in scope, each with its qualified name; innermost last.
     pub scope: Vec<(String, String)>,
     pub found: Mentions,
 }
 
 impl Walker<'_> {
-    /// The bytes of a word inside its span, which may have quotes around it or be a scalar that contains it; and whether
-    /// they are just the word.
+    /// Byte range of a word inside its span, which may include quotes or be a whole scalar. The flag is true if the
+    /// range is exactly the word.
     pub fn place(&self, word: &str, span: Span) -> (Range<usize>, bool) {
         let range = span.range();
         let Some(said) = self.text.get(range.clone()) else { return (range, false) };
@@ -331,13 +331,13 @@ impl Walker<'_> {
         (range, false)
     }
 
-    /// Notes a word.
+    /// Records an occurrence of a word.
     pub fn note(&mut self, word: &str, span: Span, what: What) {
         let (place, exact) = self.place(word, span);
         self.found.all.push(Mention { place, exact, declares: false, what });
     }
 
-    /// Notes the declaration of a name. `looked_up` is what it is looked up by.
+    /// Records the declaration of a name. `looked_up` is its qualified name.
     pub fn declare(
         &mut self,
         (class, looked_up): (Class, String),
@@ -357,7 +357,7 @@ impl Walker<'_> {
         self.found.all.push(Mention { place, exact, declares: true, what: What::Declared(class, looked_up) });
     }
 
-    /// Notes what the marker could be, where this is the marker.
+    /// Records the completion context, if the word is the marker. Returns true if it is.
     pub fn marked(&mut self, word: &str, slot: impl FnOnce() -> Slot) -> bool {
         let found = word == MARKER;
         if found {
@@ -366,7 +366,7 @@ impl Walker<'_> {
         found
     }
 
-    /// Notes a word that is a parameter of a declaration around it, where it is one.
+    /// Records a word that is a parameter in scope. Returns true if it is one.
     pub fn scoped(&mut self, word: &str, span: Span) -> bool {
         let found = self.scope.iter().rev().find(|s| s.0 == word).map(|s| s.1.clone());
         if let Some(key) = &found {
@@ -375,7 +375,7 @@ impl Walker<'_> {
         found.is_some()
     }
 
-    /// True for a declared name.
+    /// True if a name is declared.
     pub fn has(&self, class: Class, name: &str) -> bool {
         self.found.declared.contains_key(&(class, name.to_string()))
     }

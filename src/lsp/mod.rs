@@ -1,7 +1,8 @@
-//! The language server: what `hierarq lsp` says to an editor over standard input and output.
+//! Language server: handles `hierarq lsp` over standard input and output.
 //!
-//! One thread reads and answers. Requests go before diagnostics: a changed document is compiled once nothing else
-//! waits, so that quick typing costs one compilation. A request works on the tree as far as the text can be read.
+//! A single thread handles all messages. Requests have priority over diagnostics: a changed document is compiled only
+//! when no message is pending, so that fast typing costs one compilation. Requests use the tree as far as the text can
+//! be parsed.
 
 mod actions;
 mod completion;
@@ -42,16 +43,16 @@ use lsp_types::{InitializeParams, InitializeResult, ServerInfo};
 
 use server::Server;
 
-/// Serves one editor until it says goodbye or its end of the pipe closes. True where it shut the server down before it
-/// left, as the protocol wants.
+/// Serves one editor until it exits or closes the pipe. Returns true if the editor shut the server down first, as the
+/// protocol requires.
 ///
 /// # Errors
-/// The pipe breaks, or what comes through it is not the protocol.
+/// The pipe breaks, or its contents violate the protocol.
 pub fn serve() -> io::Result<bool> {
     let (connection, threads) = transport::stdio()?;
     let orderly = match talk(&connection) {
         Ok(orderly) => orderly,
-        // Where the talk ended because something came that is no message, that is the reason.
+        // If the session ended because of an invalid message, that is the error to report.
         Err(e) => return Err(threads.unread().unwrap_or(e)),
     };
     drop(connection);
@@ -79,7 +80,7 @@ fn talk(connection: &Connection) -> io::Result<bool> {
     let mut server = Server::of(&params);
     let mut closing = false;
     loop {
-        // What waits is answered first; diagnostics are worked out when nothing does.
+        // Pending messages come first; diagnostics are computed when there are none.
         let message = match connection.receiver.try_iter().next() {
             Some(message) => message,
             None => match server.publish() {

@@ -1,4 +1,4 @@
-//! Where a name comes from, and where else it stands in the document.
+//! Definition of a name, and its other occurrences in the document.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use super::origin::Elsewhere;
 use super::urdf::Part;
 use super::uri;
 
-/// The declaration of the word at a byte: in this document, in one that it imports, or in its URDF.
+/// Location of the declaration of the word at a byte: in this document, in an imported one, or in the URDF.
 pub(super) fn definition(document: &Document, byte: usize) -> Option<Location> {
     let analysis = document.analysis()?;
     let part = |parts: &BTreeMap<String, Part>, name: &str| {
@@ -45,12 +45,12 @@ pub(super) fn definition(document: &Document, byte: usize) -> Option<Location> {
     }
 }
 
-/// The place of a declaration in another file.
+/// Location of a declaration in another file.
 fn elsewhere(there: &Elsewhere) -> Option<Location> {
     Some(Location::new(uri::of(&there.source.path)?, there.source.text.range(there.place.clone())))
 }
 
-/// All places in this document of what stands at a byte, for the editor to highlight.
+/// All occurrences in this document of the symbol at a byte, for highlighting.
 pub(super) fn highlights(document: &Document, byte: usize) -> Option<Vec<DocumentHighlight>> {
     let mentions = &document.analysis()?.mentions;
     let what = &mentions.at(byte)?.what;

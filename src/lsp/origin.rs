@@ -1,4 +1,4 @@
-//! What names of several files have in common: the declaration that they mean, and the place where the word was chosen.
+//! Identity of names across files: the declaration that a name refers to, and the place where the word was chosen.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -7,34 +7,34 @@ use std::rc::Rc;
 use super::library::Source;
 use super::mentions::{Class, Mentions, What};
 
-/// A name by the file that gives it.
+/// A name, with the file that declares or chooses it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Origin {
-    /// The file.
+    /// File.
     pub path: PathBuf,
-    /// The class.
+    /// Class.
     pub class: Class,
-    /// What it is looked up by there.
+    /// Qualified name in that file.
     pub name: String,
 }
 
-/// The declaration of a name that an import brings.
+/// Declaration of an imported name.
 #[derive(Clone, Debug)]
 pub(super) struct Elsewhere {
-    /// The file that declares it.
+    /// File with the declaration.
     pub source: Rc<Source>,
-    /// What it is looked up by there.
+    /// Qualified name in that file.
     pub name: String,
-    /// Its name there, in bytes.
+    /// Range of the name there (bytes).
     pub place: Range<usize>,
-    /// All of it there, in bytes.
+    /// Range of the whole declaration there (bytes).
     pub whole: Range<usize>,
-    /// The file in which the word was chosen, and what it is looked up by there; `None` for a name that this import
-    /// chose itself, `deck as table`.
+    /// File in which the word was chosen, with the qualified name there; `None` for a name that this import itself
+    /// chose, `deck as table`.
     pub word: Option<(PathBuf, String)>,
 }
 
-/// The declaration that a word of a file means.
+/// Declaration that a word of a file refers to.
 pub(super) fn declaration(path: &Path, mentions: &Mentions, what: &What) -> Option<Origin> {
     match what {
         What::Declared(class, name) => {
@@ -47,7 +47,7 @@ pub(super) fn declaration(path: &Path, mentions: &Mentions, what: &What) -> Opti
     }
 }
 
-/// Where the word was chosen that stands for it. An import that gives another name chooses a word of its own.
+/// Place where the word was chosen. An import that renames a declaration chooses a word of its own.
 pub(super) fn word(path: &Path, mentions: &Mentions, what: &What) -> Option<Origin> {
     let chosen = |class: Class, (path, name): (PathBuf, String)| Origin { path, class, name };
     match what {

@@ -1,5 +1,6 @@
-//! Renaming: a word is changed where it was chosen and wherever it means the same, in all specs at once. The result is
-//! read again before it is offered: the new name must mean the same thing in the same places, and nothing else may.
+//! Renaming: changes a word where it was chosen and in all its uses, in all specs at once. The result is parsed again
+//! before it is offered: the new name must have the same meaning in the same places, and no other word may change its
+//! meaning.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,10 +16,10 @@ use super::vocabulary;
 use super::walk_machines::outcome_of;
 use super::workspace::{self, Specs, Uses, Workspace};
 
-/// Most specs that are compiled to see whether they still can be.
+/// Maximum number of specs that are compiled to verify the result.
 const MOST_COMPILED: usize = 64;
 
-/// The name at a byte, and where it was chosen.
+/// Name at a byte, with the place where it was chosen.
 fn chosen(document: &Document, byte: usize) -> Option<(&Mention, Origin)> {
     let mentions = &document.analysis()?.mentions;
     let mention = mentions.at(byte)?;
@@ -26,17 +27,17 @@ fn chosen(document: &Document, byte: usize) -> Option<(&Mention, Origin)> {
     Some((mention, target))
 }
 
-/// The range and present text of what would be renamed.
+/// Range and current text of the name to be renamed.
 pub(super) fn prepare(document: &Document, byte: usize) -> Option<PrepareRenameResponse> {
     let (mention, _) = chosen(document, byte).filter(|(m, _)| m.exact)?;
     let placeholder = document.text.as_str().get(mention.place.clone())?.to_string();
     Some(PrepareRenameResponse::RangeWithPlaceholder { range: document.text.range(mention.place.clone()), placeholder })
 }
 
-/// The edits of all files that rename what stands at a byte.
+/// Returns the edits of all files that rename the symbol at a byte.
 ///
 /// # Errors
-/// What stands in the way.
+/// Reason why the symbol cannot be renamed.
 pub(super) fn rename(
     w: Workspace,
     (document, byte): (&Document, usize),
@@ -88,7 +89,7 @@ pub(super) fn rename(
         texts.insert(source.path.clone(), (text, source.spelling));
     }
     let after = library.imagined(&texts);
-    // The file that chose the word is asked first.
+    // The file in which the word was chosen is checked first.
     all.sort_by_key(|uses| uses.file.source.path != target.path);
     for uses in &all {
         let path = &uses.file.source.path;
@@ -111,8 +112,8 @@ pub(super) fn rename(
     Ok(all.iter().filter(|u| !u.words.is_empty()).filter_map(edits).collect())
 }
 
-/// Why the specs would not compile any more with other texts. What the words do not show comes out here: `arm_${side}`
-/// may make a name, and some tasks take arms by the names `left` and `right`.
+/// Returns the reason why the specs would not compile any more with the new texts. This finds uses that are not words:
+/// `arm_${side}` may form a name, and some tasks expect arms with the names `left` and `right`.
 fn breaks(
     specs: &Specs,
     library: &Library,
@@ -136,7 +137,7 @@ fn breaks(
     None
 }
 
-/// What keeps a spec from being compiled.
+/// Messages of the errors of a spec.
 fn errors(path: &Path, text: &str, spelling: Spelling, texts: &compiler::Texts) -> Vec<String> {
     let name = path.display().to_string();
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -146,7 +147,7 @@ fn errors(path: &Path, text: &str, spelling: Spelling, texts: &compiler::Texts) 
     errors.map(|d| d.message).collect()
 }
 
-/// True where a file has a declaration already that would have the new name.
+/// True if a file already declares the new name.
 fn clashes(uses: &Uses, target: &Origin, new: &str) -> bool {
     let mentions = &uses.file.mentions;
     uses.words.iter().any(|m| match &m.what {
@@ -158,7 +159,7 @@ fn clashes(uses: &Uses, target: &Origin, new: &str) -> bool {
     }) || (uses.file.source.path == target.path && taken(mentions, target.class, new))
 }
 
-/// True for a name that is declared; params and named expressions share theirs.
+/// True if a name is declared in the same name space; values of all classes share one.
 fn taken(mentions: &Mentions, class: Class, key: &str) -> bool {
     let classes: &[Class] = match class {
         Class::Param | Class::Let | Class::Signal | Class::Human | Class::Field | Class::Event | Class::Raised => {
@@ -170,7 +171,7 @@ fn taken(mentions: &Mentions, class: Class, key: &str) -> bool {
     classes.iter().any(|c| mentions.declared.contains_key(&(*c, key.to_string())))
 }
 
-/// A path as a message names it.
+/// Formats a path for a message.
 fn short(path: &Path) -> String {
     path.file_name().map_or_else(|| path.display().to_string(), |n| format!("`{}`", n.to_string_lossy()))
 }

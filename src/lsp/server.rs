@@ -1,4 +1,4 @@
-//! The open documents, and which function answers what.
+//! State of the server, and dispatch of requests and notifications.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -24,7 +24,7 @@ use super::library::Library;
 use super::workspace::Workspace;
 use super::{actions, completion, diagnostics, hover, inlay, navigation, rename, symbols, tokens, uri, workspace};
 
-/// What the server can do.
+/// Capabilities of the server.
 pub(super) fn capabilities() -> ServerCapabilities {
     ServerCapabilities {
         text_document_sync: Some(TextDocumentSyncCapability::Options(TextDocumentSyncOptions {
@@ -71,33 +71,33 @@ pub(super) fn capabilities() -> ServerCapabilities {
     }
 }
 
-/// Why a request is not answered.
+/// Error response to a request.
 struct Refusal(ErrorCode, String);
 
-/// The open documents.
+/// State of the server: the open documents.
 #[derive(Default)]
 pub(super) struct Server {
-    /// The folders of the workspace.
+    /// Folders of the workspace.
     roots: Vec<PathBuf>,
     /// All texts.
     library: Rc<Library>,
     documents: BTreeMap<Uri, Document>,
-    /// Those whose diagnostics are out of date.
+    /// Documents whose diagnostics are outdated.
     changed: BTreeSet<Uri>,
 }
 
-/// The folder of an address.
+/// Folder of an address.
 fn root(uri: &Uri) -> Option<PathBuf> {
     uri::absolute(&uri::path(uri)?)
 }
 
-/// Calls a function; a fault in it costs this answer and not the session.
+/// Calls a function and catches a panic, which then costs this response and not the session.
 fn guarded<T>(f: impl FnOnce() -> T) -> Option<T> {
     catch_unwind(AssertUnwindSafe(f)).ok()
 }
 
 impl Server {
-    /// A server for the workspace that an editor tells of.
+    /// Creates a server for the workspace of an editor.
     #[allow(deprecated, reason = "editors without folders of a workspace tell of one root")]
     pub fn of(params: &InitializeParams) -> Server {
         let folders = params.workspace_folders.iter().flatten().map(|f| &f.uri);
@@ -108,7 +108,7 @@ impl Server {
         Server { roots, ..Server::default() }
     }
 
-    /// The diagnostics of one changed document, if there is one.
+    /// Computes the diagnostics of one changed document, if there is one.
     pub fn publish(&mut self) -> Option<Message> {
         let uri = self.changed.pop_first()?;
         let document = self.documents.get(&uri);
@@ -117,7 +117,7 @@ impl Server {
         Some(Notification::new(note::PublishDiagnostics::METHOD.to_string(), params).into())
     }
 
-    /// Takes in what the editor tells. What cannot be read is left, as the protocol has no answer to it.
+    /// Handles a notification. Invalid ones are ignored, since the protocol has no response to them.
     pub fn note(&mut self, n: Notification) {
         match n.method.as_str() {
             note::DidOpenTextDocument::METHOD => {
@@ -138,7 +138,7 @@ impl Server {
             }
             note::DidCloseTextDocument::METHOD => {
                 if let Ok(p) = serde_json::from_value::<DidCloseTextDocumentParams>(n.params) {
-                    // What is not open has no diagnostics.
+                    // A closed document has no diagnostics.
                     self.touched(&p.text_document.uri);
                     if let Some(document) = self.documents.remove(&p.text_document.uri) {
                         self.library.close(&document.place());
@@ -152,7 +152,7 @@ impl Server {
                 self.roots.retain(|r| !gone.contains(r));
                 self.roots.extend(p.event.added.iter().filter_map(|f| root(&f.uri)));
             }
-            // A file beside the spec may have changed too.
+            // Another file that the spec depends on may have changed too.
             note::DidSaveTextDocument::METHOD => {
                 for document in self.documents.values_mut() {
                     document.refresh();
@@ -171,7 +171,7 @@ impl Server {
         Workspace { documents: opened, roots: &self.roots, library: &self.library }
     }
 
-    /// What others know of this document is out of date.
+    /// Invalidates the analyses that depend on this document.
     fn touched(&mut self, uri: &Uri) {
         let Some(place) = uri::path(uri).and_then(|p| uri::absolute(&p)) else { return };
         for document in self.documents.values_mut().filter(|d| d.uri != *uri && d.rests_on(&place)) {
@@ -180,7 +180,7 @@ impl Server {
         }
     }
 
-    /// Answers a request.
+    /// Responds to a request.
     pub fn answer(&self, request: Request) -> Response {
         let id = request.id.clone();
         let result = guarded(|| self.dispatch(request))
@@ -252,14 +252,14 @@ impl Server {
         }
     }
 
-    /// Asks about a place; nothing where the document is not open.
+    /// Evaluates a query at a position; `None` if the document is not open.
     fn at<T>(&self, p: &TextDocumentPositionParams, f: impl FnOnce(&Document, usize) -> Option<T>) -> Option<T> {
         let document = self.documents.get(&p.text_document.uri)?;
         f(document, document.text.byte(p.position))
     }
 }
 
-/// Reads the parameters of a request and writes its result.
+/// Deserializes the parameters of a request and serializes its result.
 fn with<R: ask::Request>(
     request: Request,
     f: impl FnOnce(R::Params) -> Result<R::Result, Refusal>,
@@ -269,7 +269,7 @@ fn with<R: ask::Request>(
     serde_json::to_value(f(params)?).map_err(|e| Refusal(ErrorCode::InternalError, e.to_string()))
 }
 
-/// The edit that formats a document: from the first line that differs to the last.
+/// Edit that formats a document, from the first changed line to the last.
 fn format(document: &Document) -> Option<Vec<TextEdit>> {
     let new = document.formatted()?;
     let old = document.text.as_str();

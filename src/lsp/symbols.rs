@@ -1,4 +1,4 @@
-//! The outline of a spec.
+//! Outline of a spec.
 
 use dsl::tree::{Entry, ItemKind, MissionMember, MissionRepeat, Robot, Stack, State, StateBody, ValueKind};
 use dsl::{Span, Spanned};
@@ -6,7 +6,7 @@ use lsp_types::{DocumentSymbol, SymbolKind};
 
 use super::document::Document;
 
-/// All declarations, parts of the robot and levels inside theirs.
+/// Outline of all declarations, with parts of the robot and levels nested.
 pub(super) fn of(document: &Document) -> Vec<DocumentSymbol> {
     let Some(analysis) = document.analysis() else { return Vec::new() };
     let o = Outline { document };
@@ -76,11 +76,11 @@ impl Outline<'_> {
         detail: &str,
         children: Vec<DocumentSymbol>,
     ) -> DocumentSymbol {
-        // The name lies inside the whole, also where a broken text has them apart.
+        // The range must contain the name, also if a broken text separates them.
         let (inner, outer) = (name.span.range(), whole.range());
         let outer = outer.start.min(inner.start)..outer.end.max(inner.end);
         DocumentSymbol {
-            // An empty name is not allowed.
+            // The protocol does not allow empty names.
             name: if name.value.is_empty() { "?".to_string() } else { name.value.clone() },
             detail: (!detail.is_empty()).then(|| detail.to_string()),
             kind,
@@ -121,7 +121,7 @@ impl Outline<'_> {
         body.states.iter().map(state).collect()
     }
 
-    /// Who and what takes part in a mission, repetitions with what they repeat.
+    /// Members of a mission, and repetitions with their members.
     fn members(&self, members: &[MissionMember], repeats: &[MissionRepeat]) -> Vec<DocumentSymbol> {
         let member = |m: &MissionMember| {
             let kind = match m.role.value.as_str() {

@@ -1,10 +1,10 @@
-//! The text of an open document: bytes on our side, lines and UTF-16 units on the editor's.
+//! Text of an open document. Converts between bytes, used internally, and lines and UTF-16 units, used by the editor.
 
 use std::ops::Range;
 
 use lsp_types::{Position, Range as LspRange, TextDocumentContentChangeEvent};
 
-/// A text with the beginnings of its lines. Lines end with `\n`, `\r\n` or `\r`, as the protocol says.
+/// A text with the start of each line. Lines end with `\n`, `\r\n` or `\r`, as the protocol specifies.
 #[derive(Clone, Debug)]
 pub(super) struct Text {
     text: String,
@@ -12,7 +12,7 @@ pub(super) struct Text {
 }
 
 impl Text {
-    /// Takes a text in.
+    /// Indexes the lines of a text.
     pub fn new(text: String) -> Self {
         let bytes = text.as_bytes();
         let mut lines = vec![0];
@@ -24,12 +24,12 @@ impl Text {
         Text { text, lines }
     }
 
-    /// The whole text.
+    /// Returns the whole text.
     pub fn as_str(&self) -> &str {
         &self.text
     }
 
-    /// Where a byte stands; one past the end or inside a character is moved back to the last place there is.
+    /// Position of a byte; a byte past the end or inside a character is moved back to the last valid one.
     pub fn position(&self, byte: usize) -> Position {
         let mut byte = byte.min(self.text.len());
         while !self.text.is_char_boundary(byte) {
@@ -40,7 +40,7 @@ impl Text {
         Position::new(line as u32, units as u32)
     }
 
-    /// The byte at a position; past the end of a line its end, past the last line the end of the text.
+    /// Byte of a position; past the end of a line it is the end of the line, past the last line the end of the text.
     pub fn byte(&self, position: Position) -> usize {
         let line = position.line as usize;
         let Some(&start) = self.lines.get(line) else { return self.text.len() };
@@ -56,12 +56,12 @@ impl Text {
         start + content.len()
     }
 
-    /// A range of bytes in the editor's terms.
+    /// Converts a range of bytes.
     pub fn range(&self, bytes: Range<usize>) -> LspRange {
         LspRange::new(self.position(bytes.start), self.position(bytes.end))
     }
 
-    /// The text after a change.
+    /// Applies a change.
     pub fn changed(&self, change: &TextDocumentContentChangeEvent) -> Text {
         let Some(range) = change.range else { return Text::new(change.text.clone()) };
         let start = self.byte(range.start);
@@ -88,7 +88,7 @@ mod tests {
     }
 
     proptest! {
-        /// Every place between two characters has a position that leads back to it, except inside `\r\n`.
+        /// Every character boundary is mapped to a position and back, except inside `\r\n`.
         #[test]
         fn there_and_back(text in "(a|é|😀|\n|\r\n|\u{200b}| ){0,40}") {
             let indexed = Text::new(text.clone());
@@ -99,7 +99,7 @@ mod tests {
             }
         }
 
-        /// A change of a range does what a change of the whole text to the same end does.
+        /// A change of a range is equal to the corresponding change of the whole text.
         #[test]
         fn changes(text in "(a|é|😀|\n| ){0,30}", new in "(b|ü|\n){0,5}", i in 0usize..31, k in 0usize..31) {
             let places: Vec<usize> = text.char_indices().map(|c| c.0).chain([text.len()]).collect();

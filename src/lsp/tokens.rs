@@ -1,4 +1,4 @@
-//! Highlighting by meaning: what a grammar of patterns cannot tell apart.
+//! Semantic highlighting, for distinctions that a pattern-based grammar cannot make.
 
 use lsp_types::{SemanticToken, SemanticTokenType};
 
@@ -6,7 +6,7 @@ use super::document::Document;
 use super::mentions::{Class, What};
 use super::vocabulary::FAULTS;
 
-/// The kinds of word, in the order that tokens refer to.
+/// Types of tokens; the index is the number in a token.
 pub(super) fn legend() -> Vec<SemanticTokenType> {
     vec![
         SemanticTokenType::KEYWORD,
@@ -19,7 +19,7 @@ pub(super) fn legend() -> Vec<SemanticTokenType> {
     ]
 }
 
-/// Built-in names that stand without parentheses.
+/// Built-in names without arguments.
 const CONSTANTS: &[&str] = &["pi", "t", "time", "true", "false"];
 
 fn kind(what: &What) -> Option<u32> {
@@ -31,7 +31,7 @@ fn kind(what: &What) -> Option<u32> {
         What::Brought(Class::Param | Class::Let, _) => 6,
         What::Declared(Class::State, _) => 5,
         What::Declared(..) | What::Brought(..) => 3,
-        // What has a value by itself is a constant to the eye; the others take arguments.
+        // Names with a value of their own are shown as constants; the others take arguments.
         What::BuiltIn(name) if CONSTANTS.contains(&name.as_str()) => 5,
         What::BuiltIn(name) if FAULTS.iter().any(|f| f.name == *name) => 5,
         What::BuiltIn(_) | What::Verb(_) => 4,
@@ -40,7 +40,7 @@ fn kind(what: &What) -> Option<u32> {
     })
 }
 
-/// The words of a document, each by its distance from the one before.
+/// Tokens of a document, each relative to the previous one.
 pub(super) fn of(document: &Document) -> Vec<SemanticToken> {
     let Some(analysis) = document.analysis() else { return Vec::new() };
     let mut out = Vec::new();

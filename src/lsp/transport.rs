@@ -1,4 +1,4 @@
-//! Messages over standard input and output, none larger than a bound: a length is believed only as far as bytes come.
+//! Messages over standard input and output, of bounded size. Memory grows with received bytes, not announced ones.
 
 use std::io::{self, BufRead, Read};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -7,14 +7,14 @@ use std::thread::{self, JoinHandle};
 use crossbeam_channel::{Sender, bounded};
 use lsp_server::{Connection, Message};
 
-/// Largest message of an editor, in bytes: a whole document of the largest size, escaped, and room.
+/// Maximum size of a message (bytes): a document of the maximum size, escaped, with a reserve.
 const LARGEST: u64 = 64 << 20;
-/// Longest line of the head of a message, in bytes.
+/// Maximum length of a header line (bytes).
 const LONGEST: u64 = 4096;
-/// Most lines of a head.
+/// Maximum number of header lines.
 const MOST: usize = 100;
 
-/// The threads that read and write.
+/// Reader and writer threads.
 pub struct Threads {
     reader: JoinHandle<()>,
     writer: JoinHandle<io::Result<()>>,
@@ -22,10 +22,10 @@ pub struct Threads {
 }
 
 impl Threads {
-    /// Waits for their ends.
+    /// Waits for the threads to end.
     ///
     /// # Errors
-    /// What came was no message, or what was said could not be written.
+    /// The input was not a valid message, or the output could not be written.
     pub fn join(self) -> io::Result<()> {
         let panicked = || io::Error::other("a thread of the language server panicked");
         self.reader.join().map_err(|_| panicked())?;
@@ -35,24 +35,24 @@ impl Threads {
         self.writer.join().unwrap_or_else(|_| Err(panicked()))
     }
 
-    /// Why no more messages come, where what came was none.
+    /// Returns the error that ended the input, if it was invalid.
     pub fn unread(&self) -> Option<io::Error> {
         taken(&self.unread)
     }
 }
 
-/// A connection to the editor that started this program.
+/// Opens the connection to the editor that started this program.
 ///
 /// # Errors
-/// The system has no threads left.
+/// The threads cannot be started.
 pub fn stdio() -> io::Result<(Connection, Threads)> {
-    // Without room in between: an editor that writes faster than is read waits.
+    // No buffer: an editor that writes faster than the server reads has to wait.
     let (said, receiver) = bounded(0);
     let (sender, to_say) = bounded::<Message>(0);
     let unread = Arc::new(Mutex::new(None));
     let noted = Arc::clone(&unread);
     let reader = thread::Builder::new().name("LSP reader".to_string()).spawn(move || {
-        // Noted before the channel is closed: whoever finds it closed finds why.
+        // Stored before the channel is closed, so that a closed channel always has its reason.
         if let Err(e) = read_all(&mut io::stdin().lock(), &said) {
             *noted.lock().unwrap_or_else(PoisonError::into_inner) = Some(e);
         }
@@ -69,7 +69,7 @@ fn taken(unread: &Mutex<Option<io::Error>>) -> Option<io::Error> {
     unread.lock().unwrap_or_else(PoisonError::into_inner).take()
 }
 
-/// Sends on what comes, to the end of the input or of the talk.
+/// Forwards messages until the end of the input or the session.
 fn read_all(input: &mut impl BufRead, to: &Sender<Message>) -> io::Result<()> {
     while let Some(message) = read(input)? {
         let ends = matches!(&message, Message::Notification(n) if n.method == "exit");
@@ -84,13 +84,13 @@ fn invalid(text: String) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, text)
 }
 
-/// The next message; `None` where there is none any more.
+/// Reads the next message; `None` at the end of the input.
 fn read(input: &mut impl BufRead) -> io::Result<Option<Message>> {
     let Some(length) = head(input)? else { return Ok(None) };
     if length > LARGEST {
         return Err(invalid(format!("a message of {length} bytes; at most {} MiB are read", LARGEST >> 20)));
     }
-    // Grows as bytes come, whatever was announced.
+    // The buffer grows with the received bytes, whatever length was announced.
     let mut bytes = Vec::new();
     input.take(length).read_to_end(&mut bytes)?;
     if bytes.len() as u64 != length {
@@ -101,7 +101,7 @@ fn read(input: &mut impl BufRead) -> io::Result<Option<Message>> {
         .map_err(|e| invalid(format!("a message that is none of the protocol: {e}")))
 }
 
-/// The length that the head of the next message announces.
+/// Reads the header of the next message and returns the announced length.
 fn head(input: &mut impl BufRead) -> io::Result<Option<u64>> {
     let mut length = None;
     for _ in 0..MOST {

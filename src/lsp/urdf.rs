@@ -1,4 +1,4 @@
-//! Names in a URDF and where they stand, for completion and for "go to definition".
+//! Names in a URDF with their positions, for completion and "go to definition".
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -11,22 +11,22 @@ use super::text::Text;
 /// A link or a joint.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
-    /// Its start tag, in bytes.
+    /// Range of the start tag (bytes).
     pub place: Range<usize>,
-    /// What there is to say about it, in Markdown.
+    /// Description in Markdown.
     pub about: String,
-    /// False for joints that are fixed or mimic another: they cannot be named in a spec.
+    /// False for fixed and mimic joints, which a spec cannot name.
     pub moves: bool,
 }
 
-/// A URDF that a spec names.
+/// URDF of a spec.
 #[derive(Debug)]
 pub(super) struct Urdf {
-    /// Where it lies.
+    /// Path.
     pub path: PathBuf,
-    /// When it was changed last, as far as is known.
+    /// Modification time, if known.
     pub changed: Option<SystemTime>,
-    /// Its text.
+    /// Text.
     pub text: Text,
     /// Links by name.
     pub links: BTreeMap<String, Part>,
@@ -34,12 +34,12 @@ pub(super) struct Urdf {
     pub joints: BTreeMap<String, Part>,
 }
 
-/// When a file was changed last.
+/// Modification time of a file.
 pub(super) fn changed(path: &Path) -> Option<SystemTime> {
     std::fs::metadata(path).ok()?.modified().ok()
 }
 
-/// Reads a URDF. `None` where there is no such file, or no XML in it; the compiler's diagnostics say more.
+/// Reads a URDF. Returns `None` if the file is missing or is not XML; the compiler's diagnostics report the reason.
 pub(super) fn read(path: &Path) -> Option<Urdf> {
     let changed = changed(path);
     let text = String::from_utf8(files::read(path, 64 << 20).ok()?).ok()?;

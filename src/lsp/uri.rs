@@ -1,10 +1,10 @@
-//! `file:` addresses and the paths that they mean.
+//! Conversion between `file:` addresses and paths.
 
 use std::path::{Component, Path, PathBuf};
 
 use lsp_types::Uri;
 
-/// The path of a `file:` address of this machine.
+/// Path of a `file:` address on this machine.
 pub(super) fn path(uri: &Uri) -> Option<PathBuf> {
     let rest = uri.as_str().strip_prefix("file://")?;
     let rest = rest.strip_prefix("localhost").unwrap_or(rest);
@@ -20,7 +20,7 @@ pub(super) fn path(uri: &Uri) -> Option<PathBuf> {
         bytes.push(u8::from_str_radix(std::str::from_utf8(&digits).ok()?, 16).ok()?);
     }
     let text = String::from_utf8(bytes).ok()?;
-    // `/C:/robots` names a drive.
+    // `/C:/robots` starts with a drive.
     let drive = text.as_bytes();
     if cfg!(windows) && drive.len() > 2 && drive[0] == b'/' && drive[2] == b':' {
         return Some(PathBuf::from(&text[1..]));
@@ -28,7 +28,7 @@ pub(super) fn path(uri: &Uri) -> Option<PathBuf> {
     text.starts_with('/').then(|| PathBuf::from(text))
 }
 
-/// A path from the root, without `..`, as editors compare them.
+/// Absolute path without `..`, for comparison with paths of editors.
 pub(super) fn absolute(path: &Path) -> Option<PathBuf> {
     let whole = std::path::absolute(path).ok()?;
     let mut out = PathBuf::new();
@@ -43,7 +43,7 @@ pub(super) fn absolute(path: &Path) -> Option<PathBuf> {
     Some(out)
 }
 
-/// The address of a path.
+/// Address of a path.
 pub(super) fn of(path: &Path) -> Option<Uri> {
     let path = absolute(path)?;
     let text = path.to_str()?;

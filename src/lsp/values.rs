@@ -1,4 +1,4 @@
-//! The values of a spec, word by word: task parameters, names of parts of the robot.
+//! Indexes the values of a spec: task parameters, and names of parts of the robot.
 
 use dsl::tree::{Block, TaskDefinition, Value, ValueKind};
 use dsl::{Span, Spanned};
@@ -10,7 +10,7 @@ use super::mentions::{Class, MARKER, Slot, Walker, What};
 use super::walk::{items, used, word};
 
 impl Walker<'_> {
-    /// A task type with its arguments and parameters.
+    /// Indexes a task type with its arguments and parameters.
     pub(super) fn definition(&mut self, definition: &TaskDefinition) {
         let name = &definition.kind;
         if self.marked(&name.value, || Slot::Kind) {
@@ -29,7 +29,7 @@ impl Walker<'_> {
             let last = kind.positional.len().saturating_sub(1);
             let info = kind.positional.get(i.min(last)).and_then(|n| kind.params.iter().find(|p| p.name == *n));
             let takes_all = |ty| matches!(ty, ParamType::Frames | ParamType::Geometries | ParamType::Joints);
-            // Behind the arguments without a name stand those with one.
+            // Named arguments follow the positional ones.
             if i >= kind.positional.len()
                 && !info.is_some_and(|info| takes_all(info.ty))
                 && self.marked(word(argument).unwrap_or(""), || Slot::Named(kind.params, used(&definition.body)))
@@ -41,13 +41,13 @@ impl Walker<'_> {
                 None => self.anything(argument),
             }
         }
-        // Arguments with a name are parameters as if they stood in the braces.
+        // Named arguments are equivalent to entries in braces.
         let entries = definition.named.iter().chain(&definition.body.entries).cloned().collect();
         let placed = &kind.positional[..definition.args.len().min(kind.positional.len())];
         self.parameters(kind, kind.params, &Block { entries, ..definition.body.clone() }, placed);
     }
 
-    /// Parameters in braces. `placed` are those that stand in parentheses before them.
+    /// Indexes parameters in braces. `placed` are those given by position before them.
     fn parameters(&mut self, kind: &'static TaskKind, infos: &'static [ParamInfo], block: &Block, placed: &[&str]) {
         let there = || placed.iter().map(|p| p.to_string()).chain(used(block)).collect();
         for e in &block.entries {
@@ -122,7 +122,7 @@ impl Walker<'_> {
         }
     }
 
-    /// The name of something that is declared.
+    /// Indexes the name of a declaration.
     fn named(&mut self, value: &Value, class: Class, slot: Slot) {
         if let Some(name) = word(value)
             && !self.marked(name, || slot)
@@ -132,7 +132,7 @@ impl Walker<'_> {
         }
     }
 
-    /// Deviations, in the groups of the other task: a block with a `speed` is one.
+    /// Indexes deviations, in the groups of the other task; a block with a `speed` is a deviation.
     fn deviations(&mut self, kind: &'static TaskKind, value: &Value) {
         let ValueKind::Block(block) = &value.kind else { return self.anything(value) };
         for e in &block.entries {
@@ -151,7 +151,7 @@ impl Walker<'_> {
         }
     }
 
-    /// A value of which nothing is known; params in it still are params.
+    /// Indexes a value of unknown type; params are recognised in it nevertheless.
     pub(super) fn anything(&mut self, value: &Value) {
         match &value.kind {
             ValueKind::Block(b) => {
@@ -161,7 +161,7 @@ impl Walker<'_> {
                 }
             }
             ValueKind::List(list) => list.iter().for_each(|v| self.anything(v)),
-            // A task may be given to a declaration: `guarded(left, hold(right))`.
+            // A task may be an argument: `guarded(left, hold(right))`.
             ValueKind::Call(name, args) if self.task(name) => args.iter().for_each(|v| self.anything(v)),
             ValueKind::Name(n)
                 if n != MARKER
@@ -177,7 +177,7 @@ impl Walker<'_> {
         }
     }
 
-    /// A task type or a declared task, where the name is one.
+    /// Records a task type or a declared task. Returns true if the name is one.
     fn task(&mut self, name: &Spanned<String>) -> bool {
         let what = match stdlib_tasks::find(&name.value) {
             Some(kind) => What::Kind(kind),
@@ -188,7 +188,7 @@ impl Walker<'_> {
         true
     }
 
-    /// A link of the URDF.
+    /// Indexes a link of the URDF.
     pub(super) fn link(&mut self, value: &Value) {
         let Some(name) = word(value) else { return };
         if !self.marked(name, || Slot::Link) && !self.scoped(name, value.span) {
@@ -196,7 +196,7 @@ impl Walker<'_> {
         }
     }
 
-    /// A link, or an arm for its tip; a link of the same name goes first.
+    /// Indexes a link, or an arm for its tip; a link takes precedence.
     pub(super) fn frame(&mut self, value: &Value) {
         let Some(name) = word(value) else { return };
         if self.marked(name, || Slot::Frame) || self.scoped(name, value.span) {
@@ -210,7 +210,7 @@ impl Walker<'_> {
         }
     }
 
-    /// Links, arms, and parts for the links that carry them.
+    /// Indexes links, arms, and parts that stand for the links that carry them.
     pub(super) fn links(&mut self, value: &Value) {
         for item in items(value) {
             match word(item) {
@@ -235,7 +235,7 @@ impl Walker<'_> {
         }
     }
 
-    /// Points, segments, groups, `arms`, `arms.NAME`, links.
+    /// Indexes points, segments, groups, `arms`, `arms.NAME`, and links.
     pub(super) fn geometries(&mut self, value: &Value) {
         for item in items(value) {
             match &item.kind {
@@ -249,7 +249,7 @@ impl Walker<'_> {
                     if self.marked(name, || Slot::Geometry) || self.scoped(name, item.span) {
                         continue;
                     }
-                    // In YAML, `arms.left` may be one word.
+                    // In YAML, `arms.left` may be a single word.
                     if let Some(arm) = name.strip_prefix("arms.") {
                         let (place, exact) = self.place(name, item.span);
                         let start = if exact { place.start + "arms.".len() } else { place.start };
@@ -267,7 +267,7 @@ impl Walker<'_> {
         }
     }
 
-    /// Joints, groups of joints, patterns.
+    /// Indexes joints, groups of joints, and patterns.
     pub(super) fn joints(&mut self, value: &Value) {
         for item in items(value) {
             if let Some(name) = word(item)
@@ -290,7 +290,7 @@ impl Walker<'_> {
         }
     }
 
-    /// A block with joints for its keys.
+    /// Indexes a block with joints as keys.
     pub(super) fn joint_block(&mut self, value: &Value, mut f: impl FnMut(&mut Self, &Value)) {
         match &value.kind {
             ValueKind::Block(block) => {

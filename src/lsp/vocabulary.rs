@@ -1,11 +1,11 @@
-//! Names that are built in, and what completion says of them. Keys stand in [`compiler::sections`].
+//! Built-in names, with their descriptions for completion. Keys are in [`compiler::sections`].
 
-/// A name that an expression knows.
+/// A built-in name of expressions.
 #[derive(Debug)]
 pub(super) struct Word {
-    /// As it is written.
+    /// Name.
     pub name: &'static str,
-    /// What it is, in Markdown.
+    /// Description in Markdown.
     pub doc: &'static str,
 }
 
@@ -13,12 +13,12 @@ const fn word(name: &'static str, doc: &'static str) -> Word {
     Word { name, doc }
 }
 
-/// The built-in name.
+/// Looks up a built-in name.
 pub(super) fn find(name: &str) -> Option<&'static Word> {
     BUILT_IN.iter().find(|k| k.name == name)
 }
 
-/// Names that expressions know without a declaration, and functions that the compiler's list of plain functions has not.
+/// Built-in names, and functions that are not in the compiler's list of plain functions.
 pub(super) static BUILT_IN: &[Word] = &[
     word("pi", "π, a bare number."),
     word("t", "Time since this stack became active, in s."),
@@ -71,7 +71,7 @@ pub(super) static BUILT_IN: &[Word] = &[
     word("false", "The truth value of what does not hold."),
 ];
 
-/// What happens, behind `on`, and the faults that `fault(..)` names beside the kinds.
+/// Triggers after `on`, and the faults with an argument in `fault(..)`.
 pub(super) static TRIGGERS: &[Word] = &[
     word(
         "reached",
@@ -83,7 +83,7 @@ pub(super) static TRIGGERS: &[Word] = &[
     ),
 ];
 
-/// Kinds of fault, in the order of [`runtime::FaultKind::ALL`], and what they are.
+/// Kinds of fault, in the order of [`runtime::FaultKind::ALL`], with their descriptions.
 pub(super) static FAULTS: &[Word] = &[
     word("any", "Every fault."),
     word("not_finite", "A position, the time, or a row of a task is not finite."),
@@ -98,14 +98,14 @@ pub(super) static FAULTS: &[Word] = &[
     word("tracking", "The robot does not follow the command."),
 ];
 
-/// Those that give what the robot does now.
+/// Functions of the robot's current state.
 pub(super) static PRESENT: &[&str] = &["frame", "joint", "point", "distance", "plane", "com", "field"];
 
-/// Those of them that are called: without brackets, such a name is that of something else.
+/// Functions that need brackets: without them, such a name refers to something else.
 pub(super) static CALLED: &[&str] =
     &["frame", "joint", "point", "distance", "plane", "present", "uncertainty", "field"];
 
-/// What expectations measure while a scenario runs.
+/// Measures in expectations of a running scenario.
 pub(super) static MEASURED: &[Word] = &[
     word(
         "margin",
@@ -130,13 +130,13 @@ pub(super) static MEASURED: &[Word] = &[
     ),
 ];
 
-/// What a pose and a vector have.
+/// Fields of a pose or a vector.
 pub(super) static VALUE_FIELDS: &[&str] = &["position", "orientation", "x", "y", "z"];
 
-/// What a wrench has.
+/// Fields of a wrench.
 pub(super) static WRENCH_FIELDS: &[&str] = &["force", "moment"];
 
-/// What a frame has.
+/// Fields of a frame.
 pub(super) static FRAME_FIELDS: &[&str] = &["position", "orientation", "pose"];
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The declarations of a spec, word by word: what each key and each name in them means.
+//! Indexes the declarations of a spec: the meaning of each key and each name.
 
 use compiler::sections::{
     Holds, Key, LEVEL, MEMBER, Named, OUTCOME, PARAM, ROBOT, RUN, RUNS, SAFETY_FIELD, SCENARIO, SPEC, STACK, Section,
@@ -10,12 +10,12 @@ use dsl::tree::{Block, Entry, Item, ItemKind, Level, Member, MemberTask, Spec, S
 use super::mentions::{Class, MARKER, Slot, Walker, What};
 use super::walk_reuse::{added, replaced, taken};
 
-/// The keys of a block.
+/// Keys of a block.
 pub(super) fn used(block: &Block) -> Vec<String> {
     block.entries.iter().map(|e| e.key.value.clone()).collect()
 }
 
-/// The items of a list, or the value itself.
+/// Items of a list, or the value itself.
 pub(super) fn items(value: &Value) -> &[Value] {
     match &value.kind {
         ValueKind::List(items) => items,
@@ -23,7 +23,7 @@ pub(super) fn items(value: &Value) -> &[Value] {
     }
 }
 
-/// A name or a text.
+/// Name or text of a value.
 pub(super) fn word(value: &Value) -> Option<&str> {
     match &value.kind {
         ValueKind::Name(n) | ValueKind::Text(n) => Some(n),
@@ -31,7 +31,7 @@ pub(super) fn word(value: &Value) -> Option<&str> {
     }
 }
 
-/// The entries of a block.
+/// Entries of a block.
 pub(super) fn entries(value: &Value) -> &[Entry] {
     match &value.kind {
         ValueKind::Block(b) => &b.entries,
@@ -54,7 +54,7 @@ impl Walker<'_> {
         }
     }
 
-    /// First all names, so that those used before their declaration are known too.
+    /// Collects all declared names first, because names may be used before their declaration.
     fn declarations(&mut self, item: &Item) {
         let before = &item.comments.before;
         match &item.kind {
@@ -105,7 +105,7 @@ impl Walker<'_> {
         }
     }
 
-    /// Notes the word that begins a declaration, where it stands at this byte.
+    /// Records the keyword of a declaration, if it is at this byte.
     fn keyword(&mut self, name: &str, start: usize, near: Span) {
         let stands = self.text.get(start..).is_some_and(|t| t.starts_with(name));
         if let Some(key) = SPEC.key(name, self.spelling).filter(|_| stands) {
@@ -191,7 +191,7 @@ impl Walker<'_> {
         }
     }
 
-    /// A block whose keys are known.
+    /// Indexes a block with known keys.
     pub(super) fn section(&mut self, block: &Block, section: &'static Section) {
         for e in &block.entries {
             if e.key.value == MARKER {
@@ -212,7 +212,7 @@ impl Walker<'_> {
         }
     }
 
-    /// The keys of what a scenario tells the controller: names of signals and events.
+    /// Indexes blocks of a scenario whose keys are names of signals or events.
     fn told(&mut self, section: &'static Section, key: &'static Key, value: &Value) {
         let signals = match (section.name, key.name) {
             _ if !std::ptr::eq(section, &SCENARIO) && !std::ptr::eq(section, &OUTCOME) => return,
@@ -232,7 +232,7 @@ impl Walker<'_> {
         }
     }
 
-    /// What stands behind a key.
+    /// Indexes the value of a key.
     fn held(&mut self, holds: &'static Holds, value: &Value) {
         match holds {
             Holds::Number(_)
@@ -319,7 +319,7 @@ impl Walker<'_> {
             }
             Holds::Each(inner) => entries(value).iter().for_each(|e| self.held(inner, &e.value)),
             Holds::PerJoint(inner) => self.joint_block(value, |w, v| w.held(inner, v)),
-            // The readers take these; the tree has them in other places.
+            // The parser stores these in other parts of the tree.
             Holds::Name(Named::Robot | Named::Level | Named::State | Named::Member)
             | Holds::Values
             | Holds::List(_)

@@ -1,4 +1,4 @@
-//! The words of expressions.
+//! Indexes the words of expressions.
 
 use compiler::expr::{MEASURES, TRAJECTORIES, Trajectory};
 use dsl::tree::{Value, ValueKind};
@@ -9,12 +9,12 @@ use super::vocabulary::{CALLED, WRENCH_FIELDS, find};
 use super::walk::{items, word};
 
 impl Walker<'_> {
-    /// An expression outside tasks, where nothing can be captured.
+    /// Indexes an expression outside of tasks, which have no values to capture.
     pub(super) fn expression(&mut self, value: &Value) {
         self.typed(value, &[]);
     }
 
-    /// An expression, and what `initial(..)` can capture in it.
+    /// Indexes an expression; `actuals` are the values that `initial(..)` can capture in it.
     pub(super) fn typed(&mut self, value: &Value, actuals: &'static [Actual]) {
         match &value.kind {
             ValueKind::Name(name) => {
@@ -127,7 +127,7 @@ impl Walker<'_> {
         }
     }
 
-    /// A part of the robot, a person or a point of one.
+    /// Indexes a part of the robot, a person, or a point of a person.
     fn part_or_person(&mut self, value: &Value) {
         if self.mission.is_some() {
             return self.member_name(value, &["robot", "human", "worker"]);
@@ -138,7 +138,7 @@ impl Walker<'_> {
         self.geometries(value);
     }
 
-    /// The arguments of a trajectory.
+    /// Indexes the arguments of a trajectory.
     fn trajectory(&mut self, of: &'static Trajectory, args: &[Value], actuals: &'static [Actual]) {
         let named = args.iter().filter_map(|a| match &a.kind {
             ValueKind::Named(name, _) => Some(name.value.clone()),
@@ -162,7 +162,7 @@ impl Walker<'_> {
         }
     }
 
-    /// What could stand where an expression does.
+    /// Completion context of an expression.
     fn expression_slot(&self) -> Slot {
         match &self.mission {
             Some(mission) if self.expected => self.of_mission(mission),
@@ -172,9 +172,9 @@ impl Walker<'_> {
         }
     }
 
-    /// What stands in `initial(..)`: a value of the task itself, or an expression of what the robot does.
+    /// Indexes the argument of `initial(..)`: a value of the task itself, or an expression of the robot's state.
     fn captured(&mut self, value: &Value, actuals: &'static [Actual]) {
-        // Inside a group its name may be left out.
+        // Inside a group, the prefix of the group may be omitted.
         let own = |name: &str| actuals.iter().any(|a| a.name.rsplit('.').next() == Some(name));
         match &value.kind {
             ValueKind::Name(name) if name == MARKER || own(name) => {

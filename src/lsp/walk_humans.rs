@@ -1,4 +1,4 @@
-//! Humans, word by word: their points where they are declared, in expressions, and in scenarios.
+//! Indexes humans: their points in declarations, in expressions, and in scenarios.
 
 use compiler::sections::{HUMAN, HUMAN_SCRIPT};
 use dsl::tree::{Entry, Human, Item, Value, ValueKind};
@@ -32,13 +32,13 @@ impl Walker<'_> {
         }
     }
 
-    /// The names of the points of a human.
+    /// Names of the points of a human.
     fn points_of(&self, human: &str) -> Vec<(String, &'static str)> {
         let own = |key: &str| key.strip_prefix(human)?.strip_prefix('.').map(str::to_string);
         self.found.names(Class::Tracked).filter_map(own).map(|n| (n, Class::Tracked.word())).collect()
     }
 
-    /// A point of a human by its name.
+    /// Indexes a point of a human.
     fn tracked_name(&mut self, human: &str, point: &str, span: Span) {
         let known = self.points_of(human);
         if !self.marked(point, || Slot::Offered(known)) {
@@ -46,7 +46,7 @@ impl Walker<'_> {
         }
     }
 
-    /// `operator.chest` and `operator.chest.velocity`; false for what is neither.
+    /// Indexes `operator.chest` and `operator.chest.velocity`; returns false for other values.
     pub(super) fn human_field(&mut self, inner: &Value, field: &Spanned<String>) -> bool {
         match &inner.kind {
             ValueKind::Name(name) if self.has(Class::Human, name) => {
@@ -65,7 +65,8 @@ impl Walker<'_> {
         }
     }
 
-    /// A human or a point of one, in `uncertainty(..)`, `present(..)` and `stale(..)`; false for what is neither.
+    /// Indexes a human or one of its points in `uncertainty(..)`, `present(..)` and `stale(..)`; returns false for
+    /// other values.
     pub(super) fn human_name(&mut self, value: &Value) -> bool {
         match &value.kind {
             ValueKind::Name(name) if self.has(Class::Human, name) => {
@@ -77,14 +78,14 @@ impl Walker<'_> {
         }
     }
 
-    /// `uncertainty(operator)`
+    /// Indexes the argument of `uncertainty(operator)`.
     pub(super) fn uncertain(&mut self, value: &Value) {
         if !self.human_name(value) {
             self.marked(word(value).unwrap_or(""), || Slot::Human);
         }
     }
 
-    /// What people do in a scenario.
+    /// Indexes the scripts of people in a scenario.
     pub(super) fn human_scripts(&mut self, value: &Value) {
         let ValueKind::Block(block) = &value.kind else { return };
         for e in &block.entries {

@@ -1,4 +1,4 @@
-//! Signals, machines and their states, word by word.
+//! Indexes signals, machines and their states.
 
 use compiler::sections::{Key, MACHINE, SIGNAL, STATE, Section, TRANSITION};
 use compiler::{VERBS, Verb, signal_types};
@@ -10,12 +10,12 @@ use dsl::{Span, Spanned, Spelling};
 use super::mentions::{Class, MARKER, Slot, Walker, What};
 use super::walk::word;
 
-/// The verb of this name.
+/// Verb of that name.
 pub(super) fn verb(name: &str) -> Option<&'static Verb> {
     VERBS.iter().find(|v| v.name == name)
 }
 
-/// Verbs of which a word is an outcome.
+/// Verbs with this outcome.
 pub(super) fn outcome_of(event: &str) -> impl Iterator<Item = &'static Verb> {
     VERBS.iter().filter(move |v| v.outcomes.contains(&event))
 }
@@ -35,7 +35,7 @@ impl Walker<'_> {
     pub(super) fn declared_machine(&mut self, m: &Machine, item: &Item) {
         self.declare((Class::Machine, m.name.value.clone()), &m.name, item.span, &item.comments.before);
         self.declared_states(&m.body, &m.name.value);
-        // Events that states raise themselves; that a signal declares them is known once all declarations were seen.
+        // Events that states raise. Only after all declarations are read is it known whether a signal declares them.
         self.raised(&m.body);
     }
 
@@ -47,7 +47,7 @@ impl Walker<'_> {
         }
     }
 
-    /// Which actions raise which events.
+    /// Records the events that actions raise.
     fn raised(&mut self, body: &StateBody) {
         for a in &body.actions {
             let Some(verb) = verb(&a.verb.value) else { continue };
@@ -126,13 +126,13 @@ impl Walker<'_> {
         self.note(said, name.span, What::Declared(Class::State, format!("{path}.{said}")));
     }
 
-    /// States directly inside another, or inside a machine.
+    /// Direct inner states of a state or machine.
     fn children(&self, path: &str) -> impl Iterator<Item = String> {
         let inside = self.inside(path);
         inside.into_iter().filter(|name| !name.contains('.'))
     }
 
-    /// All states inside another, as paths from it.
+    /// All inner states of a state, as relative paths.
     pub(super) fn inside(&self, path: &str) -> Vec<String> {
         let names = self.found.names(Class::State);
         names.filter_map(|n| n.strip_prefix(path)?.strip_prefix('.')).map(str::to_string).collect()
@@ -175,7 +175,7 @@ impl Walker<'_> {
         }
     }
 
-    /// An event by its name.
+    /// Indexes the name of an event.
     pub(super) fn event(&mut self, name: &str, span: Span) {
         let class = if self.has(Class::Event, name) { Class::Event } else { Class::Raised };
         let (place, _) = self.place(name, span);
@@ -213,7 +213,7 @@ impl Walker<'_> {
         self.section(&t.settings, &TRANSITION);
     }
 
-    /// A condition, in which the robot's present state may stand.
+    /// Indexes a condition, which may depend on the robot's current state.
     fn condition(&mut self, value: &Value) {
         let before = (self.state, self.condition);
         (self.state, self.condition) = (true, true);
@@ -221,7 +221,7 @@ impl Walker<'_> {
         (self.state, self.condition) = before;
     }
 
-    /// What a trigger `on` waits for.
+    /// Indexes the trigger after `on`.
     fn happening(&mut self, value: &Value) {
         match &value.kind {
             ValueKind::Call(function, args) => {
@@ -277,7 +277,7 @@ impl Walker<'_> {
         }
     }
 
-    /// A signal or a human by its name, in `present(..)` and `stale(..)`.
+    /// Indexes the name of a signal or human, in `present(..)` and `stale(..)`.
     pub(super) fn signal_name(&mut self, value: &Value) {
         if self.human_name(value) {
             return;
@@ -288,8 +288,8 @@ impl Walker<'_> {
         }
     }
 
-    /// The state that a transition leads to: one beside the state in which it stands, or inside that, or further out.
-    /// Each word of its path means a state.
+    /// Indexes the target of a transition: searched inside its state first, then in each enclosing state. Each word of
+    /// the path refers to a state.
     fn target(&mut self, target: &Spanned<String>, path: &str) {
         let parts: Vec<&str> = target.value.split('.').collect();
         let around = || std::iter::successors(Some(path), |p| p.rsplit_once('.').map(|(outer, _)| outer));
@@ -327,7 +327,7 @@ impl Walker<'_> {
         }
     }
 
-    /// A machine by its name.
+    /// Indexes the name of a machine.
     pub(super) fn machine_name(&mut self, value: &Value) {
         let Some(name) = word(value) else { return };
         if !self.marked(name, || Slot::Machine) {
@@ -335,7 +335,7 @@ impl Walker<'_> {
         }
     }
 
-    /// Notes a word of the language that stands at a place.
+    /// Records a keyword, if it is at this span.
     fn key_at(&mut self, name: &str, span: Span, key: Option<&'static Key>) {
         let stands = self.text.get(span.range()).is_some_and(|t| t == name);
         if let Some(key) = key.filter(|_| stands) {
@@ -343,7 +343,7 @@ impl Walker<'_> {
         }
     }
 
-    /// Notes a word of the language that stands before a value.
+    /// Records a keyword, if it precedes a value.
     fn word_before(&mut self, name: &str, value: Span, key: Option<&'static Key>) {
         let before = self.text.get(..value.range().start).unwrap_or("");
         let before = before.trim_end_matches(|c: char| c.is_whitespace() || matches!(c, ':' | '"' | '\'' | '('));

@@ -1,4 +1,4 @@
-//! Missions and their members, word by word.
+//! Indexes missions and their members.
 
 use std::collections::BTreeMap;
 
@@ -9,17 +9,17 @@ use dsl::{Span, Spelling};
 use super::mentions::{Class, MARKER, Mention, Slot, Walker, What};
 use super::walk::{used, word};
 
-/// What is known of the mission whose parts are read.
+/// Context of the current part of a mission.
 struct Around<'m> {
-    /// The keys of a mission of this kind, or of the member around.
+    /// Keys of the kind of mission, or of the enclosing member.
     section: Option<&'static Section>,
-    /// What members are looked up by, by name.
+    /// Qualified names of members, by name.
     members: &'m BTreeMap<String, String>,
-    /// What robots can do.
+    /// Skills of the robots.
     skills: &'m [String],
 }
 
-/// The section of the block behind a key.
+/// Section of the block of a key.
 fn inside(section: &'static Section, name: &str, spelling: Spelling) -> Option<&'static Section> {
     match section.key(name, spelling)?.holds {
         Holds::Block(section) => Some(section),
@@ -72,7 +72,7 @@ impl Walker<'_> {
     fn mission_members(&mut self, members: &[MissionMember], repeats: &[MissionRepeat], around: &Around<'_>) {
         let mut title = None;
         for m in members {
-            // Members of YAML share the key that they stand below.
+            // In YAML, members share the key that contains them.
             if title.replace(m.role.span) != Some(m.role.span) {
                 self.role(m, around);
             }
@@ -93,7 +93,7 @@ impl Walker<'_> {
         }
     }
 
-    /// `robot`, or `robots` in YAML.
+    /// Records the key of a role: `robot`, or `robots` in YAML.
     fn role(&mut self, m: &MissionMember, around: &Around<'_>) {
         let role = &m.role.value;
         let word = if self.spelling == Spelling::Yaml { format!("{role}s") } else { role.clone() };
@@ -102,7 +102,7 @@ impl Walker<'_> {
         }
     }
 
-    /// A position, or the name of a place.
+    /// Indexes a position, or the name of a place.
     pub(super) fn spot(&mut self, value: &Value) {
         let of_place = |key: &str| {
             let (outer, name) = key.rsplit_once('.')?;
@@ -126,7 +126,7 @@ impl Walker<'_> {
         }
     }
 
-    /// Members that a value names, as names or as keys.
+    /// Indexes members that a value names, as names or as keys.
     fn named_members(&mut self, value: &Value, around: &Around<'_>, from: usize) {
         match &value.kind {
             ValueKind::Name(name) => self.named_member(name, value.span, around, from),
@@ -145,8 +145,8 @@ impl Walker<'_> {
         }
     }
 
-    /// Notes a member of the mission, unless the word means something else that is known. Words of the same settings were
-    /// noted from number `from` on.
+    /// Records a member of the mission, unless the word has another known meaning. Words of the same settings were
+    /// recorded from index `from` on.
     fn named_member(&mut self, name: &str, span: Span, around: &Around<'_>, from: usize) {
         let Some(key) = around.members.get(name) else { return };
         let what = What::Declared(Class::Member, key.clone());

@@ -1,4 +1,4 @@
-//! Scenarios of missions, word by word: who is named in them, and what is measured of whom.
+//! Indexes scenarios of missions: the members that they name, and their measured quantities.
 
 use compiler::quantities::{QUANTITIES, Whose};
 use compiler::sections::{
@@ -11,8 +11,8 @@ use super::mentions::{Class, MARKER, Slot, Walker, What};
 use super::walk::{entries, items, used, word};
 
 impl Walker<'_> {
-    /// Keys that are not offered in a block: those that are there, in a scenario of a mission those of controllers, and in
-    /// one of layers those of schedules.
+    /// Keys that are not offered in a block: those present; in a scenario of a mission also those for controllers; in
+    /// one of layers also those of schedules.
     pub(super) fn without(&self, block: &Block, section: &'static Section) -> Vec<String> {
         let mut keys = used(block);
         if std::ptr::eq(section, &SCENARIO) && block.get("mission").is_some() {
@@ -34,7 +34,7 @@ impl Walker<'_> {
         self.found.missions.get(mission).is_some_and(|kind| kind == "layers")
     }
 
-    /// The mission that a scenario executes.
+    /// Indexes the mission of a scenario.
     pub(super) fn mission_name(&mut self, value: &Value) {
         let Some(name) = word(value) else { return };
         let names = || self.found.names(Class::Mission).map(|n| (n.to_string(), Class::Mission.word())).collect();
@@ -45,8 +45,7 @@ impl Walker<'_> {
         self.note(name, value.span, What::Declared(Class::Mission, name.to_string()));
     }
 
-    /// The members of these roles of the mission that the scenario around executes: what each is looked up by, its role,
-    /// and its name.
+    /// Members of the current mission with one of these roles: qualified name, role, and name.
     fn members(&self, roles: &[&'static str]) -> Vec<(String, &'static str, String)> {
         let Some(mission) = &self.mission else { return Vec::new() };
         let of = |key: &str| {
@@ -57,7 +56,7 @@ impl Walker<'_> {
         self.found.names(Class::Member).filter_map(of).collect()
     }
 
-    /// A member of one of these roles, by its name.
+    /// Indexes the name of a member with one of these roles.
     pub(super) fn member_name(&mut self, value: &Value, roles: &[&'static str]) {
         if let Some(name) = word(value) {
             self.member_of_mission(&Spanned::new(name.to_string(), value.span), roles);
@@ -72,7 +71,7 @@ impl Walker<'_> {
         self.marked(&name.value, || Slot::Offered(members.into_iter().map(|(_, role, name)| (name, role)).collect()));
     }
 
-    /// What people say in a scenario of a mission, by name.
+    /// Indexes the feedback of people in a scenario of a mission.
     pub(super) fn replies(&mut self, value: &Value) {
         for e in entries(value) {
             self.member_of_mission(&e.key, &["human"]);
@@ -84,7 +83,7 @@ impl Walker<'_> {
         }
     }
 
-    /// `h1.waited`, `vineyard.makespan`; false for what is neither.
+    /// Indexes `h1.waited` and `vineyard.makespan`; returns false for other values.
     pub(super) fn member_field(&mut self, inner: &Value, field: &Spanned<String>) -> bool {
         let (Some(mission), ValueKind::Name(name)) = (self.mission.clone(), &inner.kind) else { return false };
         if !self.expected {
@@ -108,7 +107,7 @@ impl Walker<'_> {
         true
     }
 
-    /// What an expectation of a mission can begin with.
+    /// Completion context at the start of an expectation of a mission.
     pub(super) fn of_mission(&self, mission: &str) -> Slot {
         let members = self.members(&["robot", "human", "worker"]).into_iter().map(|(_, role, name)| (name, role));
         let own = [(mission.to_string(), Class::Mission.word()), ("done".to_string(), "measured")];

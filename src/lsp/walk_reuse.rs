@@ -1,4 +1,4 @@
-//! What declarations take from others, word by word: imports, parameters, repetitions, changes of a stack.
+//! Indexes references between declarations: imports, parameters, repetitions, changes of a stack.
 
 use dsl::Spanned;
 use dsl::tree::{Change, Entry, Import, Level, Parameter, Repeat, Stack, Value, Values};
@@ -8,7 +8,7 @@ use super::mentions::{Class, Declaration, Slot, Taken, Walker, What};
 use super::origin::Elsewhere;
 use super::walk::word;
 
-/// What a spec can see of a file, class by class.
+/// Classes of symbols that a spec can import.
 pub(super) const VISIBLE: [Class; 11] = [
     Class::Param,
     Class::Let,
@@ -23,10 +23,10 @@ pub(super) const VISIBLE: [Class; 11] = [
     Class::Mission,
 ];
 
-/// What comes with a robot.
+/// Classes of symbols that are imported together with a robot.
 pub(super) const PARTS: [Class; 5] = [Class::Arm, Class::Point, Class::Segment, Class::Group, Class::JointGroup];
 
-/// What a file declares, or imports itself, with the place where it stands.
+/// Looks up a symbol that a file declares or imports, with the place of its declaration.
 pub(super) fn brought<'f>(file: &'f File, key: &(Class, String)) -> Option<(&'f Declaration, Elsewhere)> {
     let there = file.mentions.declared.get(key)?;
     let chosen = || Some((file.source.path.clone(), key.1.clone()));
@@ -43,14 +43,14 @@ pub(super) fn brought<'f>(file: &'f File, key: &(Class, String)) -> Option<(&'f 
     Some((there, elsewhere))
 }
 
-/// What the parameters of a declaration say.
+/// Converts the parameters of a declaration.
 pub(super) fn taken(parameters: &[Parameter]) -> Vec<Taken> {
     let one =
         |p: &Parameter| Taken { name: p.name.value.clone(), ty: p.ty.value.clone(), optional: p.default.is_some() };
     parameters.iter().map(one).collect()
 }
 
-/// The levels that a stack adds to another one.
+/// Levels that a stack adds to its base.
 pub(super) fn added(stack: &Stack) -> impl Iterator<Item = &Level> {
     stack.changes.iter().filter_map(|change| match change {
         Change::Add(level, _) => Some(level),
@@ -58,7 +58,7 @@ pub(super) fn added(stack: &Stack) -> impl Iterator<Item = &Level> {
     })
 }
 
-/// The levels that a stack replaces in another one.
+/// Levels that a stack replaces in its base.
 pub(super) fn replaced(stack: &Stack) -> impl Iterator<Item = &Level> {
     stack.changes.iter().filter_map(|change| match change {
         Change::Replace(level) => Some(level),
@@ -67,7 +67,7 @@ pub(super) fn replaced(stack: &Stack) -> impl Iterator<Item = &Level> {
 }
 
 impl Walker<'_> {
-    /// The names that an import brings. What the file declares stands there.
+    /// Indexes the names of an import, and declares the imported symbols.
     pub(super) fn imported(&mut self, import: &Import) {
         let path = &import.path;
         self.note(&path.value, path.span, What::Spec(path.value.clone()));
@@ -106,7 +106,7 @@ impl Walker<'_> {
         }
     }
 
-    /// What comes with an imported declaration: arms, points and so on with a robot, levels with a stack, parameters.
+    /// Declares the parts of an imported declaration: arms, points and so on of a robot, levels of a stack, parameters.
     fn inner(&mut self, file: &File, class: Class, there: &str, here: &str) {
         let word = class.word();
         let owner = format!("{word} {there}");
@@ -137,7 +137,7 @@ impl Walker<'_> {
         }
     }
 
-    /// The robot that another is made from.
+    /// Indexes the robot from which another one is derived.
     pub(super) fn robot_base(&mut self, base: &Spanned<String>) {
         let robots = self.found.names(Class::Robot).map(|n| (n.to_string(), Class::Robot.word())).collect();
         if !self.marked(&base.value, || Slot::Offered(robots)) {
@@ -145,7 +145,7 @@ impl Walker<'_> {
         }
     }
 
-    /// Parameters of a declaration; they are known until the scope is cut back.
+    /// Indexes the parameters of a declaration, and adds them to the scope; the caller truncates the scope.
     pub(super) fn formals(&mut self, owner: &str, all: &[Parameter]) {
         for p in all {
             let types = || Slot::Offered(compiler::parameter_types().map(|t| (t.0.to_string(), t.1)).collect());
@@ -163,10 +163,10 @@ impl Walker<'_> {
         self.scope.push((name.value.clone(), key));
     }
 
-    /// What is given to `owner`, a declaration with parameters.
+    /// Indexes the arguments of `owner`, a declaration with parameters.
     pub(super) fn arguments(&mut self, owner: &str, args: &[Value], named: &[Entry]) {
         let takes = self.found.takes.get(owner).cloned().unwrap_or_default();
-        // What is not given yet, behind so many without a name.
+        // Parameters that are not given yet, after this number of positional arguments.
         let left = |before: usize| {
             let given = |t: &Taken| named.iter().any(|e| e.key.value == t.name);
             takes.iter().skip(before).filter(|t| !given(t)).cloned().collect()
@@ -190,7 +190,7 @@ impl Walker<'_> {
         }
     }
 
-    /// What is given for a parameter of this type.
+    /// Indexes the argument for a parameter of type `ty`.
     fn given(&mut self, ty: Option<&str>, value: &Value) {
         match ty {
             Some("arm") => self.arm(value),
@@ -208,7 +208,7 @@ impl Walker<'_> {
         }
     }
 
-    /// A repetition; `f` looks at each part of it.
+    /// Indexes a repetition; `f` indexes each part of it.
     pub(super) fn repeat<T>(&mut self, repeat: &Repeat<T>, mut f: impl FnMut(&mut Self, &T)) {
         let outer = self.scope.len();
         self.repeated_over(&repeat.variable, &repeat.values);
@@ -218,7 +218,7 @@ impl Walker<'_> {
         self.scope.truncate(outer);
     }
 
-    /// What a repetition runs over; its name is known until the scope is cut back.
+    /// Indexes the values of a repetition, and adds its variable to the scope; the caller truncates the scope.
     pub(super) fn repeated_over(&mut self, variable: &Spanned<String>, values: &Values) {
         match values {
             Values::List(list) => self.anything(list),
@@ -231,7 +231,7 @@ impl Walker<'_> {
         self.argument(&format!("for {}", at.start), variable, at);
     }
 
-    /// The levels that changes name: they are those of the base.
+    /// Indexes the levels that changes name, which are those of the base.
     pub(super) fn changed(&mut self, stack: &Stack) {
         let Some(base) = &stack.base else { return };
         let prefix = format!("{}.", base.name.value);

@@ -1,4 +1,4 @@
-//! Specs that workers of missions run, word by word: their signals and states, which stand in other files.
+//! Indexes references to the specs that workers of missions run: signals and states in other files.
 
 use std::rc::Rc;
 
@@ -11,13 +11,13 @@ use super::mentions::{Class, MARKER, Slot, Walker, What};
 use super::walk::{entries, word};
 use super::walk_reuse::brought;
 
-/// The spec that a member runs, as written.
+/// Spec that a member runs, as written.
 fn spec_of(member: &MissionMember) -> Option<&str> {
     let runs = entries(&member.settings.get("runs")?.value);
     word(&runs.iter().find(|e| e.key.value == "spec")?.value).filter(|spec| *spec != MARKER)
 }
 
-/// The specs that workers of the missions of a spec run, as written.
+/// Specs that workers of all missions of a spec run, as written.
 pub(super) fn specs(spec: &Spec) -> Vec<&str> {
     fn below<'s>(members: &'s [MissionMember], repeats: &'s [MissionRepeat], out: &mut Vec<&'s str>) {
         out.extend(members.iter().filter_map(spec_of));
@@ -32,7 +32,7 @@ pub(super) fn specs(spec: &Spec) -> Vec<&str> {
     out
 }
 
-/// The names of a path such as `outer.inner`, each with its place.
+/// Names of a path such as `outer.inner`, each with its span.
 fn parts(value: &Value) -> Vec<(&str, Span)> {
     let (mut parts, mut rest) = (Vec::new(), value);
     while let ValueKind::Field(inner, field) = &rest.kind {
@@ -45,7 +45,7 @@ fn parts(value: &Value) -> Vec<(&str, Span)> {
 }
 
 impl Walker<'_> {
-    /// What a worker says with `runs`.
+    /// Indexes the block `runs` of a worker.
     pub(super) fn runs(&mut self, block: &Block) {
         let spec = block.get("spec").and_then(|e| word(&e.value)).map(str::to_string);
         let around = std::mem::replace(&mut self.there, spec);
@@ -53,7 +53,7 @@ impl Walker<'_> {
         self.there = around;
     }
 
-    /// The path of a spec.
+    /// Indexes the path of a spec.
     pub(super) fn spec_path(&mut self, value: &Value) {
         if let Some(path) = word(value)
             && !self.marked(path, || Slot::Nothing)
@@ -62,7 +62,7 @@ impl Walker<'_> {
         }
     }
 
-    /// Notes the spec that a worker runs, by what the worker is looked up by.
+    /// Records the spec that a worker runs, by the worker's qualified name.
     pub(super) fn declared_runs(&mut self, member: &str, m: &MissionMember) {
         if let Some(spec) = spec_of(m) {
             self.found.runs.insert(member.to_string(), spec.to_string());
@@ -73,7 +73,7 @@ impl Walker<'_> {
         self.imports.iter().find(|i| Some(i.written.as_str()) == spec)?.file.clone()
     }
 
-    /// A signal of the spec that the worker around runs.
+    /// Indexes a signal of the spec that the current worker runs.
     pub(super) fn signal_there(&mut self, value: &Value) {
         let (Some(name), Some(file)) = (word(value), self.file_there(self.there.as_deref())) else { return };
         let flags = || {
@@ -85,14 +85,14 @@ impl Walker<'_> {
         }
     }
 
-    /// A state of the spec that the worker around runs.
+    /// Indexes a state of the spec that the current worker runs.
     pub(super) fn state_there(&mut self, value: &Value) {
         if let Some(file) = self.file_there(self.there.as_deref()) {
             self.states_there(&file, &parts(value));
         }
     }
 
-    /// `w1.picking` in `in(..)`, where a scenario executes a mission.
+    /// Indexes `w1.picking` in `in(..)`, in a scenario of a mission.
     pub(super) fn state_of_worker(&mut self, value: &Value) {
         let parts = parts(value);
         let (Some(((name, span), states)), Some(mission)) = (parts.split_first(), self.mission.clone()) else { return };
@@ -115,7 +115,7 @@ impl Walker<'_> {
         }
     }
 
-    /// States of a file, by their path from the machine or its end.
+    /// Indexes states of a file, by the path from the machine or a suffix of it.
     fn states_there(&mut self, file: &File, parts: &[(&str, Span)]) {
         let mut known: Vec<&str> = file.mentions.names(Class::State).collect();
         if parts.iter().any(|p| p.0 == MARKER) {
@@ -125,7 +125,7 @@ impl Walker<'_> {
             self.found.slot = Some(Slot::Offered(offered.map(|s| (s.to_string(), Class::State.word())).collect()));
             return;
         }
-        // Shorter keys first: a path from the machine counts before the end of one.
+        // Shorter names first: a complete path has precedence over a suffix of a longer one.
         known.sort_by_key(|key| key.len());
         let path: String = parts.iter().map(|p| format!(".{}", p.0)).collect();
         let Some(key) = known.iter().find(|key| key.ends_with(&path)) else { return };
@@ -137,7 +137,7 @@ impl Walker<'_> {
         }
     }
 
-    /// Notes a word that means what another file declares.
+    /// Records a word that refers to a declaration of another file.
     fn there(&mut self, file: &File, key: (Class, String), (name, span): (&str, Span)) {
         if let Some((_, elsewhere)) = brought(file, &key) {
             self.note(name, span, What::Brought(key.0, Box::new(elsewhere)));

@@ -1,4 +1,4 @@
-//! Scenarios, word by word: what expectations measure.
+//! Indexes scenarios: the measures in expectations.
 
 use dsl::tree::{Formula, FormulaKind, Value, ValueKind};
 
@@ -6,7 +6,7 @@ use super::mentions::{Class, MARKER, Slot, Walker, What};
 use super::walk::word;
 
 impl Walker<'_> {
-    /// A formula of an expectation.
+    /// Indexes a formula of an expectation.
     pub(super) fn formula(&mut self, f: &Formula) {
         use FormulaKind as F;
         match &f.kind {
@@ -34,7 +34,7 @@ impl Walker<'_> {
         }
     }
 
-    /// What `margin(..)` and the like are said of.
+    /// Indexes the argument of `margin(..)` and other measures.
     pub(super) fn measured(&mut self, function: &str, value: &Value) {
         match (function, &value.kind) {
             ("margin" | "error", ValueKind::Field(inner, _)) => self.measured(function, inner),
@@ -62,7 +62,7 @@ impl Walker<'_> {
         }
     }
 
-    /// A state by its path from the machine, `outer.inner`.
+    /// Indexes a state by its path from the machine, `outer.inner`.
     fn state_path(&mut self, value: &Value) {
         let (mut parts, mut rest) = (Vec::new(), value);
         while let ValueKind::Field(inner, field) = &rest.kind {

@@ -1,4 +1,4 @@
-//! The specs around a document: those that are open, and those in the folders of the workspace.
+//! Specs related to a document: open documents, and files in the folders of the workspace.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -12,22 +12,22 @@ use super::mentions::{Class, Mention, What};
 use super::origin::{self, Origin};
 use super::uri;
 
-/// Most files and folders that a search for specs looks at.
+/// Maximum number of files and folders visited by a search for specs.
 const MOST_ENTRIES: usize = 20_000;
 
-/// Most specs that are read for one question.
+/// Maximum number of specs read for one query.
 const MOST_SPECS: usize = 1_000;
 
-/// Most bytes that are read for one question.
+/// Maximum number of bytes read for one query.
 const MOST_BYTES: u64 = 32 << 20;
 
-/// How deep folders are searched.
+/// Maximum depth of searched folders.
 const MOST_DEPTH: usize = 16;
 
-/// Most symbols in one answer.
+/// Maximum number of symbols in one response.
 const MOST_SYMBOLS: usize = 256;
 
-/// What the editor has open, and where it works.
+/// Open documents and folders of the editor.
 #[derive(Clone, Copy)]
 pub(super) struct Workspace<'s> {
     /// The open documents.
@@ -38,16 +38,16 @@ pub(super) struct Workspace<'s> {
     pub library: &'s Library,
 }
 
-/// The specs that could speak of something.
+/// Specs that may refer to a symbol.
 #[derive(Debug, Default)]
 pub(super) struct Specs {
     /// Texts by path.
     pub texts: BTreeMap<PathBuf, String>,
-    /// False where there were too many to read them all.
+    /// False if there were too many to read them all.
     pub whole: bool,
 }
 
-/// Finds specs in folders, and takes those that are open. What is hidden, linked or built is passed over.
+/// Finds specs in folders, and adds the open ones. Skips hidden files, symbolic links and build folders.
 pub(super) fn specs(folders: &[PathBuf], library: &Library) -> Specs {
     let opened: BTreeMap<PathBuf, String> = library.opened().into_iter().collect();
     let mut found = Specs { texts: BTreeMap::new(), whole: true };
@@ -93,8 +93,8 @@ pub(super) fn specs(folders: &[PathBuf], library: &Library) -> Specs {
     found
 }
 
-/// Where to look for specs that may speak of what stands in a document: the folders of the workspace, or without one
-/// those of the document and of the file that declares it.
+/// Folders to search for references from a document: those of the workspace, or without a workspace those of the
+/// document and of the declaring file.
 pub(super) fn folders(roots: &[PathBuf], places: &[&Path]) -> Vec<PathBuf> {
     if !roots.is_empty() {
         return roots.to_vec();
@@ -103,32 +103,32 @@ pub(super) fn folders(roots: &[PathBuf], places: &[&Path]) -> Vec<PathBuf> {
         places.iter().filter_map(|p| p.parent()).filter(|p| p.is_absolute()).map(Path::to_path_buf).collect();
     all.sort();
     all.dedup();
-    // One inside another is searched with it.
+    // A nested folder is searched with its parent.
     all.iter().filter(|f| !all.iter().any(|o| o != *f && f.starts_with(o))).cloned().collect()
 }
 
-/// What tells whether words of two files are the same.
+/// Function that returns the identity of a word; words of two files are the same if their identities are equal.
 pub(super) type Identity = fn(&Path, &super::mentions::Mentions, &What) -> Option<Origin>;
 
-/// A file, with the words in it that mean what was asked for.
+/// A file with the words that refer to a symbol.
 #[derive(Debug)]
 pub(super) struct Uses {
     /// The file.
     pub file: Rc<File>,
-    /// The words, in the order of the text.
+    /// Words, in source order.
     pub words: Vec<Mention>,
 }
 
-/// The words of a file that have an origin.
+/// Words of a file with this identity.
 pub(super) fn words(file: &File, target: &Origin, identity: Identity) -> Vec<Mention> {
     let same = |m: &&Mention| identity(&file.source.path, &file.mentions, &m.what).as_ref() == Some(target);
     let mut words: Vec<Mention> = file.mentions.all.iter().filter(same).cloned().collect();
-    // A name of several classes stands in an import once.
+    // An imported name that has several classes is one word.
     words.dedup_by(|a, b| a.place == b.place);
     words
 }
 
-/// All words of the specs that have an origin. Only files that name a file which has one can.
+/// All words with this identity in the specs. A file can contain such words only if it names another file that does.
 pub(super) fn uses(target: &Origin, identity: Identity, specs: &Specs, library: &Library) -> Vec<Uses> {
     let mut found: BTreeMap<PathBuf, Uses> = BTreeMap::new();
     let mut open = vec![target.path.clone()];
@@ -145,7 +145,7 @@ pub(super) fn uses(target: &Origin, identity: Identity, specs: &Specs, library: 
                 found.insert(other.clone(), Uses { file, words });
             }
         }
-        // The file itself may lie outside of what was searched.
+        // The file itself may be outside of the searched folders.
         if !found.contains_key(&path)
             && let Some(file) = library.file(&path)
         {
@@ -156,13 +156,13 @@ pub(super) fn uses(target: &Origin, identity: Identity, specs: &Specs, library: 
     found.into_values().collect()
 }
 
-/// The address of a source, as the editor knows it where it has it open.
+/// Address of a source; that of the editor if the source is open.
 pub(super) fn address(source: &Source, w: Workspace) -> Option<Uri> {
     let opened = w.documents.iter().find(|d| d.place() == source.path);
     opened.map(|d| d.uri.clone()).or_else(|| uri::of(&source.path))
 }
 
-/// All places of what stands at a byte, in all specs; the declaration among them if wanted.
+/// References to the symbol at a byte, in all specs; with its declaration if `declaration`.
 pub(super) fn references(
     w: Workspace,
     (document, byte): (&Document, usize),
@@ -172,7 +172,7 @@ pub(super) fn references(
     let place = document.place();
     let mention = analysis.mentions.at(byte)?;
     let Some(target) = origin::declaration(&place, &analysis.mentions, &mention.what) else {
-        // Links and joints are those of the URDF of this document.
+        // Links and joints are declared in the URDF of this document.
         let all = analysis.mentions.same(&mention.what);
         return Some(all.map(|m| Location::new(document.uri.clone(), document.text.range(m.place.clone()))).collect());
     };
@@ -188,7 +188,7 @@ pub(super) fn references(
     Some(out)
 }
 
-/// Declarations of all specs whose names have the letters of a query in them, in this order.
+/// Declarations of all specs whose names contain the letters of a query in order.
 pub(super) fn symbols(w: Workspace, query: &str) -> Vec<WorkspaceSymbol> {
     let specs = specs(w.roots, w.library);
     let mut out = Vec::new();
@@ -215,7 +215,7 @@ pub(super) fn symbols(w: Workspace, query: &str) -> Vec<WorkspaceSymbol> {
     out
 }
 
-/// True where the letters of a query stand in a name in this order.
+/// True if a name contains the letters of a query in order.
 fn matches(name: &str, query: &str) -> bool {
     let mut letters = name.chars().map(|c| c.to_ascii_lowercase());
     query.chars().all(|q| letters.any(|c| c == q.to_ascii_lowercase()))

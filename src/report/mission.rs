@@ -1,5 +1,5 @@
-//! The report of a mission that was executed: what was planned above what was done, a map of a schedule, expectations, and everything
-//! that happened. A page of its own that loads nothing.
+//! Report of an executed mission: plan and execution in comparison, a map of a schedule, expectations, and all events.
+//! A single page that loads no other files.
 
 use std::fmt::Write;
 
@@ -9,7 +9,7 @@ use runtime::missions::{End, MissionRun};
 use crate::gantt::{self, Look, Standing};
 use crate::xml::escaped;
 
-/// The page.
+/// Renders the page.
 pub fn mission(spec: &str, run: &MissionRun) -> String {
     let summary = &run.summary;
     let title = escaped(&format!("{}: {}", summary.mission, summary.scenario));
@@ -25,7 +25,7 @@ pub fn mission(spec: &str, run: &MissionRun) -> String {
         summary.seed,
         escaped(&end(&summary.end)),
     );
-    // Writing to a String does not fail.
+    // Writing to a `String` cannot fail.
     let _ = body(run, &mut out);
     out.push_str("</body></html>\n");
     out

@@ -1,6 +1,6 @@
-//! The report of a run: one HTML file with plots and a 3D replay that opens offline.
+//! Report of a run: one HTML file with plots and a 3D replay, usable offline.
 //!
-//! The page itself is built from `assets/` (see its README); here its data is put together from what was recorded.
+//! The page is built from `assets/` (see its README); this module computes its data from the recording.
 
 mod mission;
 mod plots;
@@ -21,13 +21,13 @@ static PLACEHOLDER: &str = "@@HIERARQ_DATA@@";
 pub use mission::mission;
 pub use scene::drawn_links;
 
-/// The report as HTML; `good` says whether all is as expected.
+/// Renders the report as HTML; `good` is true if the result is as expected.
 pub fn html(program: &Program, spec: &str, (summary, good): (&Summary, bool), series: &SeriesRecorder) -> String {
     let data = data(program, spec, (summary, good), series).to_string().replace('<', "\\u003c");
     TEMPLATE.replacen(PLACEHOLDER, &data, 1)
 }
 
-/// The data of the page, version 1.
+/// Data of the page, version 1.
 pub fn data(program: &Program, spec: &str, (summary, good): (&Summary, bool), series: &SeriesRecorder) -> Json {
     json!({
         "version": 1,
@@ -60,7 +60,7 @@ pub fn data(program: &Program, spec: &str, (summary, good): (&Summary, bool), se
     })
 }
 
-/// How often each state was entered, the most often first.
+/// Number of entries of each state, in descending order.
 fn entries(summary: &Summary) -> Vec<Json> {
     let mut all: Vec<_> = summary.entries.iter().collect();
     all.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
@@ -74,7 +74,7 @@ fn expectation(e: &ExpectationRecord) -> Json {
     })
 }
 
-/// A sentence on the expectations; nothing where there are none.
+/// Sentence about the expectations; empty if there are none.
 fn expected(summary: &Summary) -> String {
     let all = summary.expectations.len();
     let count = |v: Verdict| summary.expectations.iter().filter(|e| e.verdict == v).count();
@@ -88,7 +88,7 @@ fn expected(summary: &Summary) -> String {
     }
 }
 
-/// What became of faults and limits, what came closest to a limit, and joints that jumped or reversed.
+/// Summary of faults and limits, of the closest approach to a limit, and of joints that jumped or reversed.
 pub fn verdict(summary: &Summary) -> String {
     let answered = match summary.faults.iter().filter(|f| f.answered).count() {
         0 => String::new(),
@@ -99,7 +99,7 @@ pub fn verdict(summary: &Summary) -> String {
     answered + &limits(summary) + &rough + &late(summary)
 }
 
-/// Ticks whose budget was spent.
+/// Sentence about ticks that exceeded their budget.
 fn late(summary: &Summary) -> String {
     let Some(late) = summary.late.filter(|late| late.ticks > 0) else { return String::new() };
     let budget = quantity(1e-6 * late.budget_us, "s");
@@ -110,12 +110,12 @@ fn late(summary: &Summary) -> String {
     )
 }
 
-/// What became of limits, or the fault that nothing answered.
+/// Sentence about limits, or about the fault that the machine did not handle.
 fn limits(summary: &Summary) -> String {
     if let Some(f) = summary.faults.iter().find(|f| !f.answered) {
         return format!("Fault at {:.2} s: {}. The robot was kept still from then on.", f.time, f.text);
     }
-    // Distances only: a joint that rests at its limit has a margin of zero, and that is as it should be.
+    // Distances only: a joint at rest at its limit has a margin of zero, which is no problem.
     let closest = |t: &&(&String, &TaskSummary)| t.1.unit == "m" && t.1.min_margin.is_some_and(f64::is_finite);
     let limits: Vec<(&String, &TaskSummary)> = summary.tasks.iter().filter(|t| t.1.min_margin.is_some()).collect();
     let broken: Vec<String> = limits
@@ -143,7 +143,7 @@ fn limits(summary: &Summary) -> String {
     }
 }
 
-/// Names of the tasks of a run, in the order of stacks and levels, each once.
+/// Names of the tasks of a run, in the order of stacks and levels, without duplicates.
 pub fn task_order(program: &Program) -> Vec<String> {
     let mut order: Vec<String> = Vec::new();
     let stacks = program.run_stacks();
@@ -163,7 +163,7 @@ fn rows(program: &Program, summary: &Summary) -> Vec<Json> {
         .map(|(name, t)| {
             let measures: Vec<Json> = if let Some(m) = t.min_margin {
                 let unit = t.min_margin_unit.as_deref().unwrap_or(&t.unit);
-                // Rows of several units have no common last value.
+                // Rows of different units have no common last value.
                 let last = t.final_margin.filter(|_| unit == t.unit).and_then(finite).map(tidy);
                 vec![json!({ "name": "margin", "unit": unit, "smallest": finite(m).map(tidy), "final": last, "at": t.at_s })]
             } else if t.errors.is_empty() {
@@ -181,12 +181,12 @@ fn rows(program: &Program, summary: &Summary) -> Vec<Json> {
         .collect()
 }
 
-/// What rounding leaves of a zero is shown as zero.
+/// Rounds numbers to zero that are zero up to rounding errors.
 fn tidy(x: f64) -> f64 {
     if x.abs() < MARGIN_TOLERANCE { 0.0 } else { x }
 }
 
-/// A number, or null.
+/// A finite number, or null.
 fn finite(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
 }

@@ -1,4 +1,4 @@
-//! The plots of a report: margins, errors, joints against their limits, signals, the hierarchy.
+//! Plots of a report: margins, errors, joints and their limits, signals, the hierarchy.
 
 use robot::DofUnit;
 use runtime::Program;
@@ -7,10 +7,10 @@ use runtime::record::signals::numbers;
 use serde_json::{Value as Json, json};
 use stdlib_tasks::task::Nature;
 
-/// Rows that come closest to their bound; more would only be a tangle.
+/// Number of plotted rows, those closest to their bounds; more would be unreadable.
 const MOST_ROWS: usize = 12;
 
-/// A number for a plot: five significant digits, null where there is none.
+/// A number for a plot: five significant digits, null if it is not finite.
 fn number(x: f64) -> Option<f64> {
     if !x.is_finite() {
         return None;
@@ -61,7 +61,7 @@ fn margins(series: &SeriesRecorder, plots: &mut Vec<Json>) {
 
 fn errors(series: &SeriesRecorder, plots: &mut Vec<Json>) {
     for m in series.members_of(Nature::Target) {
-        // One plot for each dimension: metres and radians do not share an axis.
+        // One plot for each dimension, because metres and radians cannot share an axis.
         let mut dimensions: Vec<_> = m.measure_info.iter().map(|x| x.dimension).collect();
         dimensions.dedup();
         dimensions.sort();
@@ -82,7 +82,7 @@ fn errors(series: &SeriesRecorder, plots: &mut Vec<Json>) {
     }
 }
 
-/// Groups of joints that share a name up to their number, `arm_left_1` .. `arm_left_7`.
+/// Groups of joints with a common name up to their number, `arm_left_1` .. `arm_left_7`.
 fn groups(program: &Program) -> Vec<(String, Vec<usize>)> {
     let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
     for (i, d) in program.robot.model.dofs.iter().enumerate() {
@@ -121,11 +121,11 @@ fn positions(program: &Program, series: &SeriesRecorder, plots: &mut Vec<Json>) 
     }
 }
 
-/// The speed that the run allows a degree of freedom: the robot's own, or that of a velocity limit.
+/// Speed limit of each degree of freedom during the run: the robot's own, or that of a velocity limit.
 fn allowed(program: &Program) -> Vec<f64> {
     let mut speed: Vec<f64> = program.robot.model.dofs.iter().map(|d| d.velocity).collect();
     let values = &program.values.initial;
-    // The largest of what the stacks of the run allow.
+    // Largest limit among the stacks of the run.
     let mut allowed = vec![0.0_f64; speed.len()];
     let stacks = program.run_stacks();
     for &stack in &stacks {
@@ -170,8 +170,8 @@ fn velocities(program: &Program, series: &SeriesRecorder, plots: &mut Vec<Json>)
     }
 }
 
-/// The limit that the tasks of a run put on the acceleration of a degree of freedom: the largest of its stacks, infinite if one
-/// of them has none.
+/// Limit of each degree of freedom's acceleration from the tasks of a run: the largest among the stacks, infinite if
+/// one of them has none.
 fn allowed_acceleration(program: &Program) -> Vec<f64> {
     let mut allowed = vec![0.0_f64; program.robot.model.nv()];
     for stack in program.run_stacks() {
@@ -206,7 +206,7 @@ fn accelerations(program: &Program, series: &SeriesRecorder, plots: &mut Vec<Jso
     }
 }
 
-/// A plot for the numbers of a signal that share a unit.
+/// Adds plots for the numbers of signals, one for each signal and unit.
 fn signals(program: &Program, series: &SeriesRecorder, plots: &mut Vec<Json>) {
     let all = numbers(&program.interface);
     for of_one in all.chunk_by(|a, b| a.signal == b.signal && a.unit == b.unit) {

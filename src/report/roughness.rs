@@ -1,13 +1,13 @@
-//! Joints that jumped or reversed in a run, in words.
+//! Sentences about joints that jumped or reversed in a run.
 
 use std::collections::BTreeMap;
 
 use runtime::record::joint_motion::JointMotion;
 
-/// A joint, with how smoothly it moved.
+/// A joint with its motion statistics.
 pub type Joint<'s> = (&'s str, &'s JointMotion);
 
-/// Joints that jumped or reversed: the one that reversed most often first, then the one that jumped most often.
+/// Joints that jumped or reversed, sorted by the number of reversals, then of jumps, in descending order.
 pub fn rough(joints: &BTreeMap<String, JointMotion>) -> Vec<Joint<'_>> {
     let mut rough: Vec<Joint> =
         joints.iter().filter(|(_, j)| j.is_rough()).map(|(name, j)| (name.as_str(), j)).collect();
@@ -15,8 +15,8 @@ pub fn rough(joints: &BTreeMap<String, JointMotion>) -> Vec<Joint<'_>> {
     rough
 }
 
-/// "`joint_2` reversed 455 times (first at 1.40 s), and so did 2 more joints; `joint_1` jumped once (at 2.00 s)"; nothing if no
-/// joint did.
+/// Sentence about rough joints: "`joint_2` reversed 455 times (first at 1.40 s), and so did 2 more joints; `joint_1`
+/// jumped once (at 2.00 s)"; `None` without any.
 pub fn sentence(joints: &BTreeMap<String, JointMotion>) -> Option<String> {
     let reversed = clause(joints, "reversed", |j| (j.reversals, j.first_reversal_s));
     let jumped = clause(joints, "jumped", |j| (j.jumps, j.first_jump_s));
@@ -46,7 +46,7 @@ fn clause(
     Some(format!("`{name}` {did} {times}{others}"))
 }
 
-/// What to do about it; nothing if no joint jumped or reversed.
+/// Advice against rough motion; `None` if no joint jumped or reversed.
 pub fn advice(joints: &BTreeMap<String, JointMotion>) -> Option<&'static str> {
     if joints.values().any(|j| j.reversals > 0) {
         return Some(

@@ -1,4 +1,4 @@
-//! The 3D replay: links as primitives, their poses over time, walls, control points and keep-out volumes.
+//! 3D replay: links as primitives with their poses over time, walls, control points and keep-out volumes.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use robot::{LinkId, Model, Shape, VisualGeometry};
@@ -9,7 +9,7 @@ use runtime::record::series::SeriesRecorder;
 use serde_json::{Value as Json, json};
 use stdlib_tasks::bound::{Bound, Geometry};
 
-/// The links that are drawn: all, in the model's order.
+/// Drawn links: all, in model order.
 pub fn drawn_links(program: &Program) -> Vec<LinkId> {
     (0..program.robot.model.links.len()).map(|i| LinkId(i as u32)).collect()
 }
@@ -27,7 +27,7 @@ fn wxyz(p: &Isometry3<f64>) -> [f64; 4] {
     [round(r.w), round(r.i), round(r.j), round(r.k)]
 }
 
-/// The scene.
+/// Data of the scene.
 pub fn scene(program: &Program, series: &SeriesRecorder) -> Json {
     let model = &program.robot.model;
     let links: Vec<Json> = series.links.iter().map(|&l| link(model, l)).collect();
@@ -68,7 +68,7 @@ fn link(model: &Model, id: LinkId) -> Json {
         })
         .collect();
     if visuals.is_empty() {
-        // A link of meshes is drawn by its collision shapes.
+        // A link whose visuals are meshes is drawn by its collision shapes.
         visuals = link.collision.iter().map(|c| placed(&c.shape, &c.origin)).collect();
     }
     json!({ "name": link.name, "visuals": visuals })
@@ -88,7 +88,7 @@ fn placed(shape: &Shape, origin: &Isometry3<f64>) -> Json {
     out
 }
 
-/// Tasks of the run's stacks with a type of this name, each once.
+/// Tasks of one type in the run's stacks, without duplicates.
 fn tasks<'p>(program: &'p Program, kind: &'static str) -> impl Iterator<Item = &'p runtime::program::TaskProgram> {
     let stacks = program.run_stacks();
     let members = stacks.iter().flat_map(|&s| &program.stacks[s].levels).flat_map(|l| &l.members).map(|m| m.task);
@@ -113,7 +113,7 @@ fn planes(program: &Program) -> Vec<Json> {
             }
             let at = |i: usize| Vector3::new(p[3 * i], p[3 * i + 1], p[3 * i + 2]);
             let normal = (at(1) - at(0)).cross(&(at(2) - at(0))).try_normalize(1e-12)?;
-            // Shown where the robot stands.
+            // The part of the plane near the robot is shown.
             let home = Vector3::from_iterator(program.robot.home.iter().copied().chain([0.0; 3]).take(3));
             let stands = if program.robot.model.base.nv() > 0 { home } else { Vector3::zeros() };
             let point = stands - normal * normal.dot(&(stands - at(0)));
@@ -134,7 +134,7 @@ fn is_point(g: &Geometry) -> bool {
     matches!(g.shape, Shape::Sphere { radius } if radius == 0.0)
 }
 
-/// Points that limits speak of, once each.
+/// Points in limits, without duplicates.
 fn points(program: &Program) -> Vec<Geometry> {
     let walls = tasks(program, "virtual_wall").flat_map(|t| geometries(t.params.get("points")));
     let sides = tasks(program, "self_collision").flat_map(|t| geometries(t.params.get("between")));
@@ -147,7 +147,7 @@ fn points(program: &Program) -> Vec<Geometry> {
     out
 }
 
-/// The far side of each collision task, grown by its distance; sides of more than four parts are left out.
+/// Far side of each collision task, expanded by its distance. Sides with more than two parts, and boxes, are left out.
 fn keep_out(program: &Program) -> Vec<Json> {
     let mut out = Vec::new();
     for t in tasks(program, "self_collision") {
@@ -171,7 +171,7 @@ fn keep_out(program: &Program) -> Vec<Json> {
     out
 }
 
-/// The paths of the arms' tips, or of the last link where no arm is declared.
+/// Paths of the arms' tips, or of the last link if no arm is declared.
 fn traces(program: &Program) -> Vec<Json> {
     let model = &program.robot.model;
     if program.robot.arms.is_empty() {

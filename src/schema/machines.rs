@@ -1,11 +1,11 @@
-//! Signals, machines, states inside states.
+//! Schema of signals, machines, and nested states.
 
 use compiler::sections::{self, SIGNAL, STATE, Section, TRANSITION, VARIABLE};
 use serde_json::{Map, Value, json};
 
 use super::{described, object, section, sections as of, values};
 
-/// The definitions that the rest refers to: `state` and `transition`.
+/// Shared definitions `state` and `transition`.
 pub(super) fn definitions() -> Map<String, Value> {
     Map::from_iter([("state".to_string(), body(&STATE, "A state.")), ("transition".to_string(), transition())])
 }
@@ -17,7 +17,7 @@ pub(super) fn machines() -> Value {
     section("", &machine)
 }
 
-/// The mapping of a machine or a state.
+/// Mapping of a machine or a state.
 fn body(section: &Section, description: &str) -> Value {
     let mut parts = of::keys(section);
     let actions = json!({ "type": ["string", "array"], "minLength": 1, "items": values::name() });
@@ -34,7 +34,7 @@ fn body(section: &Section, description: &str) -> Value {
     object(parts, &[], description)
 }
 
-/// Puts another schema in the place of one, with its description.
+/// Replaces a schema and keeps its description.
 fn replace(parts: &mut Map<String, Value>, key: &str, schema: Value) {
     if let Some(old) = parts.get_mut(key) {
         let doc = old["description"].as_str().unwrap_or("").to_string();
@@ -42,12 +42,12 @@ fn replace(parts: &mut Map<String, Value>, key: &str, schema: Value) {
     }
 }
 
-/// States by name; one about which nothing is said is an empty mapping.
+/// States by name; a state without entries is an empty mapping.
 fn states() -> Value {
     section("", &json!({ "$ref": "#/$defs/state" }))
 }
 
-/// `{ when: x < 3 N, for: 3 s, to: grasp, blend: 1 s }`
+/// A transition: `{ when: x < 3 N, for: 3 s, to: grasp, blend: 1 s }`.
 fn transition() -> Value {
     let mut parts = of::keys(&TRANSITION);
     replace(&mut parts, "when", json!({ "type": ["string", "boolean"] }));

@@ -1,4 +1,5 @@
-//! Missions, from the sections of their kinds: members by name below the plurals of their roles, repetitions behind them.
+//! Schema of missions, from the sections of their kinds: members by name below the plurals of their roles, and
+//! repetitions.
 
 use compiler::sections::{ALL, Holds, Key, MISSION, REPEAT, Section};
 use dsl::Spelling;
@@ -8,7 +9,7 @@ use stdlib_tasks::params::Presence;
 
 use super::{described, object, section, sections as of};
 
-/// Missions by name, each with its kind.
+/// Missions by name, each with its kind as the only key.
 pub(super) fn missions() -> Value {
     let mut mission = object(bodies(&MISSION), &[], "A mission: its kind, and everything else below that.");
     mission["minProperties"] = json!(1);
@@ -16,18 +17,18 @@ pub(super) fn missions() -> Value {
     section("", &mission)
 }
 
-/// The definitions that the rest refers to: repetitions inside each section that has members.
+/// Shared definitions: repetitions in each section with members.
 pub(super) fn definitions() -> Map<String, Value> {
     let with_members = ALL.iter().filter(|section| members(section).next().is_some());
     with_members.map(|section| (repeats_name(section), repeats(section))).collect()
 }
 
-/// The role whose members stand below a key.
+/// Role of the members below a key.
 fn role_below(key: &Key) -> Option<&'static str> {
     ROLES.iter().find(|role| key.name.strip_suffix('s') == Some(role)).copied()
 }
 
-/// The keys of a section below which members stand, each with the role and what a member holds.
+/// Keys of a section that contain members, each with the role and the member's section.
 fn members(section: &Section) -> impl Iterator<Item = (&'static Key, &'static str, &'static Section)> {
     section.written(Spelling::Yaml).filter_map(|key| match key.holds {
         Holds::Each(Holds::Block(inner)) => Some((key, role_below(key)?, *inner)),
@@ -35,7 +36,7 @@ fn members(section: &Section) -> impl Iterator<Item = (&'static Key, &'static st
     })
 }
 
-/// What stands below each kind of mission.
+/// Contents of each kind of mission.
 fn bodies(kinds: &Section) -> Map<String, Value> {
     let one = |key: &'static Key| match key.holds {
         Holds::Block(section) => Some((key.name.to_string(), described(body(section), key.doc))),
@@ -44,7 +45,7 @@ fn bodies(kinds: &Section) -> Map<String, Value> {
     kinds.written(Spelling::Yaml).filter_map(one).collect()
 }
 
-/// The mapping of a mission of a kind, or of a member.
+/// Mapping of a mission of a kind, or of a member.
 fn body(section: &Section) -> Value {
     let mut parts = of::keys(section);
     let below = by_role(section);
@@ -57,7 +58,7 @@ fn body(section: &Section) -> Value {
     parts.extend(below);
     parts.insert("for".to_string(), reference(section));
     let mut schema = object(parts, &needed, "");
-    // A repetition may bring them.
+    // Required members may be in a repetition.
     let one = |key: &&Key| json!({ "anyOf": [{ "required": [key.name] }, { "required": ["for"] }] });
     let all: Vec<Value> = needed_members.iter().map(one).collect();
     if !all.is_empty() {
@@ -66,7 +67,7 @@ fn body(section: &Section) -> Value {
     schema
 }
 
-/// Members by name, for each role that a section has.
+/// Members by name, for each role of a section.
 fn by_role(of: &Section) -> Map<String, Value> {
     let one = |(key, role, inner): (&'static Key, &str, &'static Section)| {
         let member = if role == "task" { task(inner) } else { body(inner) };
@@ -75,7 +76,7 @@ fn by_role(of: &Section) -> Map<String, Value> {
     members(of).map(one).collect()
 }
 
-/// `wait`, or `{ pick_and_place: { .. } }`.
+/// A task: `wait`, or `{ pick_and_place: { .. } }`.
 fn task(inner: &'static Section) -> Value {
     json!({
         "type": ["string", "object"],
@@ -93,7 +94,7 @@ fn reference(section: &Section) -> Value {
     json!({ "$ref": format!("#/$defs/{}", repeats_name(section)), "description": "Members that are repeated." })
 }
 
-/// A sequence of repetitions of members.
+/// List of repetitions of members.
 fn repeats(section: &Section) -> Value {
     let mut parts = of::keys(&REPEAT);
     parts.retain(|key, _| key == "name" || key == "in");

@@ -1,7 +1,8 @@
-//! A JSON Schema (2020-12) of the YAML spelling, for editors: what stands where, with units, ranges, defaults and texts.
+//! JSON Schema (2020-12) of the YAML syntax, for editors: the structure of a spec, with units, ranges, defaults and
+//! descriptions.
 //!
-//! Task types come from the registry that the compiler reads. A schema sees one file and no robot: it knows no names, and
-//! of an expression only whether a plain number has a unit that fits. `hierarq check` knows the rest.
+//! Task types come from the registry of the compiler. A schema sees a single file and no robot, so it cannot check
+//! names, and in expressions only the unit of a plain number. `hierarq check` checks the rest.
 
 mod machines;
 mod missions;
@@ -12,7 +13,7 @@ mod values;
 
 use serde_json::{Map, Value, json};
 
-/// The schema of a spec in YAML.
+/// Schema of a spec in YAML.
 pub fn schema() -> Value {
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -34,7 +35,7 @@ fn definitions() -> Value {
     all.into()
 }
 
-/// A mapping with these keys and no others.
+/// Mapping with these keys only.
 fn object(properties: Map<String, Value>, required: &[&str], description: &str) -> Value {
     json!({
         "type": "object",
@@ -45,7 +46,7 @@ fn object(properties: Map<String, Value>, required: &[&str], description: &str) 
     })
 }
 
-/// A mapping of names that the user chooses; it may be empty.
+/// Mapping with user-defined names as keys; it may be empty.
 fn section(description: &str, of: &Value) -> Value {
     json!({
         "type": ["object", "null"],
@@ -55,14 +56,14 @@ fn section(description: &str, of: &Value) -> Value {
     })
 }
 
-/// A mapping of names that may have parameters.
+/// Mapping with user-defined names that may have parameters.
 fn heads(description: &str, of: &Value) -> Value {
     let mut schema = section(description, of);
     schema["propertyNames"] = json!({ "pattern": values::HEAD });
     schema
 }
 
-/// A schema with another description.
+/// Replaces the description of a schema.
 fn described(mut schema: Value, description: &str) -> Value {
     if let Some(object) = schema.as_object_mut() {
         object.insert("description".to_string(), json!(description));

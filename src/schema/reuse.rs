@@ -1,4 +1,4 @@
-//! What specs and declarations take from others: imports, named expressions, repetition.
+//! Schema of imports, named expressions, and repetitions.
 
 use compiler::sections::REPEAT;
 use serde_json::{Map, Value, json};
@@ -31,7 +31,7 @@ pub(super) fn repeats() -> Value {
     json!({ "$ref": "#/$defs/repeats", "description": "Declarations that are repeated." })
 }
 
-/// The sections that a repetition may hold.
+/// Sections that a repetition may contain.
 const REPEATED: &[&str] = &[
     "params",
     "lets",
@@ -47,14 +47,14 @@ const REPEATED: &[&str] = &[
     "for",
 ];
 
-/// A sequence of repetitions of declarations.
+/// List of repetitions of declarations.
 pub(super) fn repeats_of_sections() -> Value {
     let mut parts = sections::keys(&REPEAT);
     parts.extend(sections::all().into_iter().filter(|(key, _)| REPEATED.contains(&key.as_str())));
     json!({ "type": ["array", "null"], "items": object(parts, &["name", "in"], "A repetition.") })
 }
 
-/// Members of a level that are repeated: `{ for: { name: side, in: [left, right], tasks: [..] } }`.
+/// Repeated members of a level: `{ for: { name: side, in: [left, right], tasks: [..] } }`.
 pub(super) fn member_repeat() -> Value {
     let mut parts = sections::keys(&REPEAT);
     let tasks = json!({ "type": "array", "items": { "$ref": "#/$defs/member" } });

@@ -1,4 +1,4 @@
-//! The parts of a spec that are not tasks, from the table of their keys.
+//! Schema of all parts of a spec except tasks, from the table of keys.
 
 use compiler::sections::{self, Holds, Key, SPEC, Section};
 use dsl::Spelling;
@@ -8,7 +8,7 @@ use stdlib_tasks::params::Presence;
 
 use super::{described, machines, missions, object, reuse, section, values};
 
-/// What the keys of a spec hold, by key.
+/// Schemas of the top-level keys.
 pub(super) fn all() -> Map<String, Value> {
     let one = |key: &Key| match key.name {
         "hierarq" => json!({ "enum": [1, "1"] }),
@@ -29,7 +29,7 @@ pub(super) fn all() -> Map<String, Value> {
     SPEC.written(Spelling::Yaml).map(|key| (key.name.to_string(), described(one(key), key.doc))).collect()
 }
 
-/// The keys of a section in YAML.
+/// Keys of a section in YAML.
 pub(super) fn keys(section: &Section) -> Map<String, Value> {
     let schema = |key: &Key| {
         let mut schema = described(held(&key.holds), key.doc);
@@ -41,14 +41,14 @@ pub(super) fn keys(section: &Section) -> Map<String, Value> {
     section.written(Spelling::Yaml).map(|key| (key.name.to_string(), schema(key))).collect()
 }
 
-/// A mapping with the keys of a section, those that it needs among them.
+/// Mapping with the keys of a section, including the list of required ones.
 fn block(section: &Section) -> Value {
     let needed: Vec<&str> =
         section.written(Spelling::Yaml).filter(|k| k.presence == Presence::Required).map(|k| k.name).collect();
     object(keys(section), &needed, "")
 }
 
-/// What may stand behind a key.
+/// Schema of a key's value.
 fn held(holds: &Holds) -> Value {
     match holds {
         Holds::Number(q) | Holds::Spread(q) => values::scalar(q),
@@ -79,7 +79,7 @@ fn held(holds: &Holds) -> Value {
             locks
         }
         Holds::Positions => values::per_joint(),
-        // States stand inside states.
+        // By reference, because states are nested.
         Holds::Block(section) if std::ptr::eq(*section, &sections::STATE) => json!({ "$ref": "#/$defs/state" }),
         Holds::Block(section) => block(section),
         Holds::Blocks(section) => {
@@ -103,7 +103,7 @@ fn held(holds: &Holds) -> Value {
         Holds::List(Holds::Block(section)) if std::ptr::eq(*section, &sections::CHANGE) => {
             json!({ "type": "array", "items": change() })
         }
-        // Also a list with a unit behind it.
+        // A list may also be a text, with a unit after it.
         Holds::List(Holds::Vector(d)) => json!({ "type": ["string", "array"], "items": values::vector(*d) }),
         Holds::List(Holds::Spot) => json!({ "type": ["string", "array"], "items": values::vector(LENGTH) }),
         Holds::List(inner) => json!({ "type": "array", "minItems": 1, "items": held(inner) }),
@@ -122,7 +122,7 @@ pub(super) fn params() -> Value {
 
 fn robots() -> Value {
     let mut robot = block(&sections::ROBOT);
-    // A robot that is made from another has what that one has.
+    // A derived robot inherits the keys of its base.
     let needed = robot["required"].take();
     robot["required"] = json!([]);
     robot["if"] = json!({ "required": ["from"] });
@@ -130,7 +130,7 @@ fn robots() -> Value {
     section("", &described(robot, "A robot."))
 }
 
-/// A level that is replaced or added, or the name of one that is removed.
+/// A replaced or added level, or the name of a removed one.
 fn change() -> Value {
     let mut parts = keys(&sections::LEVEL);
     parts.remove("name");
@@ -141,7 +141,7 @@ fn change() -> Value {
     change
 }
 
-/// Scenarios, whose names are any text, each with its expectations.
+/// Scenarios with their expectations; their names are arbitrary texts.
 pub(super) fn scenarios() -> Value {
     let mut scenario = block(&sections::SCENARIO);
     let labelled = json!({ "type": "object", "minProperties": 1, "additionalProperties": { "type": "string" } });

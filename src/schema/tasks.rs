@@ -1,4 +1,4 @@
-//! Task types and where they stand, from the registry.
+//! Schema of task types and of their uses, from the registry.
 
 use compiler::sections::MEMBER;
 use serde_json::{Map, Value, json};
@@ -11,7 +11,7 @@ use stdlib_tasks::task::TaskKind;
 use super::{described, object, sections, values};
 use crate::catalogue;
 
-/// The definitions that the rest refers to: `task`, `member`, and the parameters of each type.
+/// Shared definitions: `task`, `member`, and the parameters of each type.
 pub(super) fn definitions() -> Map<String, Value> {
     let mut all = Map::new();
     all.insert("task".to_string(), task());
@@ -25,7 +25,7 @@ pub(super) fn definitions() -> Map<String, Value> {
     all
 }
 
-/// The definition of a type whose first parameters stand in parentheses.
+/// Name of the definition of a type whose first parameters are in parentheses.
 fn called(kind: &TaskKind) -> String {
     format!("{}()", kind.name)
 }
@@ -34,14 +34,14 @@ fn required(p: &ParamInfo) -> bool {
     p.presence == Presence::Required
 }
 
-/// The block of a type, where parameters in `given` need not stand.
+/// Block of a type; parameters in `given` are not required.
 fn body(kind: &TaskKind, given: &[&str]) -> Value {
     let required: Vec<&str> =
         kind.params.iter().filter(|p| required(p) && !given.contains(&p.name)).map(|p| p.name).collect();
     object(parameters(kind.params), &required, &format!("{}.\n\n{}", sentence(kind.summary), kind.docs))
 }
 
-/// With a capital at the beginning.
+/// Capitalises the first letter.
 fn sentence(text: &str) -> String {
     let mut chars = text.chars();
     chars.next().map(|c| c.to_uppercase().chain(chars).collect()).unwrap_or_default()
@@ -78,13 +78,13 @@ fn parameter(p: &ParamInfo) -> Value {
     };
     let mut schema = described(schema, &format!("{}\n\n{}.", p.text(), sentence(&catalogue::describe(&p.ty))));
     if let Presence::Default(text) = p.presence {
-        // A group stands for the defaults of what is in it.
+        // The default of a group is the defaults of its members.
         schema["default"] = if matches!(p.ty, ParamType::Group(_)) { json!({}) } else { json!(text) };
     }
     schema
 }
 
-/// Deviations, in the groups that the parameters of the other task have: a block with a speed is one.
+/// Deviations, in the groups of the other task's parameters; a block with a speed is a deviation.
 fn deviations() -> Value {
     let one = |infos: &[ParamInfo]| object(parameters(infos), &["speed"], "");
     let either = json!({ "anyOf": [one(PATH), one(TURN)] });
@@ -106,7 +106,7 @@ fn gains(names: &[&str]) -> Value {
     schema
 }
 
-/// What a text that is a task looks like: the type alone where nothing is required, or with parentheses.
+/// Pattern of a task as text: the bare type if no parameter is required, or a type with parentheses.
 fn text() -> String {
     let mut forms = Vec::new();
     for kind in KINDS {
@@ -118,13 +118,13 @@ fn text() -> String {
             forms.push(format!(r"{}\(.+\)", kind.name));
         }
     }
-    // A task of the spec with its arguments.
+    // A task of the spec with arguments.
     let library: Vec<&str> = KINDS.iter().map(|k| k.name).collect();
     forms.push(format!(r"(?!(?:{})\s*\(){NAME}\(.*\)", library.join("|")));
     format!(r"\s*(?:{})\s*", forms.join("|"))
 }
 
-/// A name, as a part of a pattern.
+/// Pattern of a name.
 static NAME: &str = r"(?:[A-Za-z0-9_]|\$\{[-+* A-Za-z0-9_]+\})+";
 
 /// One type with its parameters: `{ virtual_wall: .. }` or `{ "hold(left, right)": .. }`.
@@ -155,7 +155,7 @@ fn task() -> Value {
     described(schema, "A task: `KIND`, `KIND(..)`, or `KIND: { parameters }`.")
 }
 
-/// A member of a level: the name of a task, a task in place, or `{ task, weight }`.
+/// A member of a level: the name of a task, an inline task, or `{ task, weight }`.
 fn member() -> Value {
     let mut properties = sections::keys(&MEMBER);
     properties.insert("task".to_string(), member_task());

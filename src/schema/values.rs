@@ -1,4 +1,4 @@
-//! Values: quantities with the units that fit, vectors, names.
+//! Schemas of values: quantities with compatible units, vectors, names.
 
 use compiler::units;
 use dsl::Span;
@@ -7,30 +7,30 @@ use serde_json::{Value, json};
 use stdlib_tasks::dimension::{Dimension, NONE};
 use stdlib_tasks::params::Quantity;
 
-/// A name that the user chooses; `${side}` may stand in it.
+/// Pattern of a user-defined name, which may contain `${side}`.
 pub(super) static NAME: &str = r"^(?:[A-Za-z_]|\$\{[-+* A-Za-z0-9_]+\})(?:[A-Za-z0-9_]|\$\{[-+* A-Za-z0-9_]+\})*$";
 
-/// A name of a task or stack, with its parameters where it has some: `reach(side: arm)`.
+/// Pattern of the name of a task or stack, with parameters if it has some: `reach(side: arm)`.
 pub(super) static HEAD: &str =
     r"^(?:[A-Za-z_]|\$\{[-+* A-Za-z0-9_]+\})(?:[A-Za-z0-9_]|\$\{[-+* A-Za-z0-9_]+\})*(?:\s*\(.*\)\s*)?$";
 
-/// A key that names joints: a name, also one of other characters than those of the language, a group, or a pattern.
+/// Pattern of a key for joints: a name, which may contain further characters, a group, or a pattern of names.
 pub(super) static JOINT_KEY: &str =
     r"^(?:[A-Za-z0-9_*?./:-]|\$\{[-+* A-Za-z0-9_]+\})(?:[A-Za-z0-9_*?./:-]|\$\{[-+* A-Za-z0-9_]+\})*$";
 
-/// A plain number, as it stands before a unit.
+/// Pattern of a plain number before a unit.
 static NUMBER: &str = r"[-+]?[0-9]+(?:\.[0-9]+)?(?:[eE][-+]?[0-9]+)?";
 
-/// A list without lists in it.
+/// Pattern of a list without nested lists.
 static LIST: &str = r"\[[^\[\]]*\]";
 
-/// The dimension of a product of two units, the second with an exponent; nothing where there is none.
+/// Dimension of a product of units with exponents; `None` if it is too large.
 fn dimension(symbols: &[(&str, i32)]) -> Option<Dimension> {
     let factors = symbols.iter().map(|(s, e)| ((*s).to_string(), *e)).collect();
     units::meaning(&Unit { factors, span: Span::default() }).ok().map(|m| m.1)
 }
 
-/// Units of one or two symbols that a quantity of this dimension may be written in, as alternatives of a pattern.
+/// Units of one or two symbols that are compatible with a dimension, as alternatives of a pattern.
 fn fitting(wanted: Dimension) -> String {
     let fits = |symbols: &[(&str, i32)]| dimension(symbols).is_some_and(|d| wanted.accepts(d));
     let all: Vec<&str> = units::symbols().collect();
@@ -57,8 +57,8 @@ fn fitting(wanted: Dimension) -> String {
     out.join("|")
 }
 
-/// The pattern of a text in which a plain value (`before`) with a unit has one that fits. Longer units, and all other
-/// expressions, pass.
+/// Pattern of a text in which a plain value (`before`) must have a compatible unit. Longer units, and all other
+/// expressions, match.
 fn pattern(before: &str, wanted: Dimension) -> String {
     let known = units::symbols().collect::<Vec<_>>().join("|");
     let shape = format!(r"[A-Za-z]+(?:\^2)?(?: ?/ ?(?:{known})(?:\^2)?)?|/ ?(?:{known})(?:\^2)?");
@@ -67,7 +67,7 @@ fn pattern(before: &str, wanted: Dimension) -> String {
     format!(r"^(?!\s*{before}\s*(?:{shape})\s*$){behind}")
 }
 
-/// The units that fit, in words.
+/// Describes the compatible units.
 fn units_of(wanted: Dimension) -> String {
     if wanted == NONE {
         return "a number without a unit".to_string();
@@ -81,7 +81,7 @@ fn units_of(wanted: Dimension) -> String {
     format!("a number in {}", known.join(", "))
 }
 
-/// A number of a dimension, bare (read as SI) or as an expression.
+/// A number of a dimension: bare (in SI), or an expression.
 pub(super) fn scalar(q: &Quantity) -> Value {
     let mut schema = json!({
         "type": ["number", "string"],
@@ -97,7 +97,7 @@ pub(super) fn scalar(q: &Quantity) -> Value {
     schema
 }
 
-/// Three numbers: an expression, or a sequence.
+/// Three numbers: an expression, or a list.
 pub(super) fn vector(d: Dimension) -> Value {
     json!({
         "type": ["string", "array"],
@@ -109,7 +109,7 @@ pub(super) fn vector(d: Dimension) -> Value {
     })
 }
 
-/// Two numbers: a list with or without a unit behind it, or a sequence.
+/// Two numbers: a list with or without a unit after it.
 pub(super) fn pair(d: Dimension) -> Value {
     let mut schema = vector(d);
     schema["patternErrorMessage"] = json!(format!("the unit does not fit: each of the two is {}", units_of(d)));
@@ -118,7 +118,7 @@ pub(super) fn pair(d: Dimension) -> Value {
     schema
 }
 
-/// One number, or the least and the greatest of a range.
+/// One number, or the lower and upper end of a range.
 pub(super) fn range(q: &Quantity) -> Value {
     let mut schema = per_axis(q);
     schema["minItems"] = json!(2);
@@ -137,7 +137,7 @@ pub(super) fn per_axis(q: &Quantity) -> Value {
     schema
 }
 
-/// So many vectors.
+/// A list of `count` vectors.
 pub(super) fn vectors(count: usize, d: Dimension) -> Value {
     json!({ "type": ["string", "array"], "items": vector(d), "minItems": count, "maxItems": count })
 }
@@ -153,7 +153,7 @@ pub(super) fn any() -> Value {
     })
 }
 
-/// A name, or a list of them.
+/// A name, or a list of names.
 pub(super) fn names() -> Value {
     json!({ "type": ["string", "array"], "minLength": 1, "items": { "type": "string", "minLength": 1 } })
 }
@@ -163,8 +163,8 @@ pub(super) fn name() -> Value {
     json!({ "type": "string", "minLength": 1 })
 }
 
-/// Values by joint, group or pattern: one for all of them, or a list with one for each. What unit is right depends on
-/// the joint.
+/// Values by joint, group or pattern: one for all joints, or a list with one per joint. The unit is not checked,
+/// because it depends on the joint.
 pub(super) fn per_joint() -> Value {
     let each = json!({ "type": ["number", "string"] });
     json!({
@@ -174,7 +174,7 @@ pub(super) fn per_joint() -> Value {
     })
 }
 
-/// An angle by arm.
+/// An angle by arm, with the dimension `d`.
 pub(super) fn per_arm(d: Dimension) -> Value {
     json!({
         "type": "object",

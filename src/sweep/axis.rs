@@ -1,34 +1,34 @@
-//! What `--vary` says of a param, and how values are drawn.
+//! Parses the values of `--vary`, and draws values.
 
 use twox_hash::XxHash3_64;
 
-/// Most values of one param between two, `A..B:N`.
+/// Maximum number of values of one param in `A..B:N`.
 pub const MAX_SPREAD: usize = 100_000;
 
-/// A param that is varied. Values are texts of the language, as for `--set`.
+/// A varied param. Values are texts of the language, as for `--set`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Axis {
-    /// The param.
+    /// Name of the param.
     pub name: String,
-    /// What was written behind its name.
+    /// Text after the name.
     pub written: String,
-    /// Its values.
+    /// Values.
     pub values: Values,
 }
 
-/// The values of a param.
+/// Values of a varied param.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Values {
-    /// `A..B`: another one in each run, all between the two alike.
+    /// `A..B`: a new value in each run, uniformly distributed.
     Drawn(String, String),
-    /// `A..B:N`: so many in equal steps from the first to the second.
+    /// `A..B:N`: N values in equal steps from A to B.
     Spread(String, String, usize),
-    /// `A,B,C`: these.
+    /// `A,B,C`: exactly these values.
     Listed(Vec<String>),
 }
 
 impl Values {
-    /// The texts that are written: what must be values of the param.
+    /// Texts of the values, each of which must be valid for the param.
     pub fn texts(&self) -> Vec<&str> {
         match self {
             Values::Drawn(low, high) | Values::Spread(low, high, _) => vec![low, high],
@@ -37,10 +37,10 @@ impl Values {
     }
 }
 
-/// Reads `A..B`, `A..B:N` or `A,B,C` for a param.
+/// Parses `A..B`, `A..B:N` or `A,B,C` for a param.
 ///
 /// # Errors
-/// It is none of these; the message says what to write.
+/// The text has another form; the message describes the valid ones.
 pub fn axis(name: &str, written: &str) -> Result<Axis, String> {
     let text = |t: &str| match t.trim() {
         "" => Err(format!("`{name}={written}` lacks a value: write `A..B`, `A..B:N` or `A,B,C`")),
@@ -63,7 +63,7 @@ pub fn axis(name: &str, written: &str) -> Result<Axis, String> {
     Ok(Axis { name: name.to_string(), written: written.to_string(), values })
 }
 
-/// The items of a list: parted by commas that stand in no brackets.
+/// Splits a list at commas outside of brackets.
 fn items(text: &str) -> Vec<&str> {
     let (mut depth, mut from, mut all) = (0_i32, 0, Vec::new());
     for (i, c) in text.char_indices() {
@@ -81,20 +81,20 @@ fn items(text: &str) -> Vec<&str> {
     all
 }
 
-/// A number between two, drawn evenly: that of a param in the run with this seed. It depends on nothing else.
+/// Draws a uniformly distributed number for a param. The result depends only on the arguments.
 pub fn drawn(seed: u64, name: &str, low: f64, high: f64) -> f64 {
-    // The upper 53 of 64 hashed bits, as a fraction below 1.
+    // Upper 53 of 64 hashed bits, as a fraction below 1.
     let share = (XxHash3_64::oneshot_with_seed(seed, name.as_bytes()) >> 11) as f64 / (1_u64 << 53) as f64;
     between(low, high, share)
 }
 
-/// The number `i` of so many in equal steps, at least two.
+/// Number `i` of `count` equidistant numbers; `count` is at least two.
 pub fn spread(low: f64, high: f64, i: usize, count: usize) -> f64 {
     if i + 1 == count { high } else { between(low, high, i as f64 / (count - 1) as f64) }
 }
 
 fn between(low: f64, high: f64, share: f64) -> f64 {
-    // Neither overflows nor leaves the range.
+    // This form cannot overflow, and the clamp removes rounding errors.
     (low * (1.0 - share) + high * share).clamp(low, high)
 }
 
@@ -125,7 +125,7 @@ mod tests {
         let all = |name: &str| (0..n).map(|seed| drawn(seed, name, 0.0, 1.0)).collect::<Vec<f64>>();
         let (a, b) = (all("a"), all("approach"));
         for x in [&a, &b] {
-            // Kolmogorov and Smirnov: beyond 1.95/sqrt(n) one in a thousand even samples goes.
+            // Kolmogorov-Smirnov test: one in a thousand uniform samples exceeds 1.95/sqrt(n).
             let mut sorted = x.clone();
             sorted.sort_by(f64::total_cmp);
             let off = |(i, x): (usize, &f64)| (x - i as f64 / n as f64).abs();

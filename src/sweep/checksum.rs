@@ -1,43 +1,44 @@
-//! The checksum of a sweep's file: of every byte of it but its own, so that no damaged file comes to whoever reads Parquet.
+//! Checksum of a sweep's file, over every byte except its own, so that the Parquet reader never gets a damaged file.
 //!
-//! It stands in the metadata behind a mark, which also tells a file of a sweep from any other Parquet file.
+//! It is stored in the metadata after a mark, which also distinguishes sweeps from other Parquet files.
 
 use std::fs::File;
 use std::io::{Read, Result, Seek, SeekFrom, Write};
 
 use twox_hash::xxhash3_128::Hasher;
 
-/// What stands in front of the checksum.
+/// Text before the checksum.
 const MARK: &str = "hierarq sweep, XXH3-128 ";
 
-/// Hexadecimal digits of a checksum.
+/// Number of hexadecimal digits of a checksum.
 const DIGITS: usize = 32;
 
-/// Bytes behind the metadata of a Parquet file: their length, and the word by which the format is known.
+/// Number of bytes after the metadata of a Parquet file: their length, and the magic number.
 const END: usize = 8;
 
-/// Most bytes of metadata that are read.
+/// Maximum size of the metadata (bytes).
 const MOST: u64 = 256 << 20;
 
-/// What the metadata says before the checksum is known.
+/// Placeholder in the metadata, until the checksum is known.
 pub fn blank() -> String {
     format!("{MARK}{}", "0".repeat(DIGITS))
 }
 
-/// What a file says of itself.
+/// Result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seal {
-    /// It is no Parquet file.
+    /// The file is not a Parquet file.
     Foreign,
-    /// It is a Parquet file, and not one of a sweep.
+    /// The file is a Parquet file, but not one of a sweep.
     Unmarked,
-    /// It is a file of a sweep, and is not as it was written.
+    /// The file is one of a sweep, but has changed since it was written.
     Broken,
-    /// It is as it was written.
+    /// The file has not changed since it was written.
     Whole,
 }
 
-/// A file's metadata with what is behind it, the checksum blanked, and where it begins; and where in it the checksum is.
+/// Metadata of a file and all bytes after it, with a blank checksum; its offset, the offset of the checksum in it, and
+/// the stored checksum.
 struct Tail {
     bytes: Vec<u8>,
     from: u64,
@@ -63,7 +64,7 @@ impl Tail {
         file.seek(SeekFrom::Start(from))?;
         let mut bytes = Vec::new();
         file.take(size).read_to_end(&mut bytes)?;
-        // The last one: names of params and expectations come before it.
+        // The last mark counts, because names of params and expectations precede it.
         let mark = bytes.windows(MARK.len()).rposition(|part| part == MARK.as_bytes());
         let Some(digits) = mark.map(|at| at + MARK.len()).filter(|at| at + DIGITS <= bytes.len()) else {
             return Ok(Err(Seal::Unmarked));
@@ -73,7 +74,7 @@ impl Tail {
         Ok(Ok(Tail { bytes, from, digits, said }))
     }
 
-    /// The checksum of the file.
+    /// Computes the checksum of the file.
     fn sum(&self, file: &mut File) -> Result<String> {
         let mut hasher = Hasher::new();
         file.seek(SeekFrom::Start(0))?;
@@ -90,7 +91,7 @@ impl Tail {
     }
 }
 
-/// Writes the checksum into a file that was written with a [`blank`] one.
+/// Writes the checksum into a file that has a [`blank`] one.
 ///
 /// # Errors
 /// The file cannot be read or written.
@@ -101,7 +102,7 @@ pub fn seal(file: &mut File) -> Result<()> {
     file.write_all(sum.as_bytes())
 }
 
-/// Whether a file is as it was written.
+/// Checks that a file has not changed since it was written.
 ///
 /// # Errors
 /// The file cannot be read.

@@ -1,4 +1,4 @@
-//! What came of a sweep: how many runs hold, which came nearest to failing, and how to see them again.
+//! Summary of a sweep: number of successful runs, worst runs, and the commands that repeat them.
 
 use runtime::expect::Verdict;
 use serde_json::{Map, Value as Json, json};
@@ -6,61 +6,61 @@ use serde_json::{Map, Value as Json, json};
 use super::head::Head;
 use super::row::{Cell, Row, word};
 
-/// Runs that failed and are named.
+/// Maximum number of failed runs that are listed.
 const NAMED: usize = 10;
 
-/// What came of a sweep.
+/// Summary of a sweep.
 #[derive(Clone, Debug)]
 pub struct Digest<'a> {
     head: &'a Head,
-    /// How many runs it has.
+    /// Number of runs.
     pub runs: usize,
-    /// How many there should be.
+    /// Expected number of runs.
     pub wanted: usize,
-    /// How many went as expected.
+    /// Number of runs with the expected result.
     pub hold: usize,
-    /// How many did not compile.
+    /// Number of runs that did not compile.
     pub refused: usize,
-    /// In how many a fault kept the robot still.
+    /// Number of runs in which a fault stopped the robot.
     pub halted: usize,
-    /// Expectations, in the order written.
+    /// Expectations, in source order.
     pub expectations: Vec<Figure<'a>>,
     /// Limits.
     pub limits: Vec<Figure<'a>>,
-    /// The first runs that did not go as expected.
+    /// First runs without the expected result.
     pub failed: Vec<&'a Row>,
 }
 
-/// What came of an expectation, or of a limit.
+/// Statistics of an expectation or a limit.
 #[derive(Clone, Debug)]
 pub struct Figure<'a> {
-    /// What it is called.
+    /// Title.
     pub title: &'a str,
-    /// The SI unit of its margin.
+    /// SI unit of the margin.
     pub unit: &'a str,
-    /// In how many runs it held; a limit: in how many it was not passed.
+    /// Number of runs in which it held; for a limit, in which it was not violated.
     pub hold: usize,
-    /// In how many it was looked at.
+    /// Number of runs in which it was evaluated.
     pub of: usize,
-    /// The run that did worst.
+    /// Worst run.
     pub worst: Option<Worst<'a>>,
 }
 
-/// The run that did worst.
+/// The worst run of an expectation or a limit.
 #[derive(Clone, Copy, Debug)]
 pub struct Worst<'a> {
-    /// The run.
+    /// Row of the run.
     pub row: &'a Row,
-    /// Whether it held; none for a limit.
+    /// Verdict; `None` for a limit.
     pub verdict: Option<Verdict>,
-    /// Its margin.
+    /// Margin in SI.
     pub margin: Option<f64>,
-    /// When, in s.
+    /// Time of the margin (s).
     pub at: Option<f64>,
 }
 
 impl Worst<'_> {
-    /// What is worse comes first: failed before undecided before held, then smaller margins, then earlier runs.
+    /// Sort key, worst first: failed before undecided before held, then smaller margins, then earlier runs.
     fn key(&self) -> (u8, f64, u64) {
         let rank = match self.verdict {
             Some(Verdict::Fails) => 0,
@@ -81,7 +81,7 @@ fn figure<'a>(title: &'a str, unit: &'a str, hold: usize, all: Vec<Worst<'a>>) -
 }
 
 impl<'a> Digest<'a> {
-    /// Of the rows of a sweep.
+    /// Summarises the rows of a sweep.
     pub fn new(head: &'a Head, rows: &'a [Row]) -> Digest<'a> {
         let expectations = head.expectations.iter().enumerate().map(|(i, e)| {
             let of = |row: &'a Row| {
@@ -116,22 +116,22 @@ impl<'a> Digest<'a> {
         }
     }
 
-    /// True where all runs are there, and all went as expected.
+    /// True if all runs are present and have the expected result.
     pub fn ok(&self) -> bool {
         self.runs == self.wanted && self.hold == self.runs
     }
 
-    /// The share of runs that went as expected; none where there are no runs.
+    /// Share of runs with the expected result; `None` without runs.
     pub fn share(&self) -> Option<f64> {
         (self.runs > 0).then(|| self.hold as f64 / self.runs as f64)
     }
 
-    /// The command line that runs a run again.
+    /// Command line that repeats a run.
     pub fn replay(&self, row: &Row) -> String {
         self.head.replay(row)
     }
 
-    /// The digest as JSON, version 1.
+    /// Summary as JSON, version 1.
     pub fn json(&self, output: &str) -> Json {
         let head = self.head;
         let expectation = |(f, e): (&Figure, &super::head::Expectation)| {
@@ -188,7 +188,7 @@ impl<'a> Digest<'a> {
         one
     }
 
-    /// Which run, with what, and how to see it again.
+    /// JSON of a run: number, seed, values, and the command that repeats it.
     fn run(&self, row: &Row) -> Map<String, Json> {
         let value = |(p, cell): (&super::head::Param, &Cell)| {
             let value = match cell {

@@ -1,4 +1,4 @@
-//! Runs of a sweep on all processors. Who runs what has no say in what comes of it.
+//! Executes runs of a sweep in parallel. The results do not depend on the assignment of runs to threads.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -11,11 +11,11 @@ use super::row::{Closest, Expected, Row};
 use crate::project::{self, Settings};
 use crate::trial::{self, Judged};
 
-/// Runs these runs, so many at once, and gives each to `finished` as soon as it is there. It ends early where `go_on` says
-/// no; runs that were cut are not given.
+/// Executes runs, `jobs` at a time, and passes each to `finished` as soon as it is complete. Ends early if `go_on`
+/// returns false; interrupted runs are not passed on.
 ///
 /// # Errors
-/// The spec is not what it was when the sweep began, or has other expectations or limits with some of the values; or
+/// The spec changed after the sweep began, or has different expectations or limits with some of the values; or
 /// `finished` failed.
 pub fn execute(
     plan: &Plan,
@@ -53,14 +53,14 @@ pub fn execute(
     trouble.into_inner().unwrap_or_default().map_or(Ok(()), Err)
 }
 
-/// One thread, with what it compiled last: runs that differ in their seeds alone share it.
+/// A thread with its last compiled program, which is reused for runs that differ only in their seeds.
 struct Worker<'p> {
     plan: &'p Plan,
     compiled: Option<(Settings, Result<Box<Program>, String>)>,
 }
 
 impl Worker<'_> {
-    /// Runs a run; none where it was cut.
+    /// Executes a run; `None` if it was interrupted.
     fn run(&mut self, run: u64, go_on: &dyn Fn() -> bool) -> Result<Option<Row>, String> {
         let plan = self.plan;
         let point = plan.point(run);
@@ -94,7 +94,7 @@ impl Worker<'_> {
     }
 }
 
-/// The program of a run, or the codes of what is wrong with it.
+/// Compiles the program of a run, or returns the codes of its errors.
 fn compile(plan: &Plan, settings: &Settings) -> Result<Result<Box<Program>, String>, String> {
     let compiled = project::load(plan.spec(), settings);
     if texts(&compiled.report) != plan.head.texts {
@@ -113,7 +113,7 @@ fn compile(plan: &Plan, settings: &Settings) -> Result<Result<Box<Program>, Stri
     }))
 }
 
-/// Fills a row with what came of its run.
+/// Fills a row with the results of its run.
 fn fill(plan: &Plan, row: &mut Row, judged: &Judged, period: f64) -> Result<(), String> {
     let (head, summary) = (&plan.head, &judged.summary);
     let known = |task: &String| head.limits.iter().any(|l| l.task == *task);

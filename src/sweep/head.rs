@@ -1,4 +1,4 @@
-//! What the file of a sweep says of itself, and the command lines that lead to it and to each of its runs.
+//! Metadata of a sweep's file, and the command lines that repeat the sweep and each of its runs.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -9,86 +9,86 @@ use serde::{Deserialize, Serialize};
 use super::row::{Cell, Row};
 use crate::project::Settings;
 
-/// The version of a head and of its columns.
+/// Version of the metadata and the columns.
 pub const VERSION: u32 = 1;
 
-/// What a sweep is and what its columns hold. Two files with the same head, shards apart, are parts of one sweep.
+/// Description of a sweep and its columns. Two files whose heads differ only in the shard are parts of one sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Head {
-    /// [`VERSION`].
+    /// Always [`VERSION`].
     pub version: u32,
-    /// The program that wrote it, with its version.
+    /// Program that wrote the file, with its version.
     pub generated_by: String,
-    /// The spec, as the user named it.
+    /// Spec, as the user named it.
     pub spec: String,
-    /// The scenario.
+    /// Scenario.
     pub scenario: String,
-    /// A hash of the program that is compiled with the first value of each param: XXH3, 128 bits.
+    /// Hash of the program with the first value of each param: XXH3, 128 bits.
     pub program: String,
-    /// A hash of the texts of the spec and of the files that it brings in.
+    /// Hash of the texts of the spec and of the files that it reads.
     pub texts: String,
-    /// How many runs the sweep has, over all shards.
+    /// Number of runs in all shards.
     pub runs: u64,
-    /// The seed of the first.
+    /// Seed of the first run.
     pub seed: u64,
-    /// The command line of the whole sweep.
+    /// Command line of the whole sweep.
     pub command: String,
-    /// How the command line of every run begins.
+    /// Start of the command line for every single run.
     pub replay: String,
-    /// Params that are varied.
+    /// Varied params.
     pub params: Vec<Param>,
-    /// Expectations, in the order written.
+    /// Expectations, in source order.
     pub expectations: Vec<Expectation>,
     /// Limits.
     pub limits: Vec<Limit>,
-    /// The part of the sweep; none for the whole.
+    /// Shard; `None` for the whole sweep.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
 }
 
-/// A param that is varied.
+/// A varied param.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Param {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// The values, as they were written.
+    /// Values, as written.
     pub values: String,
-    /// The SI unit of its number; none where its values are texts.
+    /// SI unit of the number; `None` if the values are texts.
     pub unit: Option<String>,
 }
 
 /// An expectation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Expectation {
-    /// What the spec calls it.
+    /// Label in the spec.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
-    /// As it is written.
+    /// Source text.
     pub text: String,
-    /// The SI unit of its margin; none where it has none.
+    /// SI unit of the margin; `None` if it has none.
     pub unit: Option<String>,
 }
 
 /// A limit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Limit {
-    /// The task.
+    /// Name of the task.
     pub task: String,
-    /// The SI unit of its margins; several where its rows have several.
+    /// SI unit of the margins; several if the rows have different units.
     pub unit: String,
 }
 
-/// Part `index`, from 1, of `of` parts. It has every `of`th run.
+/// Part `index`, from 1, of `of` parts. It contains every `of`th run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
-    /// Which part, from 1.
+    /// Index of the part, from 1.
     pub index: u64,
-    /// How many there are.
+    /// Number of parts.
     pub of: u64,
 }
 
 impl Shard {
-    /// True for a run of this part.
+    /// True if the run belongs to this part.
     pub fn has(self, run: u64) -> bool {
         run.checked_rem(self.of).is_some_and(|rest| rest + 1 == self.index)
     }
@@ -112,18 +112,18 @@ impl fmt::Display for Shard {
 }
 
 impl Head {
-    /// The same without its shard.
+    /// Returns the head without its shard.
     pub fn whole(&self) -> Head {
         Head { shard: None, ..self.clone() }
     }
 
-    /// The numbers of its runs.
+    /// Numbers of the runs in this file.
     pub fn own(&self) -> impl Iterator<Item = u64> {
         let shard = self.shard;
         (0..self.runs).filter(move |&run| shard.is_none_or(|s| s.has(run)))
     }
 
-    /// The first thing in which another head differs, in words; none where it is the same.
+    /// Describes the first difference from another head; `None` if both are equal.
     pub fn differs(&self, other: &Head) -> Option<String> {
         let pair = |what: &str, a: &str, b: &str| (a != b).then(|| format!("{what}: `{a}` there, `{b}` here"));
         let texts = (self.texts != other.texts || self.program != other.program)
@@ -136,12 +136,12 @@ impl Head {
             .or_else(|| (self != other).then(|| "its columns are others".to_string()))
     }
 
-    /// What `--set` is given for the values of a run.
+    /// Arguments of `--set` for the values of a run.
     pub fn sets(&self, values: &[Cell]) -> Vec<(String, String)> {
         self.params.iter().zip(values).map(|(p, value)| (p.name.clone(), p.written(value))).collect()
     }
 
-    /// The command line that runs a run again.
+    /// Command line that repeats a run.
     pub fn replay(&self, row: &Row) -> String {
         let mut line = self.replay.clone();
         for (name, text) in self.sets(&row.values) {
@@ -152,7 +152,7 @@ impl Head {
 }
 
 impl Param {
-    /// A value as it is written in the language: a number with all its digits, so that it reads back to the same bits.
+    /// Formats a value for the language: a number with all digits, so that it parses to the same bits.
     pub fn written(&self, value: &Cell) -> String {
         match value {
             Cell::Number(Some(x)) => format!("{x:?}{}", self.unit.as_deref().unwrap_or_default()),
@@ -162,7 +162,7 @@ impl Param {
     }
 }
 
-/// The words of a command line for a scenario of a spec, with what is always set.
+/// Command line for a scenario of a spec, with the common settings.
 pub fn line(command: &str, spec: &str, scenario: &str, settings: &Settings) -> String {
     let mut line = format!("hierarq {command} {} --scenario {}", quoted(spec), quoted(scenario));
     let path = |p: &PathBuf| format!(" --package-path {}", quoted(&p.display().to_string()));
@@ -171,7 +171,7 @@ pub fn line(command: &str, spec: &str, scenario: &str, settings: &Settings) -> S
     line
 }
 
-/// A word as a shell takes it.
+/// Quotes a word for a shell.
 pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_-./:=,+@%^".contains(c);
     if !word.is_empty() && word.chars().all(plain) {

@@ -1,5 +1,6 @@
-//! Finished runs on the disk until all are there: beside the file of the sweep, its head in the first line, then a run a
-//! line. Only whole lines count, so that whatever ends the program leaves a journal that can be gone on with.
+//! Journal of finished runs, until all are complete: a file beside that of the sweep with its head in the first line,
+//! then one run per line. Only complete lines count, so an interrupted program always leaves a journal that can be
+//! resumed.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
@@ -10,19 +11,19 @@ use files::Unopened;
 use super::head::Head;
 use super::row::Row;
 
-/// Most bytes of a line.
+/// Maximum length of a line (bytes).
 const MAX_LINE: u64 = 64 << 20;
 
-/// How every head begins.
+/// Start of every head.
 const HEAD: &[u8] = b"{\"version\":";
 
-/// The journal of a sweep that goes on.
+/// Journal of a sweep in progress.
 pub struct Journal {
     file: File,
     path: PathBuf,
 }
 
-/// Where the journal of a sweep is that is written to a file.
+/// Path of the journal for the file of a sweep.
 pub fn path(out: &Path) -> PathBuf {
     let mut name = out.as_os_str().to_os_string();
     name.push(".journal");
@@ -30,10 +31,11 @@ pub fn path(out: &Path) -> PathBuf {
 }
 
 impl Journal {
-    /// Begins a journal, or goes on with one: gives the runs that are in it.
+    /// Creates or resumes a journal, and returns the runs in it.
     ///
     /// # Errors
-    /// There is one and `resume` is not set, or it is that of another sweep, or of one that runs, or it cannot be written.
+    /// A journal exists and `resume` is not set, or it belongs to another sweep or to a running one, or it cannot be
+    /// written.
     pub fn open(out: &Path, head: &Head, resume: bool) -> Result<(Journal, Vec<Row>), String> {
         let path = path(out);
         let shown = path.display().to_string();
@@ -51,24 +53,24 @@ impl Journal {
         Ok((journal, rows))
     }
 
-    /// Adds a run.
+    /// Appends a run.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub fn add(&mut self, row: &Row) -> Result<(), String> {
         self.line(&serde_json::to_string(row).map_err(|e| e.to_string())?)
     }
 
     fn line(&mut self, text: &str) -> Result<(), String> {
-        // In one piece: a line is there, or its beginning, and never a part of another one.
+        // A single write, so that an interruption leaves at most an incomplete last line.
         let whole = format!("{text}\n");
         self.file.write_all(whole.as_bytes()).map_err(|e| format!("cannot write {}: {e}", self.path.display()))
     }
 
-    /// Ends the journal: all its runs are elsewhere now.
+    /// Deletes the journal, after all its runs are stored elsewhere.
     ///
     /// # Errors
-    /// It cannot be deleted.
+    /// The file cannot be deleted.
     pub fn remove(self) -> Result<(), String> {
         files::remove(&self.path).map_err(|e| format!("cannot delete {}: {e}", self.path.display()))
     }
@@ -78,7 +80,7 @@ fn foreign(shown: &str) -> String {
     format!("{shown} is no journal of a sweep: move it away, or choose another `--out`")
 }
 
-/// The runs of a journal, each once, and how many of its bytes count.
+/// Reads the runs of a journal, without duplicates, and returns them with the length of its complete lines (bytes).
 fn read(file: &mut File, head: &Head, resume: bool, shown: &str) -> Result<(Vec<Row>, u64), String> {
     let failed = |e: std::io::Error| format!("cannot read {shown}: {e}");
     let mut input = BufReader::new(file);
@@ -87,7 +89,7 @@ fn read(file: &mut File, head: &Head, resume: bool, shown: &str) -> Result<(Vec<
         line.clear();
         let length = input.by_ref().take(MAX_LINE).read_until(b'\n', &mut line).map_err(failed)? as u64;
         if line.last() != Some(&b'\n') {
-            // A line that was begun is written again. Without one that is whole it must be the begin of a head.
+            // An incomplete line is dropped and written again. As the first line, it must be the start of a head.
             let begun = line.starts_with(HEAD) || HEAD.starts_with(&line);
             if length == MAX_LINE || (kept == 0 && !begun) {
                 return Err(foreign(shown));

@@ -1,4 +1,4 @@
-//! Shards of a sweep, put together to what one run of the whole would have written.
+//! Merges the shards of a sweep to the result of the whole.
 
 use std::path::PathBuf;
 
@@ -6,10 +6,10 @@ use super::head::Head;
 use super::row::Row;
 use super::table;
 
-/// Reads the parts of a sweep and puts their runs in order.
+/// Reads the parts of a sweep and sorts their runs.
 ///
 /// # Errors
-/// A file cannot be read; they are not of the same sweep; a run is there twice, or missing.
+/// A file cannot be read; the files belong to different sweeps; a run is duplicate or missing.
 pub fn merge(files: &[PathBuf]) -> Result<(Head, Vec<Row>), String> {
     let mut whole: Option<(Head, String)> = None;
     let mut all: Vec<(Row, usize)> = Vec::new();

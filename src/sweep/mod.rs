@@ -1,21 +1,21 @@
 //! Sweeps: one scenario over ranges of params and over seeds, one row for each run.
 //!
-//! A run is known from its number alone. Its seed is that of the sweep plus its place at its point of the grid; its drawn
-//! values come from that seed and the names of the params ([`axis::drawn`]). So neither the number of threads nor the
-//! runs before it, nor how a sweep is shared out among machines, has a say in what it gives: parts of a sweep are put
-//! together to the very bytes of the whole.
+//! A run is determined by its number alone. Its seed is that of the sweep plus the index of the run at its grid point;
+//! its drawn values depend on that seed and the names of the params ([`axis::drawn`]). Therefore the results depend
+//! neither on the number of threads, nor on earlier runs, nor on the distribution of a sweep to several machines:
+//! merged parts are byte-identical to the whole.
 //!
 //! | module | idea |
 //! |---|---|
-//! | [`axis`] | what `--vary` says, and how values are drawn |
-//! | [`plan`] | a sweep that was checked: every run by its number |
-//! | [`head`] | what a file says of itself, and the command lines that lead to it and to its runs |
+//! | [`axis`] | parses `--vary`, and draws values |
+//! | [`plan`] | a checked sweep: every run by its number |
+//! | [`head`] | metadata of a file, and the command lines of the sweep and of its runs |
 //! | [`row`] | a run as a row; the columns |
-//! | [`execute`] | runs on all processors |
-//! | [`journal`] | finished runs on the disk, until all are there |
+//! | [`execute`] | parallel execution of runs |
+//! | [`journal`] | finished runs on the disk, until all are complete |
 //! | [`table`] | the Parquet file |
-//! | [`merge`] | shards put together |
-//! | [`digest`] | what came of it all |
+//! | [`merge`] | merge of shards |
+//! | [`digest`] | summary |
 
 pub mod axis;
 mod checksum;

@@ -1,4 +1,4 @@
-//! A sweep that was checked before anything runs: every run of it is known by its number.
+//! A sweep that is checked before any run; every run is determined by its number.
 
 use std::path::{Path, PathBuf};
 
@@ -16,48 +16,48 @@ use super::row::Cell;
 use crate::project::{self, Settings};
 use crate::trial;
 
-/// Most runs of a sweep.
+/// Maximum number of runs of a sweep.
 pub const MAX_RUNS: u64 = 10_000_000;
 
-/// The largest seed, as in a spec.
+/// Maximum seed, as in a spec.
 pub const MAX_SEED: u64 = 9_000_000_000_000_000;
 
-/// Runs at each point where values are drawn and nothing else is said.
+/// Default number of runs per grid point, if values are drawn.
 pub const RUNS: u64 = 200;
 
-/// What is wanted.
+/// Request for a sweep.
 #[derive(Clone, Debug)]
 pub struct Request {
-    /// The spec, or a compiled program.
+    /// Spec, or a compiled program.
     pub spec: PathBuf,
-    /// How it is compiled in every run.
+    /// Settings of the compilation, common to all runs.
     pub settings: Settings,
-    /// The scenario; the only one where none is named.
+    /// Scenario; by default the only one.
     pub scenario: Option<String>,
-    /// The params that are varied.
+    /// Varied params.
     pub vary: Vec<Axis>,
-    /// Runs at each point of the grid.
+    /// Number of runs per grid point.
     pub runs: Option<u64>,
-    /// The seed of the first; that of the scenario where none is given.
+    /// Seed of the first run; by default that of the scenario.
     pub seed: Option<u64>,
-    /// The part of the sweep.
+    /// Shard of the sweep.
     pub shard: Option<Shard>,
 }
 
-/// Why there is no sweep.
+/// Reason why there is no sweep.
 #[derive(Debug)]
 pub enum Refusal {
-    /// The spec is wrong with these values.
+    /// The spec has errors with these values.
     Spec(Box<Report>),
-    /// Something else; what to do is said.
+    /// Another problem; the message describes a remedy.
     Usage(String),
 }
 
-/// A sweep.
+/// A checked sweep.
 pub struct Plan {
-    /// What its file says of it.
+    /// Metadata of its file.
     pub head: Head,
-    /// What the compiler said of the spec with the first value of each param.
+    /// Report of the compiler for the spec with the first value of each param.
     pub report: Report,
     spec: PathBuf,
     settings: Settings,
@@ -65,26 +65,26 @@ pub struct Plan {
     per_point: u64,
 }
 
-/// The values of a param, checked.
+/// Checked values of a param.
 enum Points {
     Drawn { low: f64, high: f64 },
     Listed(Vec<Cell>),
 }
 
-/// A run before it runs.
+/// Input of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
-    /// Its seed.
+    /// Seed.
     pub seed: u64,
-    /// The values of the params.
+    /// Values of the params.
     pub values: Vec<Cell>,
 }
 
 impl Plan {
-    /// Checks a sweep: every value that is written is tried out.
+    /// Checks a sweep: compiles the spec with every value that is written.
     ///
     /// # Errors
-    /// The spec is wrong with one of the values, or what is wanted makes no sense.
+    /// The spec has errors with one of the values, or the request is invalid.
     pub fn new(request: &Request) -> Result<Plan, Refusal> {
         let usage = Refusal::Usage;
         let vary = &request.vary;
@@ -169,8 +169,8 @@ impl Plan {
         })
     }
 
-    /// What a run is given. Points of the grid follow each other with the last param changing first; each has as many
-    /// runs, with the same seeds as every other.
+    /// Returns the input of a run. Grid points are ordered with the last param changing fastest; each has the same
+    /// number of runs, with the same seeds.
     pub fn point(&self, run: u64) -> Point {
         let (mut place, seed) = (run / self.per_point, self.head.seed + run % self.per_point);
         let mut values = Vec::with_capacity(self.axes.len());
@@ -189,20 +189,20 @@ impl Plan {
         Point { seed, values }
     }
 
-    /// How the spec is compiled for these values.
+    /// Settings for the compilation of the spec with these values.
     pub fn settings(&self, values: &[Cell]) -> Settings {
         let mut settings = self.settings.clone();
         settings.set.extend(self.head.sets(values));
         settings
     }
 
-    /// The spec, or the compiled program.
+    /// Spec, or the compiled program.
     pub fn spec(&self) -> &Path {
         &self.spec
     }
 }
 
-/// The settings of a request with a value for one of the params that are varied, the others at their first ones.
+/// Settings of a request with one given value of a varied param, and the first values of all others.
 fn with(request: &Request, one: Option<(usize, &str)>) -> Settings {
     let mut settings = request.settings.clone();
     for (i, a) in request.vary.iter().enumerate() {
@@ -226,7 +226,7 @@ fn try_all(request: &Request) -> Result<(), Refusal> {
     }
 }
 
-/// The values of a param in SI, and their unit.
+/// Values of a param in SI, with their unit.
 fn points(request: &Request, index: usize, axis: &Axis) -> Result<(Points, Option<String>), String> {
     let name = &axis.name;
     let of = |text: &str| -> Result<ParamValue, String> {
@@ -263,7 +263,7 @@ fn points(request: &Request, index: usize, axis: &Axis) -> Result<(Points, Optio
     Ok((points, Some(unit.to_string())))
 }
 
-/// What to say of a scenario that executes a mission.
+/// Message for a scenario that executes a mission.
 fn of_mission(spec: &Path, name: &str) -> String {
     let spec = spec.display();
     format!(
@@ -272,7 +272,7 @@ fn of_mission(spec: &Path, name: &str) -> String {
     )
 }
 
-/// The scenario of this name, or the only one.
+/// Scenario of this name, or the only one.
 fn scenario<'p>(program: &'p Program, name: Option<&str>) -> Result<&'p ScenarioProgram, String> {
     match (name, &program.scenarios[..]) {
         (Some(name), _) => trial::of_controller(program, name),
@@ -285,7 +285,7 @@ fn scenario<'p>(program: &'p Program, name: Option<&str>) -> Result<&'p Scenario
     }
 }
 
-/// A hash of all texts that a spec was compiled from, without the values given to it.
+/// Hash of all texts from which a spec was compiled, except for values of `--set`.
 pub(super) fn texts(report: &Report) -> String {
     let mut all = Vec::new();
     for (_, source) in report.sources.iter().filter(|(_, s)| !s.name.starts_with("--set ")) {

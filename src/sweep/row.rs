@@ -1,4 +1,4 @@
-//! A run as a row, and the columns of the rows.
+//! Rows of a sweep, one per run, and their columns.
 
 use runtime::expect::Verdict;
 use serde::{Deserialize, Serialize};
@@ -8,25 +8,25 @@ use super::head::Head;
 /// A run of a sweep.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// Its number, from 0.
+    /// Number of the run, from 0.
     pub run: u64,
-    /// Its seed.
+    /// Seed.
     pub seed: u64,
-    /// What the params were, in SI, in the order of [`Head::params`].
+    /// Values of the params, in SI, in the order of [`Head::params`].
     pub values: Vec<Cell>,
-    /// It went as expected.
+    /// True if the result is as expected.
     pub holds: bool,
-    /// The codes of the errors that these values make in the spec; such a run has not run.
+    /// Codes of the errors of the spec with these values; such a run is not executed.
     pub refused: Option<String>,
-    /// How many faults there were.
+    /// Number of faults.
     pub faults: u64,
-    /// The tick of the first, from 0.
+    /// Tick of the first fault, from 0.
     pub first_fault_tick: Option<u64>,
-    /// Its kind.
+    /// Kind of the first fault.
     pub first_fault: Option<String>,
-    /// A fault that no transition answers kept the robot still.
+    /// True if a fault without a matching transition stopped the robot.
     pub halted: bool,
-    /// Simulated time, in s.
+    /// Simulated time (s).
     pub duration: f64,
     /// Expectations, in the order of [`Head::expectations`].
     pub expectations: Vec<Expected>,
@@ -34,23 +34,23 @@ pub struct Row {
     pub limits: Vec<Closest>,
 }
 
-/// What became of an expectation in a run.
+/// Result of an expectation in a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Expected {
-    /// Whether it held; none where the run was refused.
+    /// Verdict; `None` if the run was refused.
     pub verdict: Option<Verdict>,
-    /// Its margin in SI; see [`runtime::expect::Outcome::margin`].
+    /// Margin in SI; see [`runtime::expect::Outcome::margin`].
     pub margin: Option<f64>,
-    /// When it came nearest to failing, or failed by most, in s.
+    /// Time at which it was closest to failing, or failed by most (s).
     pub at: Option<f64>,
 }
 
-/// How close a run came to a limit.
+/// Closest approach of a run to a limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Closest {
-    /// The smallest `h` in SI; none where the limit never was in force.
+    /// Smallest `h` in SI; `None` if the limit was never active.
     pub margin: Option<f64>,
-    /// When, in s.
+    /// Time of the closest approach (s).
     pub at: Option<f64>,
 }
 
@@ -58,7 +58,7 @@ pub struct Closest {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Cell {
-    /// A whole number.
+    /// An integer.
     #[serde(skip)]
     Whole(Option<u64>),
     /// A truth value.
@@ -70,10 +70,10 @@ pub enum Cell {
     Text(Option<String>),
 }
 
-/// What a column holds.
+/// Type of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Whole numbers.
+    /// Integers.
     Whole,
     /// Truth values.
     Truth,
@@ -86,19 +86,19 @@ pub enum Kind {
 /// A column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// What it holds.
+    /// Type.
     pub kind: Kind,
-    /// True where each row has a value.
+    /// True if each row has a value.
     pub always: bool,
-    /// The SI unit, where it has one.
+    /// SI unit, if there is one.
     pub unit: Option<String>,
-    /// What it is of, in the words of the spec.
+    /// Param, expectation or limit of the column, as named in the spec.
     pub of: Option<String>,
 }
 
-/// The columns of a sweep, in their order.
+/// Columns of a sweep, in order.
 pub fn columns(head: &Head) -> Vec<Column> {
     let mut all = Vec::new();
     let mut add = |name: String, kind, always, unit: Option<&str>, of: Option<&str>| {
@@ -130,17 +130,17 @@ pub fn columns(head: &Head) -> Vec<Column> {
     all
 }
 
-/// The words for verdicts.
+/// Words for verdicts.
 const VERDICTS: [(Verdict, &str); 3] =
     [(Verdict::Holds, "holds"), (Verdict::Fails, "fails"), (Verdict::Undecided, "undecided")];
 
-/// The word for a verdict.
+/// Word for a verdict.
 pub fn word(verdict: Verdict) -> &'static str {
     VERDICTS.iter().find(|v| v.0 == verdict).map_or("", |v| v.1)
 }
 
 impl Row {
-    /// Its values, one for each of [`columns`].
+    /// Cells of the row, one for each of [`columns`].
     pub fn cells(&self) -> Vec<Cell> {
         let mut all = vec![Cell::Whole(Some(self.run)), Cell::Whole(Some(self.seed))];
         all.extend(self.values.iter().cloned());
@@ -161,7 +161,7 @@ impl Row {
         all
     }
 
-    /// The row with these values; none where they are not those of a row.
+    /// Converts cells to a row; `None` if their types do not match.
     pub fn of(head: &Head, cells: Vec<Cell>) -> Option<Row> {
         let mut cells = cells.into_iter();
         let mut row = Row { run: whole(&mut cells)??, seed: whole(&mut cells)??, ..Row::default() };

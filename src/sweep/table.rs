@@ -1,13 +1,13 @@
-//! The Parquet file of a sweep: a row for each run, and in its metadata what it is.
+//! Parquet file of a sweep: one row per run, and a description of the sweep in its metadata.
 //!
 //! | key of the metadata | value |
 //! |---|---|
 //! | `spec`, `scenario`, `command`, `program` | as in [`Head`] |
-//! | `columns` | JSON: for each column its name, its SI unit where it has one, and what it is of |
+//! | `columns` | JSON: for each column its name, its SI unit if it has one, and its param, expectation or limit |
 //! | `sweep` | JSON: the [`Head`] |
-//! | `checksum` | of all bytes but its own: XXH3, 128 bits |
+//! | `checksum` | of all bytes except its own: XXH3, 128 bits |
 //!
-//! The bytes depend on head and rows alone. The file is written beside its place and moved there when it is whole.
+//! The bytes depend on head and rows alone. The file is written to a temporary file, which then replaces the target.
 
 use std::fs::File;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -31,17 +31,17 @@ use super::checksum::{self, Seal};
 use super::head::{Head, VERSION};
 use super::row::{Cell, Column, Kind, Row, columns};
 
-/// Most rows of a group.
+/// Maximum number of rows in a row group.
 const GROUP: usize = 100_000;
 
-/// Any Parquet file; [`target`] looks further.
+/// Any Parquet file; [`target`] checks further.
 const PARQUET: files::Kind = files::Kind { name: "the file of a sweep", begins: |head| head.starts_with(b"PAR1") };
 
-/// Where a sweep is to be written: a new file, or one of a sweep, whole or damaged. None of `sources`, which are read, may
-/// be overwritten.
+/// Checks the output path of a sweep: a new file, or the file of a sweep, intact or damaged. Input files in `sources`
+/// must not be overwritten.
 ///
 /// # Errors
-/// What to say where it may not be written there.
+/// The file must not be overwritten; the message reports the reason.
 pub fn target(path: &Path, sources: &[PathBuf]) -> Result<Target, String> {
     let shown = path.display();
     let target = Target::new("--out", path, PARQUET, sources)?;
@@ -119,7 +119,7 @@ fn metadata(head: &Head, columns: &[Column]) -> Result<Vec<KeyValue>, ParquetErr
     Ok(pairs.into_iter().map(|(key, value)| KeyValue::new(key.to_string(), value)).collect())
 }
 
-/// Writes a column, the values of which are of its kind.
+/// Writes a column; its cells have the column's type.
 fn write_column<'c>(
     group: &mut SerializedRowGroupWriter<'_, Output>,
     column: &Column,
@@ -162,7 +162,7 @@ fn values<'c, T: DataType>(
 /// Reads a sweep.
 ///
 /// # Errors
-/// The file cannot be read, is none of a sweep, or is not as it was written.
+/// The file cannot be read, is not one of a sweep, or is damaged.
 pub fn read(path: &Path) -> Result<(Head, Vec<Row>), String> {
     let shown = path.display();
     let cannot = |e: std::io::Error| format!("cannot read {shown}: {e}");
@@ -175,7 +175,7 @@ pub fn read(path: &Path) -> Result<(Head, Vec<Row>), String> {
         }
         Seal::Whole => {}
     }
-    // The library panics at some files that were made to mislead it; a checksum is made as easily.
+    // The library panics on some malicious files, which can have a valid checksum.
     let read = catch_unwind(AssertUnwindSafe(|| parsed(path, file)));
     read.unwrap_or_else(|_| Err(format!("{shown} cannot be read: it is no Parquet file that a sweep wrote")))
 }
@@ -199,7 +199,7 @@ fn parsed(path: &Path, file: File) -> Result<(Head, Vec<Row>), String> {
     Ok((head, rows))
 }
 
-/// A value of a column of this kind; none where it is of another.
+/// Converts a value of a column of this type; `None` for another type.
 fn cell(field: Field, kind: Kind) -> Option<Cell> {
     let empty = matches!(field, Field::Null);
     match (field, kind) {

@@ -1,4 +1,5 @@
-//! From a line's form to a problem: sizes, signs and order of bounds, each offence with its place as `levels[0].lo`.
+//! Checks a parsed line and builds its problem: sizes, signs and order of bounds. Errors name the place as
+//! `levels[0].lo`.
 
 use solver::{LevelShape, Problem};
 
@@ -116,7 +117,7 @@ fn fill(problem: &mut Problem, l: usize, form: &LevelKeys) -> Result<(), Refusal
             ));
         }
     }
-    // A problem stays as it is: of a row with one coefficient only the bound of its variable is looked at, as in a loop.
+    // Rows with at most one coefficient become bounds, as in the control loop; the problem of a file never changes.
     for i in 0..level.rows() {
         if level.row(i).iter().filter(|a| **a != 0.0).count() <= 1 {
             level.fix(i..i + 1);

@@ -1,6 +1,6 @@
-//! A line as it is written: JSON of the right form, nothing known yet about sizes and signs.
+//! Parses a line of JSON. Sizes and signs are checked later.
 //!
-//! Matrices are read straight into one vector, so that a line costs no more than a small multiple of its length.
+//! Matrices are read directly into one vector, so the memory for a line is a small multiple of its length.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -11,7 +11,7 @@ use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, Seq
 
 use super::{MAX_ROWS, MAX_VARIABLES, Refusal};
 
-/// A tick as written.
+/// A tick as written, unchecked.
 pub struct Tick {
     pub id: String,
     pub kind: Option<String>,
@@ -22,10 +22,10 @@ pub struct Tick {
     pub viol: Option<List<f64>>,
 }
 
-/// A list of no more than [`MAX_ROWS`] entries.
+/// A list with at most [`MAX_ROWS`] entries.
 pub struct List<T>(pub Vec<T>);
 
-/// A level as written.
+/// A level as written, unchecked.
 pub struct Level(pub LevelKeys);
 
 #[derive(Deserialize)]
@@ -40,15 +40,15 @@ pub struct LevelKeys {
     pub damping: Option<f64>,
 }
 
-/// The coefficients of a level as written.
+/// Coefficients of a level as written, unchecked.
 pub enum Matrix {
     /// Rows of equal length.
     Rows { count: usize, width: usize, numbers: Vec<f64> },
-    /// So many identities, one below the other.
+    /// This number of identity matrices, stacked vertically.
     Identities(u64),
 }
 
-/// Reads the form of a line.
+/// Parses a line.
 pub fn parse(line: &[u8]) -> Result<Tick, Refusal> {
     let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line);
     let Ok(text) = std::str::from_utf8(line) else {
@@ -83,7 +83,7 @@ fn refusal(text: &str, error: &serde_json::Error) -> Refusal {
     }
 }
 
-/// What to do about JSON of the wrong form.
+/// Help for JSON of the wrong form.
 fn remedy(message: &str) -> &'static str {
     let remedies = [
         ("missing field", "add the key; `hierarq solve --help` shows a line"),
@@ -98,7 +98,7 @@ fn remedy(message: &str) -> &'static str {
     found.map_or("`hierarq solve --help` shows what a line must hold", |r| r.1)
 }
 
-/// The word for a number that is none, where a line stopped being JSON at it.
+/// Word for a non-finite number, if the JSON parser stopped at one.
 fn not_a_number(text: &str, column: usize) -> Option<&'static str> {
     let from = column.saturating_sub(10);
     let near = text.as_bytes().get(from..text.len().min(column + 8))?;
@@ -106,7 +106,7 @@ fn not_a_number(text: &str, column: usize) -> Option<&'static str> {
     ["-Infinity", "Infinity", "NaN"].into_iter().find(holds)
 }
 
-/// Puts a value where none stands yet.
+/// Stores the value of a key; an error if it has one already.
 fn once<'de, A: MapAccess<'de>, T: Deserialize<'de>>(
     slot: &mut Option<T>,
     key: &'static str,
@@ -131,7 +131,7 @@ impl<'de> Deserialize<'de> for Tick {
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Tick, A::Error> {
                 let (mut id, mut n, mut levels) = (None, None::<Whole>, None::<List<Level>>);
-                // Twice optional: the key may be left out, and it may be null.
+                // Optional keys may be missing or null.
                 let (mut kind, mut reference, mut x, mut viol) = (None, None, None, None);
                 while let Some(key) = map.next_key::<String>()? {
                     match key.as_str() {
@@ -209,7 +209,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for List<T> {
     }
 }
 
-/// A whole number, zero or more.
+/// A non-negative integer.
 struct Whole(u64);
 
 impl<'de> Deserialize<'de> for Whole {
@@ -269,7 +269,7 @@ impl<'de> Deserialize<'de> for Matrix {
     }
 }
 
-/// Reads a row behind those that were read before, and gives its length.
+/// Appends a row to the numbers read before, and returns its length.
 struct Row<'a>(&'a mut Vec<f64>);
 
 impl<'de> DeserializeSeed<'de> for Row<'_> {

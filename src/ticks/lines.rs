@@ -1,15 +1,15 @@
-//! Lines of a stream, one at a time, none longer than [`MAX_LINE`].
+//! Reads lines of a stream, each of at most [`MAX_LINE`] bytes.
 
 use std::io::{BufRead, Read, Result};
 
 use super::MAX_LINE;
 
-/// A line without its end.
+/// A line without its line break.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Line<'a> {
-    /// Its bytes.
+    /// Contents of the line.
     Bytes(&'a [u8]),
-    /// It is longer than [`MAX_LINE`] and was skipped.
+    /// The line is longer than [`MAX_LINE`] and was skipped.
     TooLong,
 }
 
@@ -21,12 +21,12 @@ pub struct Lines<R> {
 }
 
 impl<R: BufRead> Lines<R> {
-    /// The lines of a stream.
+    /// Creates a reader of a stream.
     pub fn new(input: R) -> Lines<R> {
         Lines { input, buffer: Vec::new(), number: 0 }
     }
 
-    /// The next line with its number, counted from 1; `None` at the end.
+    /// Returns the next line with its number, counted from 1; `None` at the end.
     ///
     /// # Errors
     /// The stream cannot be read.
@@ -46,7 +46,7 @@ impl<R: BufRead> Lines<R> {
         Ok(Some((self.number, Line::Bytes(&self.buffer))))
     }
 
-    /// To behind the next end of a line.
+    /// Skips the rest of the line.
     fn skip(&mut self) -> Result<()> {
         loop {
             let rest = self.input.fill_buf()?;

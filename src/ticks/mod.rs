@@ -1,20 +1,20 @@
-//! Files of ticks: hierarchical problems as JSON, one object a line, to be checked and timed outside of any robot.
+//! Files of ticks: hierarchical problems as JSON, one object per line, to be checked and timed without a robot.
 //!
 //! | key | is |
 //! |---|---|
 //! | `id` | name of the tick |
-//! | `kind` | optional; ticks of one kind are summed up together |
+//! | `kind` | optional; ticks of one kind are summarised together |
 //! | `n` | number of variables |
 //! | `levels` | from the highest priority; each `{"A", "lo", "up"}` and optionally `weight`, `hard`, `damping` |
-//! | `reference` | optional; the point to stay near to where no level decides, zero where left out |
+//! | `reference` | optional; the preferred point in directions that no level determines, zero by default |
 //! | `x`, `viol` | optional; the optimum, and per level the norm of the distances of its rows from `[lo, up]` |
 //!
-//! `A` is a list of rows, or `{"identity": k}` for `k` identities one below the other; `null` in `lo` or `up` is no bound
-//! on that side. Other keys of a tick are left alone, other keys of a level are refused: they would have changed the
-//! problem. The meaning of the rows is [`solver::Problem`]'s.
+//! `A` is a list of rows, or `{"identity": k}` for `k` identities stacked vertically; `null` in `lo` or `up` means no
+//! bound on that side. Unknown keys of a tick are ignored, unknown keys of a level are rejected, because they may be
+//! meant to change the problem. The rows are defined as in [`solver::Problem`].
 //!
-//! A file may be larger than memory: it is read line by line ([`lines`]), and what a line may cost is bounded before
-//! anything of that size is made.
+//! A file may be larger than memory: it is read line by line ([`lines`]), and the size of a line is limited before
+//! memory for it is allocated.
 
 mod check;
 mod form;
@@ -26,45 +26,45 @@ use solver::Problem;
 pub use lines::{Line, Lines};
 pub use write::ProblemRecorder;
 
-/// Longest line, in bytes.
+/// Maximum length of a line (bytes).
 pub const MAX_LINE: usize = 16 << 20;
-/// Most variables.
+/// Maximum number of variables.
 pub const MAX_VARIABLES: usize = 300;
-/// Most levels.
+/// Maximum number of levels.
 pub const MAX_LEVELS: usize = 100;
-/// Most rows of all levels together.
+/// Maximum number of rows in all levels.
 pub const MAX_ROWS: usize = 3000;
-/// Longest `id` or `kind`, in characters.
+/// Maximum length of `id` or `kind` (characters).
 pub const MAX_NAME: usize = 100;
-/// Longest reason of a refusal, in characters: it may quote what was written.
+/// Maximum length of the reason in a refusal (characters), since it may quote the input.
 const MAX_REASON: usize = 200;
 
-/// A problem of a file, with what the file knows of its answer.
+/// A problem of a file, with its known solution if the file has one.
 #[derive(Clone, Debug)]
 pub struct Tick {
-    /// Its name.
+    /// Name.
     pub id: String,
-    /// What it is counted under; empty where the file does not say.
+    /// Name of the kind in summaries; empty if the file sets none.
     pub kind: String,
-    /// The problem, checked: a solver takes it.
+    /// Checked problem, which every solver accepts.
     pub problem: Problem,
-    /// The optimum, `n` numbers.
+    /// Optimum, `n` numbers.
     pub x: Option<Vec<f64>>,
-    /// Per level the norm of the distances of its rows from their intervals at the optimum.
+    /// For each level, the norm of the distances of its rows from their intervals at the optimum.
     pub viol: Option<Vec<f64>>,
 }
 
-/// Why a line is not a tick.
+/// Reason why a line is not a tick.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
-    /// What is wrong with it.
+    /// Description of the mistake.
     pub reason: String,
-    /// What to do.
+    /// Help.
     pub help: String,
 }
 
 impl Refusal {
-    /// A refusal that fits on a line: what is quoted of the file is shortened, and cannot steer a terminal.
+    /// Creates a refusal that fits on a line: shortens the reason, and replaces control characters in quoted input.
     pub fn new(reason: impl AsRef<str>, help: impl Into<String>) -> Refusal {
         let clean = |c: char| if c.is_control() { '?' } else { c };
         let mut short: String = reason.as_ref().chars().map(clean).take(MAX_REASON).collect();
@@ -75,10 +75,10 @@ impl Refusal {
     }
 }
 
-/// Reads a line.
+/// Parses a line.
 ///
 /// # Errors
-/// The line is not JSON, or not a tick, or one that no solver can take.
+/// The line is not JSON, not a tick, or not a problem that solvers accept.
 pub fn read(line: &[u8]) -> Result<Tick, Refusal> {
     check::tick(form::parse(line)?)
 }

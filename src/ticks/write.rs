@@ -1,4 +1,4 @@
-//! Writes the problems of a run, one tick a line, as [`super::Lines`] reads them.
+//! Writes the problems of a run, one tick per line, for [`super::Lines`].
 
 use std::io::{self, BufWriter, Write};
 
@@ -8,30 +8,30 @@ use solver::{Level, Problem};
 
 use super::MAX_NAME;
 
-/// Writes what the solver was asked at each tick, before any damping; ticks of one state of the machine are of one kind.
-/// Numbers are written so that the same doubles are read.
+/// Records the problem of the solver at each tick, before any damping; the kind of a tick is the state of the machine.
+/// Numbers are written with enough digits to read back the same doubles.
 pub struct ProblemRecorder<W: Write> {
     out: W,
     failed: bool,
 }
 
 impl<W: Write> ProblemRecorder<W> {
-    /// A recorder that writes to `out`.
+    /// Creates a recorder that writes to `out`.
     pub fn new(out: W) -> Self {
         ProblemRecorder { out, failed: false }
     }
 
-    /// Whether a tick could not be written.
+    /// Returns true if a tick could not be written.
     pub fn has_failed(&self) -> bool {
         self.failed
     }
 }
 
 impl<W: Write> ProblemRecorder<BufWriter<W>> {
-    /// Writes what is still in memory, and gives the writer back.
+    /// Flushes the buffer and returns the writer.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Errors of the writer.
     pub fn finish(self) -> io::Result<W> {
         self.out.into_inner().map_err(io::IntoInnerError::into_error)
     }
@@ -40,7 +40,7 @@ impl<W: Write> ProblemRecorder<BufWriter<W>> {
 impl<W: Write> Recorder for ProblemRecorder<W> {
     fn tick(&mut self, tick: &Tick) -> io::Result<()> {
         let kind = if tick.state.is_empty() { "run" } else { tick.state };
-        // With its number a name may be as long as a file of ticks allows.
+        // The id appends a number to the kind, and must not exceed the maximum length.
         let kind: String = kind.chars().take(MAX_NAME - 20).collect();
         let written = writeln!(self.out, "{}", line(&format!("{kind}-{}", tick.index), &kind, tick.problem));
         self.failed |= written.is_err();
@@ -48,7 +48,7 @@ impl<W: Write> Recorder for ProblemRecorder<W> {
     }
 }
 
-/// A problem as a line, without the end of the line. Bounds that do not exist are `null`, parts with their defaults are left out.
+/// Formats a problem as a line, without the line break. Missing bounds are `null`, and default values are omitted.
 fn line(id: &str, kind: &str, problem: &Problem) -> Value {
     let levels: Vec<Value> = problem.levels.iter().map(level).collect();
     let mut tick = Map::from_iter([

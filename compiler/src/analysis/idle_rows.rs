@@ -1,10 +1,10 @@
-//! Rows of limits that can never become active, with the proof: they are left out while a program runs.
+//! Proof that some rows of limits can never become active. The controller leaves these rows out while a program runs.
 //!
-//! A row `h' >= -φ (h - δ)` has no say where `h` cannot fall faster than the row allows. With a bound `s_j` of
-//! `|dh/dq_j|` for each joint, `h` falls by `sum_j s_j v_j` at most at the speeds `v_j` that hard levels let through; and
-//! around a configuration, what the row allows changes by at most `φ sum_j s_j |Δq_j|`. So the box of all joint positions
-//! is cut into cells until each of them is proven by its centre, or a centre shows that the row can act, or the effort
-//! is spent. The controller takes such a row out only while the joints stand inside that box.
+//! A row `h' >= -φ (h - δ)` is redundant if `h` cannot fall faster than the row allows. With a bound `s_j` of
+//! `|dh/dq_j|` for each joint, `h` falls by at most `sum_j s_j v_j` at the speeds `v_j` that hard levels permit; around
+//! a configuration, the bound of the row changes by at most `φ sum_j s_j |Δq_j|`. The box of all joint positions is
+//! therefore cut into cells until each cell is proven by its centre, a centre shows that the row can act, or the limit
+//! of cells is reached. The controller takes such a row out only while the joints are inside that box.
 
 use std::collections::BinaryHeap;
 
@@ -14,10 +14,10 @@ use runtime::{Built, LIMIT_TOLERANCE, Program, build_tasks};
 use stdlib_tasks::Task;
 use stdlib_tasks::task::{Rows, State};
 
-/// Cells that one row may take: with fewer, rows that are close to acting stay in.
+/// Maximum number of cells per row. With fewer, rows that are close to acting cannot be proven.
 const CELLS: usize = 1000;
 
-/// Configurations that all rows of a task are looked at before any of them is worth a proof.
+/// Number of sampled configurations that filter the rows of a task before a proof is attempted.
 const SAMPLES: usize = 100;
 
 /// Finds the rows of all stacks that can never become active, and notes them in the program.
@@ -35,7 +35,7 @@ pub fn leave_out(program: &mut Program) {
     }
 }
 
-/// The idle rows of a task; `None` where nothing is known of how steep they are, or they move with time.
+/// Returns the idle rows of a task; `None` if a parameter moves with time, or if no row stays inactive at all samples.
 fn rows(program: &Program, task: &TaskProgram, built: Built) -> Option<Vec<IdleRow>> {
     let moves = |at: usize| program.values.tape.outputs.iter().any(|o| o.at == at);
     if task.params.values().flat_map(|b| b.slots()).any(|s| (s.at..s.at + s.len).any(moves)) {
@@ -61,7 +61,7 @@ fn rows(program: &Program, task: &TaskProgram, built: Built) -> Option<Vec<IdleR
     Some(open.iter().filter_map(|c| c.prove(&mut view)).collect())
 }
 
-/// A task at any configuration.
+/// Evaluates the rows of a task at any configuration.
 struct View<'a> {
     program: &'a Program,
     task: &'a mut dyn Task,
@@ -94,7 +94,7 @@ impl<'a> View<'a> {
         })
     }
 
-    /// The `k`-th of a sequence of configurations that fill the box evenly: multiples of irrational steps.
+    /// Moves to the `k`-th configuration of a low-discrepancy sequence in the box: multiples of irrational steps.
     fn scatter(&mut self, model: &Model, k: usize) {
         for (j, d) in model.dofs.iter().enumerate() {
             if let (Some(i), Some((low, high))) = (d.q_index, range(model, j)) {
@@ -104,7 +104,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// Evaluates the lower bounds of all rows; `None` where the task cannot.
+    /// Evaluates the lower bounds of all rows; `None` if the task fails there.
     fn look(&mut self) -> Option<()> {
         let model = &self.program.robot.model;
         model.forward(&self.q, &mut self.data);
@@ -136,14 +136,14 @@ impl<'a> View<'a> {
 /// A row that may be idle.
 struct Candidate {
     row: usize,
-    /// How fast its `h` can fall at most.
+    /// Fastest possible decrease of `h` at the permitted joint speeds.
     fastest: f64,
-    /// The joints that move it: index in the configuration, range, and how much the lower bound of the row can change by
-    /// unit of the joint.
+    /// Joints that move the row: index in the configuration, lower and upper end of the range, and the largest change
+    /// of the row's lower bound per unit of the joint.
     joints: Vec<(usize, f64, f64, f64)>,
 }
 
-/// A box of joint positions, by its centre and half its size, and the greatest lower bound that the row can have in it.
+/// A box of joint positions, with its centre, its half widths, and an upper bound of the row's lower bound inside it.
 struct Cell {
     worst: f64,
     centre: Vec<f64>,
@@ -188,7 +188,7 @@ impl Candidate {
         let centre = self.joints.iter().map(|j| 0.5 * (j.1 + j.2)).collect();
         let half = self.joints.iter().map(|j| 0.5 * (j.2 - j.1)).collect();
         let mut cells = BinaryHeap::from([self.cell(centre, half, view)?]);
-        // Rounding is far below this part.
+        // The margin covers rounding errors, which are far smaller.
         let enough = -self.fastest - 1e-9 * (1.0 + self.fastest);
         for _ in 0..CELLS / 2 {
             let worst = cells.pop()?;
@@ -207,7 +207,7 @@ impl Candidate {
         None
     }
 
-    /// A cell; `None` where its centre shows that the row can act.
+    /// Builds a cell; `None` if the row can act at its centre.
     fn cell(&self, centre: Vec<f64>, half: Vec<f64>, view: &mut View) -> Option<Cell> {
         for (j, q) in self.joints.iter().zip(&centre) {
             view.q[j.0] = *q;
@@ -219,7 +219,7 @@ impl Candidate {
     }
 }
 
-/// Where a joint can stand: its limits, or a full turn where it turns without end and nothing follows it.
+/// Range of a joint: its limits, or one full turn for a continuous joint without limits that no mimic joint follows.
 fn range(model: &Model, dof: usize) -> Option<(f64, f64)> {
     let d = &model.dofs[dof];
     if d.lower.is_finite() && d.upper.is_finite() {

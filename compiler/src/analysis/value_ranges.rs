@@ -1,8 +1,8 @@
-//! Between which numbers expressions lie, wherever the joints stand within their limits and at every time.
+//! Ranges of expressions, for all joint positions within their limits and all times.
 //!
-//! Intervals number by number, narrowed by what is known of vectors as a whole: each vector of three numbers has a ball
-//! that it stays in, and vectors and quaternions have an interval of lengths. What cannot be bounded is unbounded, so that
-//! whatever lies outside a range is proven to be out of reach.
+//! The analysis uses one interval per number. Facts about whole vectors narrow them: each vector of three numbers has a
+//! ball that contains it, and vectors and quaternions have an interval of lengths. An expression that cannot be bounded
+//! is unbounded, so a value outside a range is proven to be unreachable.
 
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,35 +18,35 @@ use stdlib_tasks::slope;
 use crate::binding::Table;
 use crate::expr::{Fact, Graph, Interval};
 
-/// A ball that a vector stays in: its centre and radius.
+/// A ball that contains a vector, with centre and radius.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ball {
-    /// The centre.
+    /// Centre.
     pub centre: Vector3<f64>,
-    /// The radius; infinite where nothing bounds the vector.
+    /// Radius; infinite if the vector is unbounded.
     pub radius: f64,
 }
 
-/// What expressions stand on.
+/// Context of the analysis, shared by all ranges.
 pub(crate) struct Ground<'a> {
     /// The graph.
     pub graph: &'a Graph,
-    /// What the robot does, and what is captured.
+    /// Leaves of the robot's state, and captured values.
     pub table: &'a Table,
     /// The robot.
     pub model: &'a Model,
-    /// Where its root stands in the world, at rest.
+    /// Pose of the robot's root in the world, at rest.
     root: Isometry3<f64>,
-    /// For each leaf, by its first number, the ball at rest of a position, and the range of a distance.
+    /// Ball at rest of a position, or range of a distance, for each leaf, by the leaf's first number.
     leaves: BTreeMap<usize, (Ball, Interval)>,
-    /// Nodes that may still be looked at.
+    /// Remaining number of nodes that may be visited.
     left: Cell<usize>,
 }
 
-/// Nodes that are looked at in all: a spec that is written by hand has a few thousand. Beyond, nothing is proven.
+/// Maximum number of visited nodes. A spec written by hand has a few thousand; beyond the limit, nothing is proven.
 const EFFORT: usize = 300_000;
 
-/// Ranges of some nodes, and of all that they are made of.
+/// Ranges of some nodes and of all nodes that they depend on.
 pub(crate) struct Ranges<'a> {
     ground: &'a Ground<'a>,
     known: BTreeMap<usize, Interval>,
@@ -55,7 +55,7 @@ pub(crate) struct Ranges<'a> {
 }
 
 impl<'a> Ranges<'a> {
-    /// The ranges of `roots`; `pins` hold the ranges of nodes that are known otherwise.
+    /// Computes the ranges of `roots`. `pins` holds ranges that are known from elsewhere.
     pub fn new(ground: &'a Ground<'a>, roots: &[usize], pins: &BTreeMap<usize, Interval>) -> Self {
         let mut ranges = Ranges { ground, known: BTreeMap::new(), balls: BTreeMap::new(), lengths: BTreeMap::new() };
         for node in ground.needed(roots) {
@@ -65,7 +65,7 @@ impl<'a> Ranges<'a> {
         ranges
     }
 
-    /// The range of a node.
+    /// Returns the range of a node.
     pub fn at(&self, node: usize) -> Interval {
         let constant = || self.ground.graph.constant(node).map(Interval::point);
         self.known.get(&node).copied().or_else(constant).unwrap_or(Interval::ALL)
@@ -75,7 +75,7 @@ impl<'a> Ranges<'a> {
         let ground = self.ground;
         let op = ground.graph.ops()[node];
         let own = Interval::of(op, |a| self.at(a), |leaf| self.outside(leaf));
-        // What is known together narrows a number as soon as all that it is known from is there.
+        // A fact about a whole vector narrows a number as soon as the ranges of all its operands are known.
         ground.graph.facts(node).iter().fold(own, |own, known| {
             let ready = known.fact.operands().all(|n| n < node);
             let Some(k) = known.nodes.iter().position(|n| *n == node).filter(|_| ready) else { return own };
@@ -89,7 +89,7 @@ impl<'a> Ranges<'a> {
         })
     }
 
-    /// The range of what is no operation.
+    /// Range of a node that is not an operation.
     fn outside(&self, leaf: Op) -> Interval {
         match leaf {
             Op::T | Op::Time => Interval::new(0.0, f64::INFINITY),
@@ -99,7 +99,7 @@ impl<'a> Ranges<'a> {
         }
     }
 
-    /// The ball of a vector of three nodes.
+    /// Ball of a vector of three nodes.
     pub fn ball(&mut self, nodes: &[usize]) -> Ball {
         if let Some(ball) = self.balls.get(nodes) {
             return *ball;
@@ -108,7 +108,7 @@ impl<'a> Ranges<'a> {
         let middle = |i: usize| parts.get(i).map_or(0.0, |p| 0.5 * (p.low + p.high));
         let half = parts.iter().map(|p| (0.5 * (p.high - p.low)).powi(2)).sum::<f64>().sqrt();
         let boxed = Ball { centre: Vector3::from_fn(|i, _| middle(i)), radius: half };
-        // A vector plus nothing is itself: what leads back to these nodes finds this.
+        // Placeholder against endless recursion: a vector plus zero is itself, so facts can lead back to these nodes.
         self.balls.insert(nodes.to_vec(), Ball { centre: Vector3::zeros(), radius: f64::INFINITY });
         let own = self.ground.leaf_of(nodes).map(|(at, _)| self.ground.place(at));
         let facts = nodes.first().map_or(&[][..], |&n| self.ground.graph.facts(n));
@@ -133,7 +133,7 @@ impl<'a> Ranges<'a> {
         ball
     }
 
-    /// The ball that a fact gives.
+    /// Ball that follows from a fact.
     fn known_ball(&mut self, fact: &Fact) -> Option<Ball> {
         match fact {
             Fact::Sum(a, b, sign) => {
@@ -150,7 +150,7 @@ impl<'a> Ranges<'a> {
         }
     }
 
-    /// The lengths that a vector or quaternion can have.
+    /// Range of the length of a vector or quaternion.
     pub fn length(&mut self, nodes: &[usize]) -> Interval {
         if let Some(length) = self.lengths.get(nodes) {
             return *length;
@@ -173,11 +173,11 @@ impl<'a> Ranges<'a> {
         length
     }
 
-    /// The lengths that a fact leaves.
+    /// Range of the length that follows from a fact.
     fn known_length(&mut self, fact: &Fact) -> Interval {
         match fact {
             Fact::Sum(a, b, sign) if *sign == -1.0 => match (self.ground.point_of(a), self.ground.point_of(b)) {
-                // One point of the robot seen from another: the base, and the joints that carry both, have no part.
+                // The difference of two points of the robot does not depend on the base or on joints that carry both.
                 (Some((to, point)), Some((from, origin))) => {
                     let (centre, radius) = slope::reach(self.ground.model, Some(from), to, &point);
                     let far = (centre - origin).norm();
@@ -198,7 +198,7 @@ impl<'a> Ranges<'a> {
     }
 }
 
-/// Between which numbers a safety field lies, wherever people are: its function of the distance does not fall.
+/// Range of a safety field for all positions of people. Its function of the distance is monotone: it never decreases.
 fn of_field(field: &FieldProgram) -> Interval {
     let chi = field.distance.chi();
     let below = match field.over {
@@ -209,11 +209,11 @@ fn of_field(field: &FieldProgram) -> Interval {
     Interval::new(chi.evaluate(0.0).0 - below, far)
 }
 
-/// Farther than anybody is from a robot, in m.
+/// Upper bound of the distance between a person and a robot (m).
 const FARTHEST: f64 = 1e6;
 
 impl<'a> Ground<'a> {
-    /// From the parts of a program in the making.
+    /// Computes the ranges of all leaves from the parts of a program under construction.
     pub fn new(graph: &'a Graph, table: &'a Table, model: &'a Model) -> Self {
         let root = *Data::new(model).pose(model.root());
         let mut ground = Ground { graph, table, model, root, leaves: BTreeMap::new(), left: Cell::new(EFFORT) };
@@ -228,8 +228,8 @@ impl<'a> Ground<'a> {
         ground
     }
 
-    /// The nodes that some nodes are made of, those that are captured among them, in order; none where so much was looked
-    /// at that nothing more will be.
+    /// Returns the nodes that `roots` depend on, including captured ones, in order; empty if the limit of visited nodes
+    /// is reached.
     pub fn needed(&self, roots: &[usize]) -> BTreeSet<usize> {
         let (mut open, mut needed) = (roots.to_vec(), BTreeSet::new());
         while let Some(node) = open.pop() {
@@ -245,7 +245,7 @@ impl<'a> Ground<'a> {
         needed
     }
 
-    /// What the robot does that these nodes are, all of it.
+    /// Returns the leaf of the robot's state whose numbers are exactly these nodes.
     fn leaf_of(&self, nodes: &[usize]) -> Option<(usize, &Leaf)> {
         let state = |n: &usize| match self.graph.ops()[*n] {
             Op::State(k) => Some(k),
@@ -258,7 +258,7 @@ impl<'a> Ground<'a> {
         (whole && in_order).then_some((at, leaf))
     }
 
-    /// The point of a link that these nodes are.
+    /// Returns the link and the point on it, if these nodes are the position of such a point.
     fn point_of(&self, nodes: &[usize]) -> Option<(LinkId, Vector3<f64>)> {
         match self.leaf_of(nodes)? {
             (_, Leaf::Point { link, offset }) => Some((*link, *offset)),
@@ -266,7 +266,7 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// The range of number `k` of the robot's state.
+    /// Range of number `k` of the robot's state.
     fn state(&self, k: usize) -> Interval {
         let Some((at, leaf)) = self.table.leaf_of(k) else { return Interval::ALL };
         match leaf {
@@ -274,7 +274,7 @@ impl<'a> Ground<'a> {
             Leaf::Orientation(_) => Interval::within(1.0),
             Leaf::Point { .. } | Leaf::Com => {
                 let Some((Ball { centre, radius }, _)) = self.leaves.get(&at) else { return Interval::ALL };
-                // A base that rolls keeps the height.
+                // A planar base or a unicycle keeps its height.
                 let bounded = match self.model.base {
                     Base::Fixed => true,
                     Base::Planar | Base::Unicycle => k - at == 2,
@@ -288,7 +288,7 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// The ball of a position in the world: that of the leaf whose first number is `at`.
+    /// Ball of a position in the world, for the leaf whose first number is `at`.
     fn place(&self, at: usize) -> Ball {
         match (self.model.base, self.leaves.get(&at)) {
             (Base::Fixed, Some((ball, _))) => *ball,
@@ -296,7 +296,7 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// The ball of a position while the base stands where it rests.
+    /// Ball of a position while the base is at rest.
     fn at_rest(&self, leaf: &Leaf) -> Ball {
         let one = |link: LinkId, point: &Vector3<f64>| {
             let (centre, radius) = slope::reach(self.model, None, link, point);
@@ -316,7 +316,7 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// The range of a distance between two parts.
+    /// Range of the distance between two parts.
     fn distance(&self, a: &Geometry, b: &Geometry) -> Interval {
         let (centre, radius) = slope::reach(self.model, Some(b.link), a.link, &a.center().coords);
         let far = (centre - b.center().coords).norm();

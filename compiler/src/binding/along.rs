@@ -1,4 +1,4 @@
-//! The axes along which the values of a task count: those of the world, or what other parameters of the task say.
+//! Axes in which the values of a task are expressed: those of the world, or selected by other parameters of the task.
 
 use dsl::Diagnostic;
 use stdlib_tasks::bound::{Bound, BoundParams};
@@ -9,8 +9,8 @@ use super::{Binder, Owner};
 use crate::expr::{Axes, Frame, Typed};
 
 impl Binder<'_> {
-    /// Notes the axes of the task's own values, as far as the parameters that are bound say. Those of expressions are noted
-    /// when these are bound.
+    /// Records the axes of the task's own values, from the parameters that are bound so far. The axes of expressions
+    /// are recorded when the expressions are bound.
     pub(super) fn own_axes(&mut self, kind: &'static TaskKind, bound: &BoundParams) {
         for a in kind.actuals.iter().filter(|a| !matches!(a.ty, ActualType::Scalar(_))) {
             let frame = match a.along {
@@ -18,7 +18,7 @@ impl Binder<'_> {
                 Along::Tip { arm, when, .. } => self.tip(arm, when, bound),
                 Along::Own => continue,
             };
-            // What lies between two tips has no origin of its own.
+            // The difference between two tips has no origin.
             let origins = if matches!(a.along, Along::World) { Some(1.0) } else { None };
             let axes = match a.ty {
                 ActualType::Vector(_) | ActualType::Pose => Axes { origins, ..Axes::direction(frame) },
@@ -28,8 +28,8 @@ impl Binder<'_> {
         }
     }
 
-    /// The axes of an arm's tip where all of these hold, else the world's; any where that is not known, because a parameter
-    /// was refused.
+    /// Axes of the arm's tip if all conditions in `when` hold, else those of the world; `Frame::Any` if a parameter was
+    /// rejected, so that the conditions are unknown.
     fn tip(&self, arm: &str, when: &[Is], bound: &BoundParams) -> Frame {
         let Some(Bound::Arm(arm)) = bound.get(arm) else { return Frame::Any };
         let mut all = true;
@@ -54,13 +54,13 @@ impl Binder<'_> {
         if all { axes_of(&self.robot.model, arm.tip) } else { Frame::World }
     }
 
-    /// The axes in which the target of a task's own value is wanted.
+    /// Axes that the target of a task's own value must have.
     pub(super) fn target_axes(&self, owner: Owner) -> Frame {
         let path = format!("{}{}", owner.prefix, owner.param);
         self.axes.get(path.as_str()).map_or(Frame::World, |a| a.to.clone())
     }
 
-    /// Says of a value of other axes than its parameter's why these are wanted, where another parameter says so.
+    /// Adds a note to the diagnostic of a value in the wrong axes, if another parameter determines the axes.
     pub(super) fn because(&self, owner: Owner, typed: &Typed, d: Diagnostic) -> Diagnostic {
         let path = format!("{}{}", owner.prefix, owner.param);
         let along = owner.kind.actuals.iter().find(|a| a.name == path).map(|a| a.along);

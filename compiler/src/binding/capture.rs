@@ -1,7 +1,7 @@
-//! What `initial(..)` captures: a value of the task itself, or any expression of what the robot does.
+//! Arguments of `initial(..)`: a value of the task itself, or any expression of the robot's state.
 //!
-//! An expression is lowered like one of `keep` and `track`, and becomes a capture of its own: it is evaluated once, when
-//! the stack becomes active. The time is zero then, and stands outside.
+//! An expression is lowered as in `keep` and `track`, and becomes a capture of its own, which is evaluated once, when
+//! the stack becomes active. Time is zero at that moment, so it must stay outside of `initial(..)`.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
@@ -18,11 +18,11 @@ use crate::expr::constants::is_word;
 use crate::expr::{Graph, Kind, Lowering, Typed, root};
 use crate::forms::path_of;
 
-/// What to write where nothing can be captured.
+/// Help for an argument that cannot be captured.
 const USE: &str = "name what the robot does, such as `initial(frame(LINK).position)`, `initial(joint(NAME))` or `initial(distance(a, b))`, or a value of the task itself";
 
 impl TaskScope<'_> {
-    /// The value that `initial(ARGUMENT)` captures.
+    /// Lowers `initial(ARGUMENT)`.
     pub(super) fn captured(
         &mut self,
         graph: &mut Graph,
@@ -42,7 +42,7 @@ impl TaskScope<'_> {
         found.map_err(|d| diagnostics.extend(d.map(|d| *d))).ok()
     }
 
-    /// The name and type of a value of the task itself.
+    /// Name and type of the task's own value that the argument names.
     fn own(&self, value: &Value) -> Option<(String, ActualType)> {
         let path = path_of(value)?;
         let arm = |name: &str| self.robot.arms.iter().any(|arm| name == format!("angle.{}", arm.name));
@@ -80,7 +80,7 @@ impl TaskScope<'_> {
         Ok(Typed { kind, dimension, nodes, bare: false, axes, span })
     }
 
-    /// The type of a parameter that was bound before. One that is wrong was reported there.
+    /// Type of a parameter that was bound before. A parameter that failed to bind was reported there.
     fn type_of(&self, name: &str, span: Span) -> Result<ActualType, Refused> {
         match self.forms.get(name) {
             Some((Kind::Scalar | Kind::Truth, d)) => Ok(ActualType::Scalar(*d)),
@@ -96,7 +96,7 @@ impl TaskScope<'_> {
         }
     }
 
-    /// Captures an expression of what the robot does.
+    /// Captures an expression of the robot's state.
     fn expression(
         &mut self,
         graph: &mut Graph,
@@ -126,7 +126,7 @@ impl TaskScope<'_> {
         self.state(graph, typed.map_err(|_| None)?, asked, argument, span)
     }
 
-    /// Captures a typed expression; `asked` where it names something that the robot does.
+    /// Captures a typed expression; `asked` is true if it names a part of the robot's state.
     fn state(
         &mut self,
         graph: &mut Graph,
@@ -136,7 +136,7 @@ impl TaskScope<'_> {
         span: Span,
     ) -> Result<Typed, Refused> {
         if typed.nodes.iter().all(|&n| graph.constant(n).is_some()) {
-            // Of a link that does not move.
+            // The state of a link that does not move is constant.
             let d = Diagnostic::error("HQ0311", argument.span, "nothing can be captured from this");
             return if asked { Ok(Typed { span, ..typed }) } else { Err(Some(Box::new(d.help(USE)))) };
         }
@@ -162,7 +162,7 @@ impl TaskScope<'_> {
         Ok(Typed { nodes, bare: false, span, ..typed })
     }
 
-    /// A parameter that is needed before anything is captured takes nothing captured.
+    /// Rejects captures in a parameter that is needed before anything is captured.
     fn must_move(&self, span: Span) -> Result<(), Refused> {
         if self.moving {
             return Ok(());
@@ -172,7 +172,7 @@ impl TaskScope<'_> {
         Err(Some(Box::new(d.help("write a constant"))))
     }
 
-    /// The diagnostic for a name that neither the task nor the spec knows.
+    /// Diagnostic for a name that neither the task nor the spec declares.
     fn no_value(&self, argument: &Value) -> Option<Diagnostic> {
         let path = path_of(argument)?;
         if root(argument).is_some_and(|name| self.params.knows(name)) || is_word(&path) {
@@ -193,7 +193,7 @@ impl TaskScope<'_> {
         })
     }
 
-    /// The diagnostic for a value of the task itself inside an expression that is captured: it is none of the state.
+    /// Diagnostic for a value of the task itself inside a captured expression: it is not a part of the robot's state.
     fn own_inside(&self, value: &Value) -> Option<Diagnostic> {
         let names = |v: &&Value| matches!(&v.kind, ValueKind::Name(n) if self.params.knows(n));
         if let Some((path, _)) = Some(value).filter(|v| !names(v)).and_then(|v| self.own(v)) {
@@ -203,7 +203,7 @@ impl TaskScope<'_> {
             return Some(d.help(format!("capture it by itself, and write the rest outside: `initial({path})`")));
         }
         match &value.kind {
-            // These take names of frames and joints.
+            // The arguments of these calls are names of frames, joints, parts and fields, not values.
             ValueKind::Call(function, _)
                 if ["frame", "joint", "distance", "field"].contains(&function.value.as_str()) =>
             {

@@ -1,4 +1,4 @@
-//! Conditions of a machine: truth values of signals, of the time in a state, of what the robot does and of how it moves.
+//! Conditions of a machine: truth values of signals, of the time in a state, and of the state and motion of the robot.
 
 use dsl::Diagnostic;
 use dsl::tree::Value;
@@ -11,18 +11,18 @@ use super::motion::MeasuredState;
 use super::{Binder, Known, TaskScope};
 use crate::expr::{Frame, Graph, Kind, Lowering};
 
-/// A condition, and what is known of it before anything moves.
+/// A condition, with the properties that are known before the run.
 pub(crate) struct Condition {
     /// The condition.
     pub expression: Expression,
-    /// Its value, where it never changes.
+    /// Its value, if it never changes.
     pub constant: Option<bool>,
-    /// Signals whose presence it demands: it is false where one of them is absent.
+    /// Signals that must be present: the condition is false if one of them is absent.
     pub demands: Vec<usize>,
 }
 
 impl Binder<'_> {
-    /// A condition; `None` where it is none, and the diagnostics say why.
+    /// Binds a condition; `None` if it is invalid, with diagnostics.
     pub(crate) fn condition(&mut self, value: &Value, state: &mut MeasuredState) -> Option<Condition> {
         let known = Known { forms: &self.forms, axes: &self.axes };
         let mut numbers =
@@ -63,7 +63,7 @@ impl Binder<'_> {
         Some(Condition { expression, constant, demands })
     }
 
-    /// The value that a variable of the machine is set to; `None` where it is none, and the diagnostics say why.
+    /// Binds the value that an action assigns to a variable of the machine; `None` if it is invalid, with diagnostics.
     pub(crate) fn assigned(&mut self, value: &Value, wanted: (Kind, Dimension), what: &str) -> Option<Expression> {
         let typed = self.present(value)?;
         self.suited(&typed, value, wanted, what)?;
@@ -86,7 +86,7 @@ impl Binder<'_> {
         Some(expression)
     }
 
-    /// The numbers of presence without which a truth value cannot hold: of those that are joined by `and`, which is
+    /// Collects the signals without which a truth value cannot hold: those of operands joined by `and`, which is
     /// `if a then b else a`.
     fn demanded(&self, node: usize, out: &mut Vec<usize>) {
         match self.graph.ops()[node] {

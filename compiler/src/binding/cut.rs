@@ -1,4 +1,4 @@
-//! From nodes of the graph to an expression of the robot's state, cut where something depends on time alone.
+//! Extracts an expression of the robot's state from the graph, cut at the nodes that depend on time alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,10 +9,10 @@ use stdlib_tasks::expression::{Expression, Leaf};
 use super::Table;
 use crate::expr::{Graph, Kind, Typed};
 
-/// The expression of a typed value. Its inputs are the nodes that depend on time or on what was captured, and not on the
-/// state.
+/// Extracts the expression of a typed value. Its inputs are the nodes that depend on time or on captured values, and
+/// not on the state.
 pub(super) fn cut(graph: &Graph, table: &Table, typed: &Typed) -> Expression {
-    // Operands come before users: the last of the open nodes is never needed again.
+    // Operands precede their users, so no later node needs the last open node.
     let mut open: BTreeSet<usize> = typed.nodes.iter().copied().collect();
     let mut needed = BTreeSet::new();
     while let Some(i) = open.pop_last() {
@@ -42,8 +42,8 @@ pub(super) fn cut(graph: &Graph, table: &Table, typed: &Typed) -> Expression {
     e
 }
 
-/// The expression of one number with nothing cut off: `input` gives the place of what stands in it beside the robot's
-/// state, and none for what has no place there.
+/// Extracts the expression of one number without a cut. `input` returns the place of an operation that is outside of
+/// the robot's state; the result is `None` if it has no place.
 pub(crate) fn whole(
     graph: &Graph,
     table: &Table,
@@ -67,8 +67,8 @@ pub(crate) fn whole(
     Some(e)
 }
 
-/// The number that number `k` of the robot's state has within one expression; `index` gives the operations there of what a
-/// leaf reads.
+/// Returns the number within one expression of number `k` of the robot's state. `index` maps the nodes that a leaf
+/// reads to operations of that expression.
 fn state_number(
     table: &Table,
     k: usize,

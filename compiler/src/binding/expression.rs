@@ -1,5 +1,5 @@
-//! Parameters that are expressions of the robot's state: what depends on time alone goes to the table of values, the rest
-//! becomes a list of operations of its own.
+//! Parameters that are expressions of the robot's state: parts that depend on time alone go to the table of values, the
+//! rest becomes a list of operations of its own.
 
 use dsl::Diagnostic;
 use dsl::tree::Value;
@@ -59,7 +59,7 @@ impl Binder<'_> {
         Some(Bound::Expression(self.of_state(&typed, value)))
     }
 
-    /// Whether something can be kept or tracked.
+    /// Rejects a value that cannot be kept or tracked.
     fn good_value(
         &mut self,
         typed: &Typed,
@@ -96,7 +96,7 @@ impl Binder<'_> {
         Some(())
     }
 
-    /// An expression whose parts that depend on time alone stand in the table of values.
+    /// Expression of the state; its parts that depend on time alone are stored in the table of values.
     fn of_state(&mut self, typed: &Typed, value: &Value) -> Expression {
         let mut e = cut(self.graph, self.table, typed);
         for input in &mut e.inputs {

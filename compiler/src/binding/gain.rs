@@ -3,7 +3,7 @@
 use dsl::{Diagnostic, Span};
 use stdlib_tasks::task::Nature;
 
-/// A gain that overshoots within one control period, `(its length in s, where it was written)`.
+/// Diagnostic for a gain that overshoots within one control period, given as `(length in s, span)`.
 pub(crate) fn overshoot(at: Span, gain: f64, period: (f64, Span), nature: Nature) -> Diagnostic {
     let why = if nature == Nature::Limit {
         "a barrier function is broken by a single step"

@@ -1,4 +1,4 @@
-//! Task parameters: what a spec says of them, bound to numbers, indices and places in the table of values.
+//! Binds the parameters of tasks to numbers, indices and places in the table of values.
 
 mod along;
 mod capture;
@@ -39,11 +39,11 @@ use present::axes_of;
 pub(crate) use scope::{Known, TaskScope};
 pub use table::Table;
 
-/// What binding needs to know.
+/// State of the binding.
 pub struct Binder<'a> {
     /// The robot.
     pub robot: &'a BoundRobot,
-    /// All tasks with their names, for those that name another one.
+    /// All tasks with their names, for parameters that name another task.
     pub tasks: &'a [(String, TaskDefinition)],
     /// The names of safety fields, in the order of the program.
     pub fields: Vec<String>,
@@ -55,94 +55,94 @@ pub struct Binder<'a> {
     pub table: &'a mut Table,
     /// Texts, for defaults.
     pub sources: &'a mut dsl::Sources,
-    /// The values that the texts of defaults mean.
+    /// Parsed defaults, by their text.
     pub defaults: BTreeMap<&'static str, Value>,
-    /// The numbers of the task that is bound now.
+    /// Numbers of the current task.
     pub numbers: Vec<Number>,
-    /// Kind and dimension of those of its parameters that others are like.
+    /// Kind and dimension of the current task's parameters that determine the type of other ones.
     pub forms: BTreeMap<&'static str, (Kind, Dimension)>,
-    /// The axes of values of the task itself, by the names of the parameters whose actual values they are.
+    /// Axes of the task's own values, by the name of the parameter for which they are the actual value.
     pub axes: BTreeMap<&'static str, Axes>,
-    /// The axes of such parameters of the tasks that were bound before, by the task's index.
+    /// The same axes for tasks that were bound before, by the task's index.
     pub bound_axes: BTreeMap<usize, BTreeMap<&'static str, Axes>>,
-    /// The axes of a parameter of another task that is described now: how it may leave its path.
+    /// Axes of the parameter of another task that the current `deviate` block describes.
     pub deviating: Frame,
-    /// The axes of the link that carries the task's plane: its parameter `on`; else the world's.
+    /// Axes of the link that carries the task's plane, from its parameter `on`; the world's without one.
     pub plane: Frame,
-    /// What the task's parameters that are expressions came to.
+    /// Typed values of the task's parameters that are expressions.
     pub operands: BTreeMap<&'static str, Typed>,
-    /// Where mistakes go.
+    /// Receives the diagnostics.
     pub diagnostics: &'a mut Vec<Diagnostic>,
 }
 
-/// A bound task, and where each of its parameters was written.
+/// A bound task, with the source spans of its parameters.
 pub struct BoundTask {
-    /// The type.
+    /// The task type.
     pub kind: &'static TaskKind,
     /// Parameters.
     pub params: BoundParams,
-    /// Where each was written, by name; those left to their default are absent.
+    /// Source span of each parameter, by name. Parameters with a default value are absent.
     pub spans: BTreeMap<String, Span>,
-    /// Every number among them, also those inside groups.
+    /// All numbers among the parameters, including those in groups.
     pub numbers: Vec<Number>,
-    /// Values that are expressions, and what they are held against, by parameter.
+    /// Typed values of expressions and of the values that they are compared with, by parameter.
     pub operands: BTreeMap<&'static str, Typed>,
-    /// The type's name in the spec.
+    /// Span of the type's name in the spec.
     pub span: Span,
 }
 
-/// A number of a task: its place in the table of values, and where it was written.
+/// A number of a task: its place in the table of values, and its source span.
 #[derive(Clone, Copy, Debug)]
 pub struct Number {
-    /// Its place.
+    /// Place in the table.
     pub slot: Slot,
-    /// Its dimension.
+    /// Dimension.
     pub dimension: Dimension,
-    /// Where it was written; inside a text of its own for a default.
+    /// Source span; for a default, inside the default's own text.
     pub span: Span,
     /// False for a default.
     pub written: bool,
 }
 
-/// What the unit of a joint is multiplied with for an acceleration.
+/// Factor from the unit of a joint's position to that of its acceleration.
 const PER_SQUARE_SECOND: Dimension = Dimension { s: -2, ..NONE };
 
-/// The name of the texts that defaults stand in.
+/// Name of the sources that hold the texts of defaults.
 const DEFAULTS: &str = "a default of the task library";
 
-/// The task that a parameter belongs to.
+/// The parameter that is bound now, and the task that it belongs to.
 #[derive(Clone, Copy)]
 struct Owner<'p> {
-    /// Its type.
+    /// The task type.
     kind: &'static TaskKind,
-    /// Its index in the program.
+    /// Index of the task in the program.
     task: usize,
-    /// The groups that the parameter stands in, `left.` for example.
+    /// Prefix of the groups that contain the parameter, for example `left.`.
     prefix: &'p str,
-    /// The parameter.
+    /// Name of the parameter.
     param: &'static str,
-    /// The joints that the task is about, where its `joints` says so.
+    /// Joints of the task, if it has a parameter `joints`.
     joints: Option<&'p [usize]>,
-    /// The other task that its `task` names.
+    /// Index of the other task that the parameter `task` names.
     other: Option<usize>,
 }
 
 impl Binder<'_> {
-    /// Types a named expression of what the robot does, for all tasks.
+    /// Types a named expression of the robot's state, for use in all tasks.
     pub fn named(&mut self, it: &Let) {
         let value = self.present(&it.value);
         self.params.put(&it.name, value);
     }
 
-    /// Types an expression of what the robot does that belongs to no task. `None` where it has no type; the diagnostics
-    /// say why.
+    /// Types an expression of the robot's state that belongs to no task. Returns `None` if it has no type, with
+    /// diagnostics.
     fn present(&mut self, value: &Value) -> Option<Typed> {
         let mut scope =
             TaskScope::free(self.robot, self.params, self.table, Known { forms: &self.forms, axes: &self.axes });
         Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics }.value(value).ok()
     }
 
-    /// Binds a task whose type is one of the library. `None` where a parameter is wrong; the diagnostics say why.
+    /// Binds a task whose type is in the library. Returns `None` if a parameter is wrong, with diagnostics.
     pub fn task(&mut self, definition: &TaskDefinition, index: usize) -> Option<BoundTask> {
         let kind = stdlib_tasks::find(&definition.kind.value)?;
         self.numbers.clear();
@@ -170,7 +170,7 @@ impl Binder<'_> {
         Some(BoundTask { kind, params, spans, numbers, operands, span: definition.kind.span })
     }
 
-    /// The axes in which the constant vectors of a task count: those of its parameter `on`, or the world's.
+    /// Axes in which the constant vectors of a task are expressed: those of its parameter `on`, or the world's.
     fn carrier(&self, kind: &'static TaskKind, body: &Block) -> Frame {
         let on = kind.params.iter().any(|p| p.name == "on" && p.ty == ParamType::Frame);
         let link = body.get("on").filter(|_| on).and_then(|e| text_of(&e.value));
@@ -181,7 +181,7 @@ impl Binder<'_> {
         }
     }
 
-    /// Turns arguments in parentheses into entries.
+    /// Converts arguments in parentheses to entries.
     fn positional(&mut self, kind: &'static TaskKind, definition: &TaskDefinition, body: &mut Block) {
         let names = kind.positional;
         if names.is_empty() && !definition.args.is_empty() {
@@ -274,7 +274,7 @@ impl Binder<'_> {
                     bound.insert(info.name.to_string(), b);
                 }
                 None if default.is_some() => {
-                    // The default does not fit this robot: say that it has to be written.
+                    // The default does not fit this robot, so the user has to write a value.
                     let why = self.diagnostics.drain(before..).next().map(|d| d.message);
                     missing.extend(why.map(|why| (info, Some(why))));
                     good = false;
@@ -284,7 +284,7 @@ impl Binder<'_> {
         }
         if !missing.is_empty() {
             good = false;
-            // A misspelt key explains the missing one already.
+            // A misspelt key already explains the missing one.
             if !misspelt {
                 self.diagnostics.push(lacking(&missing, what, at));
             }
@@ -359,8 +359,8 @@ impl Binder<'_> {
         }
     }
 
-    /// The value that a default's text means. Texts are those of the task library; a test reads them all. A group stands
-    /// for the defaults of what is in it.
+    /// Parses the text of a default. Such texts are in the task library, and a test parses all of them. The default of
+    /// a group is the defaults of its members.
     fn default(&mut self, info: &ParamInfo, text: &'static str) -> Value {
         if matches!(info.ty, ParamType::Group(_)) {
             return Value { kind: ValueKind::Block(Block::default()), span: Span::default() };
@@ -387,7 +387,7 @@ impl Binder<'_> {
     }
 }
 
-/// The diagnostic for parameters that were left out, each with the reason why its default does not serve.
+/// Diagnostic for missing parameters, each with the reason why its default cannot be used.
 fn lacking(missing: &[(&ParamInfo, Option<String>)], what: &str, at: Span) -> Diagnostic {
     let names = list(missing.iter().map(|m| m.0.name), 8);
     let mut d = Diagnostic::error("HQ0206", at, format!("{what} needs {names}"));

@@ -1,5 +1,5 @@
-//! Measures of the robot's motion by name: `speed(..)`, `acceleration(..)` and `reversals(..)`, which expectations measure from
-//! outside and conditions of a machine inside the controller.
+//! Measures of the robot's motion by name: `speed(..)`, `acceleration(..)` and `reversals(..)`. Expectations measure
+//! them in the world, conditions of a machine inside the controller.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
@@ -15,7 +15,7 @@ use crate::expr::{Axes, Graph, Kind, Typed, not_measured};
 use crate::forms::path_of;
 use crate::robot_binding::{BoundRobot, joints, unknown_joint};
 
-/// The form of a measure of the motion, for messages; none if a function is not one of [`crate::expr::MOTION`].
+/// Syntax of a measure of the motion, for messages; `None` if the function is not in [`crate::expr::MOTION`].
 pub(crate) fn form(function: &str) -> Option<&'static str> {
     Some(match function {
         "speed" => "speed(JOINT)` or `speed(FRAME)",
@@ -25,7 +25,7 @@ pub(crate) fn form(function: &str) -> Option<&'static str> {
     })
 }
 
-/// A call's one argument, a name or a path of names, with its text.
+/// Returns a call's only argument, a name or a path of names, with its text.
 pub(crate) fn named<'v>(
     function: &Spanned<String>,
     args: &'v [Value],
@@ -47,19 +47,20 @@ pub(crate) fn named<'v>(
     }
 }
 
-/// The link of a name, or the tip of an arm.
+/// Link of that name, or the tip of the arm of that name.
 fn link(robot: &BoundRobot, name: &str) -> Option<LinkId> {
     robot.model.link(name).or_else(|| robot.arms.iter().find(|a| a.name == name).map(|a| a.tip))
 }
 
-/// The diagnostic for a name that is neither a joint's nor a frame's.
+/// Diagnostic for a name that is neither a joint nor a frame.
 fn neither(robot: &BoundRobot, name: &str, at: Span) -> Diagnostic {
     let frames = robot.arms.iter().map(|a| &a.name).chain(robot.model.links.iter().map(|l| &l.name));
     let frames: Vec<&str> = frames.map(String::as_str).collect();
     unknown_joint(&robot.model, name, at, &frames, &robot.joint_groups.locked)
 }
 
-/// The measure that `function(argument)` is, of the names that [`form`] knows, with its dimension; `path` is the argument's text.
+/// Binds `function(argument)`, where [`form`] knows the function, to a measure with its dimension. `path` is the
+/// argument's text.
 pub(crate) fn motion(
     robot: &BoundRobot,
     function: &str,
@@ -69,7 +70,7 @@ pub(crate) fn motion(
     let model = &robot.model;
     let per_second = |d: Dimension| d.times(RATE).ok_or(None);
     match function {
-        // Of a joint, or of all joints of a group or that fit a pattern.
+        // The argument is a joint, a group, or a pattern of joint names.
         "reversals" => {
             let mut said = Vec::new();
             match joints(std::slice::from_ref(argument), model, &robot.joint_groups, &mut said) {
@@ -93,11 +94,11 @@ pub(crate) fn motion(
     }
 }
 
-/// Puts a measure, with its text and dimension, into the graph, and returns its node.
+/// Adds a measure, with its text and dimension, to the graph, and returns its node.
 pub(crate) type Numbers<'s> = dyn FnMut(&mut Graph, &str, Measure, Dimension) -> usize + 's;
 
 impl TaskScope<'_> {
-    /// A measure of the motion, where the scope is that of a condition.
+    /// Lowers a measure of the motion, if the scope is a condition.
     pub(super) fn measure(
         &mut self,
         graph: &mut Graph,
@@ -115,20 +116,20 @@ impl TaskScope<'_> {
     }
 }
 
-/// The state whose transitions are lowered, and what conditions of the machine measure so far.
+/// State whose transitions are lowered, with the measures that conditions of the machine use so far.
 pub(crate) struct MeasuredState<'m> {
-    /// Its index.
+    /// Index of the state.
     pub index: usize,
-    /// Its path.
+    /// Path of the state.
     pub name: &'m str,
-    /// The signals of the program; each measure has a variable behind them.
+    /// Signals of the program; each measure is read through a variable behind them.
     pub interface: &'m mut Interface,
-    /// The measures.
+    /// Measures so far.
     pub measured: &'m mut Vec<MeasuredProgram>,
 }
 
 impl MeasuredState<'_> {
-    /// The number of a measure, called `text`, in the graph. What is counted is counted since the state was entered.
+    /// Returns the graph node of a measure called `text`. Reversals are counted from the entry of the state on.
     pub(crate) fn number(&mut self, graph: &mut Graph, text: &str, measure: Measure, dimension: Dimension) -> usize {
         let since = matches!(measure, Measure::Reversals(_)).then_some(self.index);
         let known = self.measured.iter().find(|m| m.measure == measure && m.since == since);

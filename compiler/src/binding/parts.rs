@@ -51,7 +51,7 @@ impl Binder<'_> {
     }
 }
 
-/// The name inside `frame(NAME)`.
+/// Name inside `frame(NAME)`.
 fn frame_of(value: &Value) -> Option<&str> {
     match &value.kind {
         ValueKind::Call(function, args) if function.value == "frame" => args.first().and_then(text_of),
@@ -59,14 +59,14 @@ fn frame_of(value: &Value) -> Option<&str> {
     }
 }
 
-/// The points, segments and shapes that a value names; `None` where a name is wrong, and was reported.
+/// Points, segments and shapes that a value names; `None` if a name is wrong, which is reported.
 pub(super) fn geometries(
     robot: &BoundRobot,
     value: &Value,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Vec<Geometry>> {
     let mut all: Vec<Geometry> = Vec::new();
-    // What is named twice, or in several groups, is meant once.
+    // A part that is named twice, or that is in several groups, counts once.
     let (mut said, mut known) = (BTreeSet::new(), BTreeSet::new());
     let mut good = true;
     for item in items_of(value) {

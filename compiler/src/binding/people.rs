@@ -1,4 +1,4 @@
-//! The distance from parts of the robot to people: to their points, and to the segments that their links are.
+//! Distance from parts of the robot to people: to their points, and to the links between these.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
@@ -12,12 +12,12 @@ use crate::expr::constants::Human;
 use crate::expr::{Graph, Meaning, Typed, symbol};
 use crate::forms::{items_of, path_of, target, written};
 
-/// The nodes of both ends of a segment of a person; the same twice for a point.
+/// Nodes of both ends of a person's segment; both are the same for a point.
 pub(super) type Segment = [[usize; 3]; 2];
 
 impl TaskScope<'_> {
-    /// Of the arguments of a distance, the one that names parts of the robot, and the people that the other one names; none
-    /// where neither names a person.
+    /// Splits the arguments of a distance into the one that names parts of the robot and the people that the other one
+    /// names; `None` if neither names a person.
     pub(super) fn between<'v>(
         &mut self,
         a: &'v Value,
@@ -43,7 +43,7 @@ impl TaskScope<'_> {
         Ok(Some((part, all)))
     }
 
-    /// The person that a name means, where no part of the robot has it.
+    /// The person that a value names, if no part of the robot has the same name.
     fn person(&mut self, value: &Value) -> Option<(String, Option<Human>)> {
         let ValueKind::Name(name) = &value.kind else { return None };
         let said = written(name);
@@ -58,7 +58,7 @@ impl TaskScope<'_> {
         }
     }
 
-    /// Whether something in a value is a person or a point of one.
+    /// True if an item of the value is a person or a person's point.
     fn names_people(&mut self, value: &Value) -> bool {
         items_of(value).iter().any(|item| match &item.kind {
             ValueKind::Field(inner, _) => {
@@ -69,7 +69,7 @@ impl TaskScope<'_> {
         })
     }
 
-    /// What a person, or a point of one, is made of.
+    /// Returns the segments of a person: links, and points without a link; for one point, the point alone.
     fn segments(&mut self, item: &Value) -> Result<Vec<Segment>, Refused> {
         let (who, point) = match &item.kind {
             ValueKind::Field(inner, point) => (inner.as_ref(), Some(point)),
@@ -107,8 +107,8 @@ impl TaskScope<'_> {
         Ok(alone.chain(links).collect())
     }
 
-    /// The smallest distance between some parts and what people are made of. Parts that cannot move do not count: no motion
-    /// takes them away from anybody.
+    /// Smallest distance between parts of the robot and segments of people. Parts that cannot move are excluded: no
+    /// motion takes them away from a person.
     pub(super) fn away(
         &mut self,
         graph: &mut Graph,

@@ -1,4 +1,4 @@
-//! Parameters with a number for each of some joints or arms.
+//! Parameters with one number per joint or per arm.
 
 use std::collections::BTreeMap;
 
@@ -18,15 +18,15 @@ use crate::robot_binding::joints;
 use crate::units;
 
 impl Owner<'_> {
-    /// Limits of joints are taken in when the task is built, and cannot move; targets can.
+    /// Range of a number. Limits of joints are read once, when the task is built, so they must be constant.
     fn range(&self, dimension: Dimension) -> Option<Quantity> {
         (self.kind.nature == Nature::Limit).then(|| Quantity::any(dimension).constant())
     }
 }
 
 impl Binder<'_> {
-    /// Numbers for joints: `{ name value .. }`, or one value for all of the task's joints that have its unit. `per` is what
-    /// the joint's own unit is multiplied with: nothing for positions, a rate for velocities, its square for accelerations.
+    /// Numbers for joints: `{ name value .. }`, or one value for all of the task's joints that have its unit. `per` is
+    /// the factor of the joint's own unit: none for positions, a rate for velocities, its square for accelerations.
     pub(super) fn per_joint(&mut self, owner: Owner, value: &Value, info: &ParamInfo, per: Dimension) -> Option<Bound> {
         let model = &self.robot.model;
         let dimension = |dof: usize| joint_dimension(model, dof).times(per).unwrap_or(per);
@@ -40,7 +40,7 @@ impl Binder<'_> {
                     good = false;
                     continue;
                 };
-                // `all` means the joints where positions are wanted: a base has none.
+                // For positions, `all` means the joints: a base has no joint position.
                 if per == NONE && dofs.iter().any(|&d| model.dofs[d].q_index.is_some()) {
                     dofs.retain(|&d| model.dofs[d].q_index.is_some());
                 }
@@ -64,7 +64,7 @@ impl Binder<'_> {
             }
             return good.then_some(Bound::PerJoint(out));
         }
-        // A base has velocities and no joint position.
+        // A base has velocities, but no joint position.
         let placed = |d: usize| per != NONE || model.dofs[d].q_index.is_some();
         let own = |d: usize| owner.joints.is_none_or(|joints| joints.contains(&d));
         if let Some(items) = with_units(value) {
@@ -84,7 +84,7 @@ impl Binder<'_> {
         let mut units: Vec<Dimension> = (0..model.nv()).filter(|&d| placed(d) && own(d)).map(dimension).collect();
         units.dedup();
         let wanted = match units.as_slice() {
-            // A bare number is in the unit of the joints where they have one.
+            // A bare number takes the unit of the joints, if they have one.
             [only] if typed.bare => *only,
             _ if revolute.accepts(typed.dimension) => revolute,
             _ => LENGTH.times(per).unwrap_or(per),

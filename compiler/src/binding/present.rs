@@ -1,4 +1,4 @@
-//! What the robot does now, bound to its links, joints and parts: the leaves of expressions of the state.
+//! The robot's current state, bound to links, joints and parts: the leaves of expressions of the state.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
@@ -19,10 +19,10 @@ use crate::expr::{self, Axes, Frame, Graph, Kind, Meaning, Now, Typed, field_sym
 use crate::forms::{target, text_of, written};
 use crate::robot_binding::{unknown_joint, unknown_link};
 
-/// Most pairs of parts whose smallest distance `distance(a, b)` gives.
+/// Maximum number of pairs of parts in one `distance(a, b)`.
 const MAX_PAIRS: usize = 64;
 
-/// The axes of a link: the world's where the two are the same for good.
+/// Axes of a link; the world's if the link is fixed and aligned with the world.
 pub(super) fn axes_of(model: &Model, link: LinkId) -> Frame {
     let still = model.support(link).is_empty();
     if still && *Data::new(model).pose(link) == nalgebra::Isometry3::identity() {
@@ -31,7 +31,7 @@ pub(super) fn axes_of(model: &Model, link: LinkId) -> Frame {
     Frame::Link(model.link_ref(link).name.clone())
 }
 
-/// The diagnostic for what the robot does now in a parameter that cannot follow it.
+/// Diagnostic for the robot's current state in a parameter that cannot depend on it.
 pub(super) fn misplaced(kind: Option<&TaskKind>, span: Span) -> Diagnostic {
     let place = kind.map_or_else(|| "here".to_string(), |k| format!("in this parameter of `{}`", k.name));
     Diagnostic::error("HQ0312", span, format!("what the robot does now cannot stand {place}"))
@@ -39,14 +39,14 @@ pub(super) fn misplaced(kind: Option<&TaskKind>, span: Span) -> Diagnostic {
         .help("write the task as an expression, with `track` or `keep`; or `initial(..)` around it for its value at the moment the stack becomes active")
 }
 
-/// The diagnostic for the distance of a pose.
+/// Diagnostic for a `distance` between poses.
 fn of_poses(span: Span) -> Diagnostic {
     Diagnostic::error("HQ0304", span, "`distance` is between parts of the robot, and this is a pose")
         .help("the distance between two positions is `norm(a.position - b.position)`")
 }
 
 impl TaskScope<'_> {
-    /// A leaf as a typed expression.
+    /// Lowers a leaf to a typed expression.
     pub(super) fn present(
         &mut self,
         graph: &mut Graph,
@@ -97,7 +97,7 @@ impl TaskScope<'_> {
         self.suited(graph, found, span, diagnostics)
     }
 
-    /// What was found, where it may stand here.
+    /// Returns the lowered leaf if the robot's current state is permitted here.
     fn suited(
         &mut self,
         graph: &Graph,
@@ -120,7 +120,7 @@ impl TaskScope<'_> {
         Some(typed)
     }
 
-    /// A frame: a link, or an arm for its tip. An arm that failed to be bound was reported there.
+    /// Link that a frame names; for an arm, its tip. An arm that failed to bind was reported there.
     fn link(&self, value: &Value) -> Result<LinkId, Refused> {
         let Some(name) = text_of(value) else {
             let d = Diagnostic::error("HQ0304", value.span, "the name of a link or arm is needed here");
@@ -134,12 +134,12 @@ impl TaskScope<'_> {
         })
     }
 
-    /// The axes of a link.
+    /// Axes of a link.
     pub(super) fn axes_of(&self, link: LinkId) -> Frame {
         axes_of(&self.robot.model, link)
     }
 
-    /// The axes that a name behind `in` means.
+    /// Axes that the name after `in` selects.
     pub(super) fn axes_named(&self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame> {
         let value = Value { kind: ValueKind::Name(name.value.clone()), span: name.span };
         match self.link(&value) {
@@ -152,7 +152,7 @@ impl TaskScope<'_> {
         }
     }
 
-    /// True for what is a pose, and no part of the robot.
+    /// True if the value is a pose and not a part of the robot.
     fn is_pose(&mut self, value: &Value) -> bool {
         match &value.kind {
             ValueKind::Call(function, _) => function.value == "pose",
@@ -176,7 +176,7 @@ impl TaskScope<'_> {
         dof.ok_or_else(|| Box::new(unknown_joint(model, name, value.span, &[], &self.robot.joint_groups.locked)))
     }
 
-    /// The nodes of a leaf; each leaf has its place among the state's numbers once.
+    /// Nodes of a leaf. Each leaf is stored only once in the numbers of the state.
     fn leaf(&mut self, graph: &mut Graph, leaf: Leaf) -> Vec<usize> {
         let (width, reads) = (leaf.width(), leaf.reads().as_flattened().to_vec());
         let at = self.table.leaf(leaf);
@@ -188,7 +188,7 @@ impl TaskScope<'_> {
             .collect()
     }
 
-    /// What belongs to a link: constant where the link does not move.
+    /// Position or orientation of a link; constant if the link does not move.
     fn of_link(&mut self, graph: &mut Graph, leaf: Leaf, link: LinkId, span: Span) -> Option<Typed> {
         let (kind, dimension) = match leaf {
             Leaf::Orientation(_) => (Kind::Rotation, NONE),
@@ -214,7 +214,7 @@ impl TaskScope<'_> {
         Some(Typed { kind, dimension, nodes, bare: false, axes, span })
     }
 
-    /// The smallest distance between the parts of two sides.
+    /// Smallest distance between the parts of two sides.
     fn distance(
         &mut self,
         graph: &mut Graph,
@@ -236,7 +236,7 @@ impl TaskScope<'_> {
         self.smallest(graph, leaves, "`self_collision`, which has a row for each pair", span)
     }
 
-    /// How far the lowest of some parts is above a plane.
+    /// Height of the lowest of some parts above a plane.
     fn above(
         &mut self,
         graph: &mut Graph,
@@ -268,7 +268,7 @@ impl TaskScope<'_> {
         self.smallest(graph, leaves, "`virtual_wall`, which has a row for each part", span)
     }
 
-    /// The smallest of some distances.
+    /// Smallest of some distances.
     pub(super) fn smallest(
         &mut self,
         graph: &mut Graph,
@@ -287,7 +287,7 @@ impl TaskScope<'_> {
         Ok(Typed { kind: Kind::Scalar, dimension: LENGTH, nodes, bare: false, axes: Axes::default(), span })
     }
 
-    /// The value of a safety field. One that failed to be bound was reported there.
+    /// Value of a safety field. A field that failed to bind was reported there.
     fn safety_field(&mut self, field: &Value, span: Span) -> Result<Typed, Refused> {
         let ValueKind::Name(name) = &field.kind else {
             let d = Diagnostic::error("HQ0304", field.span, "the name of a safety field is needed here");
@@ -316,7 +316,7 @@ impl TaskScope<'_> {
         }
     }
 
-    /// The centre of mass, which is constant where no link with a mass moves.
+    /// Centre of mass; constant if no link with a mass moves.
     fn center_of_mass(&mut self, graph: &mut Graph, span: Span) -> Result<Typed, Box<Diagnostic>> {
         let model = &self.robot.model;
         if model.links.iter().all(|l| l.mass == 0.0) {

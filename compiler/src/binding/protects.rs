@@ -1,4 +1,4 @@
-//! Parameters that name another task or a safety field, and how the target of that task may leave its path.
+//! Parameters that name another task or a safety field, and the permitted deviations of that task's target.
 
 use std::collections::BTreeMap;
 
@@ -15,12 +15,12 @@ use crate::expr::{Axes, Frame};
 use crate::forms::{block_of, target, text_of, unknown_key, written};
 
 impl Binder<'_> {
-    /// The index of a declared task that pulls towards a target.
+    /// Index of a declared task that has a target.
     pub(super) fn task_named(&mut self, owner: Owner, value: &Value, info: &ParamInfo) -> Option<usize> {
         let Some(name) = text_of(value) else {
             return self.wrong(value, info, "the name of a declared task");
         };
-        // A task of another file may have another name in the program.
+        // A task of another file may have a different name in the program.
         let program = match &value.kind {
             ValueKind::Name(name) => target(name),
             _ => name,
@@ -48,7 +48,7 @@ impl Binder<'_> {
         None
     }
 
-    /// The index of a declared safety field.
+    /// Index of a declared safety field.
     pub(super) fn field_named(&mut self, value: &Value, info: &ParamInfo) -> Option<usize> {
         let Some(said) = text_of(value) else {
             return self.wrong(value, info, "the name of a declared safety field");
@@ -65,7 +65,7 @@ impl Binder<'_> {
             return Some(found);
         }
         if self.params.fields.contains(name) {
-            // It could not be bound, and that was said.
+            // Its binding failed, and that was reported.
             return None;
         }
         let d = Diagnostic::error("HQ0201", value.span, format!("there is no safety field `{}`", written(said)));
@@ -78,10 +78,10 @@ impl Binder<'_> {
         None
     }
 
-    /// How parameters of another task may deviate, under the names and in the groups that they have there.
+    /// Permitted deviations of another task's parameters, with the names and groups that they have in that task.
     pub(super) fn deviations(&mut self, owner: Owner, value: &Value, of: Option<usize>) -> Option<BoundParams> {
         let block = block_of(value, "`deviate`", self.diagnostics)?;
-        // A task that is none was reported.
+        // An unknown task was reported.
         let (name, definition) = self.tasks.get(of?)?.clone();
         let kind = stdlib_tasks::find(&definition.kind.value)?;
         let axes = of.and_then(|of| self.bound_axes.get(&of)).cloned().unwrap_or_default();
@@ -121,7 +121,7 @@ impl Binder<'_> {
                     let prefix = format!("{}deviate.{path}.", owner.prefix);
                     let owner = Owner { prefix: &prefix, ..owner };
                     let what = format!("deviation `{path}`");
-                    // It leads along the axes of the parameter, which are those of a link or the world's.
+                    // A deviation is expressed in the axes of its parameter: those of a link, or the world's.
                     self.deviating = axes.get(path.as_str()).map_or(Frame::World, |a| a.to.clone());
                     let bound = block_of(&e.value, &format!("`{path}`"), self.diagnostics)
                         .and_then(|b| self.group(owner, if turns { TURN } else { PATH }, b, &what, e.key.span));
@@ -161,7 +161,7 @@ impl Binder<'_> {
     }
 }
 
-/// Whether a parameter may deviate, or something in it.
+/// True if a parameter, or a member of it, may deviate.
 fn may(info: &ParamInfo) -> bool {
     match info.ty {
         ParamType::Vector(_) | ParamType::Rotation => true,

@@ -1,4 +1,4 @@
-//! What names and `initial(..)` mean inside the parameters of a task.
+//! Scope of a task's parameters: the meaning of names and of `initial(..)` in them.
 
 use std::collections::BTreeMap;
 
@@ -12,41 +12,41 @@ use crate::expr::constants::Params;
 use crate::expr::{Axes, Frame, Graph, Kind, Meaning, Now, Scope, Start, Typed};
 use crate::robot_binding::BoundRobot;
 
-/// The scope of a task's parameters: declared parameters, and what `initial(..)` can capture.
+/// Scope of a task's parameters: declared parameters, and the values that `initial(..)` can capture.
 pub(crate) struct TaskScope<'s> {
     pub robot: &'s BoundRobot,
     pub params: &'s mut Params,
     pub table: &'s mut Table,
-    /// The task; none for a named expression that all tasks may use.
+    /// The task; `None` for a named expression that all tasks may use.
     pub(super) owner: Option<Owner<'s>>,
     pub moving: bool,
-    /// Whether what the robot does now may stand in it.
+    /// True if the expression may depend on the robot's current state.
     pub state: bool,
-    /// The whole value of the parameter, where it stands in one.
+    /// Span of the parameter's whole value, inside a parameter.
     pub whole: Option<Span>,
-    /// Inside `initial(..)`.
+    /// True inside `initial(..)`.
     pub capturing: bool,
-    /// Whether something that the robot does now was named.
+    /// True if a part of the robot's current state was named.
     pub asked: bool,
-    /// Kind and dimension of parameters that were bound before and are expressions.
+    /// Kind and dimension of the parameters bound before that are expressions.
     pub forms: &'s BTreeMap<&'static str, (Kind, Dimension)>,
-    /// The axes of the task's own values that are known.
+    /// Known axes of the task's own values.
     pub axes: &'s BTreeMap<&'static str, Axes>,
-    /// In a condition of a machine, the numbers of what it measures.
+    /// Adds a measure of the motion, in a condition of a machine.
     pub numbers: Option<&'s mut Numbers<'s>>,
 }
 
-/// What is known of a task from its parameters that are bound.
+/// Properties of a task that follow from its bound parameters.
 #[derive(Clone, Copy)]
 pub(crate) struct Known<'s> {
-    /// Kind and dimension of those that are expressions.
+    /// Kind and dimension of the parameters that are expressions.
     pub forms: &'s BTreeMap<&'static str, (Kind, Dimension)>,
-    /// The axes of the task's own values.
+    /// Axes of the task's own values.
     pub axes: &'s BTreeMap<&'static str, Axes>,
 }
 
 impl<'s> TaskScope<'s> {
-    /// That of an expression that belongs to no task: of what the robot does now, and of time.
+    /// Scope of an expression that belongs to no task: of the robot's current state, and of time.
     pub fn free(
         robot: &'s BoundRobot,
         params: &'s mut Params,

@@ -1,5 +1,5 @@
-//! Where the trajectory of a task's parameter begins: what is written behind `from`, as it is when the stack is entered, or
-//! the value that the task itself has then, as it moves.
+//! Start of a parameter's trajectory: the value after `from` when the stack is entered, or the task's own value at that
+//! moment, with its rate of change.
 
 use dsl::tree::Value;
 use dsl::{Diagnostic, Span};
@@ -42,7 +42,7 @@ impl TaskScope<'_> {
             axes: self.axes,
             numbers: None,
         };
-        // Mistakes in it are said where it is lowered for good.
+        // Kept back: if it depends on the robot's state, `captured` lowers it again and reports the same mistakes.
         let mut found = Vec::new();
         let typed = Lowering { graph, scope: &mut inside, diagnostics: &mut found }.value(from);
         match typed {
@@ -60,11 +60,11 @@ impl TaskScope<'_> {
         }
     }
 
-    /// The value of the task itself, and how fast it moves.
+    /// Start from the task's own value and its rate of change.
     fn own_start(&mut self, graph: &mut Graph, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Start> {
         let known = self.owner.filter(|_| self.whole == Some(span)).and_then(|owner| {
             let own = format!("{}{}", owner.prefix, owner.param);
-            // What is tracked goes to its target.
+            // A tracked value moves to its target.
             let all = [own.as_str(), "value"].into_iter();
             all.filter(|name| *name != "value" || own == "target")
                 .find_map(|name| owner.kind.actuals.iter().find(|a| a.name == name))

@@ -1,4 +1,4 @@
-//! The table of values while it is laid out: the places of parameters, and what is captured.
+//! Table of values during layout: the places of parameters, and the captures.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use runtime::program::{Capture, CaptureSource, ValueRange};
 use stdlib_tasks::bound::Slot;
 use stdlib_tasks::expression::{Expression, Leaf};
 
-/// The table of values while it is being laid out: for each place the node that gives it.
+/// Table of values during layout, with the node that computes each place.
 #[derive(Debug, Default)]
 pub struct Table {
     /// Node of each place.
@@ -15,13 +15,13 @@ pub struct Table {
     pub captures: Vec<Capture>,
     /// Number of captured values.
     pub inputs: usize,
-    /// What the robot does now, each with the first of its numbers.
+    /// Leaves of the robot's current state, each with the index of its first number.
     pub leaves: Vec<(usize, Leaf)>,
-    /// The first number of each, by its text.
+    /// Index of the first number of each leaf, by the leaf's text.
     known: BTreeMap<String, usize>,
     /// The first input of each captured expression, by its nodes.
     expressions: BTreeMap<Vec<usize>, usize>,
-    /// Ranges of places that move, for the controller to watch.
+    /// Ranges of places that move; the controller checks them at run time.
     pub ranges: Vec<ValueRange>,
 }
 
@@ -32,7 +32,7 @@ impl Table {
         Slot { at, len: nodes.len() }
     }
 
-    /// Captures a value of a task once, however often it is named; gives the first input.
+    /// Captures a value of a task, once for all uses; returns the first input.
     pub(super) fn capture(&mut self, source: CaptureSource, len: usize) -> usize {
         if let Some(c) = self.captures.iter().find(|c| c.source == source) {
             return c.at;
@@ -43,7 +43,7 @@ impl Table {
         at
     }
 
-    /// Captures an expression once, however often it is written; gives the first input. `nodes` are those of its value.
+    /// Captures an expression, once for all uses; returns the first input. `nodes` are the nodes of its value.
     pub(super) fn capture_nodes(&mut self, nodes: &[usize], expression: Expression) -> usize {
         if let Some(&at) = self.expressions.get(nodes) {
             return at;
@@ -55,12 +55,12 @@ impl Table {
         at
     }
 
-    /// The node that captured value `k` is taken from, where it is an expression.
+    /// Node from which captured value `k` is taken, if the capture is an expression.
     pub fn captured(&self, k: usize) -> Option<usize> {
         self.expressions.iter().find_map(|(nodes, &at)| nodes.get(k.checked_sub(at)?).copied())
     }
 
-    /// Gives a leaf its numbers once, however often it is named; gives the first.
+    /// Reserves the numbers of a leaf, once for all uses; returns the first.
     pub(crate) fn leaf(&mut self, leaf: Leaf) -> usize {
         let key = format!("{leaf:?}");
         if let Some(&at) = self.known.get(&key) {
@@ -72,7 +72,7 @@ impl Table {
         at
     }
 
-    /// The leaf that number `k` of the state belongs to, with its first number.
+    /// Leaf that contains number `k` of the state, with the index of its first number.
     pub fn leaf_of(&self, k: usize) -> Option<(usize, &Leaf)> {
         let i = self.leaves.partition_point(|(at, _)| *at <= k).checked_sub(1)?;
         self.leaves.get(i).map(|(at, l)| (*at, l))

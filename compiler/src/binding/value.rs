@@ -1,4 +1,4 @@
-//! One parameter that is a number, a vector, an orientation, or several of them.
+//! Parameters that are numbers, vectors or orientations, or several of these.
 
 use dsl::Diagnostic;
 use dsl::tree::{Value, ValueKind};
@@ -17,7 +17,7 @@ use crate::forms::unknown_key;
 use crate::units;
 
 impl Binder<'_> {
-    /// A typed value; `moving` where it may move with time, `state` where the robot's present state may stand in it.
+    /// Types a value. `moving` permits dependence on time, `state` dependence on the robot's current state.
     pub(super) fn typed(&mut self, owner: Owner, value: &Value, moving: bool, state: bool) -> Option<Typed> {
         let (robot, forms, axes) = (self.robot, &self.forms, &self.axes);
         let kind = owner.kind;
@@ -37,7 +37,7 @@ impl Binder<'_> {
         };
         let typed =
             Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics }.value(value).ok()?;
-        // A named expression of what the robot does is good in itself, and has no place here.
+        // A named expression of the robot's state is valid by itself, so only this check rejects it here.
         if !state && typed.nodes.iter().any(|&n| self.graph.is_state(n)) {
             self.diagnostics.push(present::misplaced(Some(kind), value.span));
             return None;
@@ -45,7 +45,7 @@ impl Binder<'_> {
         Some(typed)
     }
 
-    /// A typed value of a kind and dimension, placed in the table.
+    /// Types a value of a given kind and dimension, and stores it in the table.
     pub(super) fn value(
         &mut self,
         owner: Owner,
@@ -58,7 +58,7 @@ impl Binder<'_> {
         self.value_in(owner, value, (wanted, quantity), &axes, what)
     }
 
-    /// The same for a value that is wanted in given axes.
+    /// As [`Self::value`], with the axes that the value must have.
     fn value_in(
         &mut self,
         owner: Owner,
@@ -79,7 +79,7 @@ impl Binder<'_> {
         self.placed(owner, value, &typed, (wanted, quantity), what)
     }
 
-    /// Whether a value is expressed in the axes that are wanted. `state` where the robot's present state may stand in it.
+    /// Rejects a value that is not expressed in `axes`. `state` permits dependence on the robot's current state.
     pub(super) fn expressed(&mut self, typed: &Typed, axes: &Frame, state: bool, what: &str) -> Option<()> {
         let model = &self.robot.model;
         let still = |f: &Frame| match f {
@@ -92,7 +92,7 @@ impl Binder<'_> {
         good.then_some(())
     }
 
-    /// Whether a typed value is of a kind and dimension.
+    /// Rejects a typed value of a different kind or dimension.
     pub(super) fn suited(&mut self, typed: &Typed, value: &Value, wanted: (Kind, Dimension), what: &str) -> Option<()> {
         if typed.kind != wanted.0 {
             let (is, needed) = (typed.kind.describe(), wanted.0.describe());
@@ -121,7 +121,7 @@ impl Binder<'_> {
         Some(())
     }
 
-    /// A typed value that depends on time alone, placed in the table.
+    /// Stores a typed value that depends on time alone in the table, and checks its kind, dimension and range.
     pub(super) fn placed(
         &mut self,
         owner: Owner,
@@ -162,7 +162,8 @@ impl Binder<'_> {
                         );
                         return None;
                     }
-                    // Said here, beside all other mistakes of the file; defaults are judged with the finished program.
+                    // Reported here, together with the other mistakes of the file; `checks` judges defaults later, in
+                    // the finished program.
                     let (period, rate) = (self.robot.period, self.robot.rate_span);
                     if gain && written && overshoots(x, period) {
                         self.diagnostics.push(gain::overshoot(value.span, x, (period, rate), owner.kind.nature));
@@ -178,7 +179,7 @@ impl Binder<'_> {
                 }
                 None => {
                     let q = quantity.unwrap_or(Quantity::any(wanted.1));
-                    // A gain that moves is held to what HQ0501 asks of one that does not: gain times period at most 1.
+                    // A moving gain obeys the bound that HQ0501 sets for a constant one: gain times period <= 1.
                     let max = if gain { q.max.min(1.0 / self.robot.period) } else { q.max };
                     let finite = |x: f64| x.is_finite().then_some(x);
                     let (at, min, max) = (slot.at + i, finite(q.min), finite(max));
@@ -189,7 +190,7 @@ impl Binder<'_> {
         Some(slot)
     }
 
-    /// One number for three axes, or a vector with one for each.
+    /// One number for all three axes, or a vector with a number for each.
     pub(super) fn per_axis(&mut self, owner: Owner, value: &Value, q: Quantity, what: &str) -> Option<Slot> {
         let mut typed = self.typed(owner, value, !q.constant, false)?;
         if let (Kind::Scalar, [one]) = (typed.kind, typed.nodes.as_slice()) {
@@ -281,7 +282,7 @@ impl Binder<'_> {
     }
 }
 
-/// ` m` behind a number, ` /s`, nothing for a bare one.
+/// Unit to write after a number, with a space: ` m`, ` /s`; empty for a bare number.
 fn suffix(dimension: Dimension) -> String {
     let unit = units::written(dimension);
     if unit.is_empty() { unit } else { format!(" {unit}") }

@@ -1,9 +1,10 @@
-//! Finds stacks whose tasks move joints while no level above bounds the accelerations of these joints.
+//! Finds stacks whose tasks move joints without a limit of their accelerations on a higher level.
 //!
-//! The reference takes the velocity `v` that the hierarchy returns at each tick. Without rows `|v - v_last| <= a_max T` a target
-//! that jumps, a limit that becomes active or a level that loses its freedom changes `v` from one tick to the next by up to
-//! twice the speed limit. Limits of accelerations count on hard levels, and on soft levels above the first target. There a
-//! soft level yields to hard limits alone; beside limits of distances it has to (mathematics, limits).
+//! The reference takes the velocity `v` that the hierarchy returns at each tick. Without rows
+//! `|v - v_last| <= a_max T`, a target that jumps, a limit that becomes active or a level that loses its freedom
+//! changes `v` from one tick to the next by up to twice the speed limit. Limits of accelerations count on hard levels,
+//! and on soft levels above the first target. There, a soft level yields only to hard limits, and beside limits of
+//! distances it has to be able to yield (mathematics, limits).
 
 use std::collections::BTreeSet;
 
@@ -16,25 +17,25 @@ use stdlib_tasks::task::Nature;
 
 use crate::source_map::SourceMap;
 
-/// Number of configurations beside home that are tried for the joints that a task moves: at one alone the robot may be singular.
+/// Number of configurations, besides home, that determine the moved joints: a single one may be singular.
 const CONFIGURATIONS: usize = 3;
 
-/// The joints that a stack moves, and those whose acceleration it bounds.
+/// Joints that a stack moves, and joints whose acceleration it bounds.
 pub(crate) struct AccelerationBounds {
-    /// The degrees of freedom whose acceleration it bounds.
+    /// Degrees of freedom whose acceleration the stack bounds.
     bounded: BTreeSet<usize>,
-    /// Those that its tasks move and whose acceleration it does not bound.
+    /// Degrees of freedom that its tasks move without a bound of the acceleration.
     unbounded: BTreeSet<usize>,
-    /// Its tasks also move degrees of freedom whose acceleration it bounds.
+    /// True if its tasks also move degrees of freedom whose acceleration it bounds.
     partial: bool,
-    /// The first task that moves the robot, an index into the program.
+    /// Index in the program of the first task that moves the robot.
     moving_task: Option<usize>,
-    /// A limit of accelerations too low in the stack to bound what moves the robot, an index into the program.
+    /// Index in the program of a limit of accelerations that is too low in the stack to bound the moving tasks.
     ineffective: Option<usize>,
 }
 
 impl AccelerationBounds {
-    /// Computes them for the stack of this index, of a program without errors.
+    /// Computes the bounds for the stack `index` of a program without errors.
     pub(crate) fn of(program: &Program, index: usize) -> AccelerationBounds {
         let (stack, model) = (&program.stacks[index], &program.robot.model);
         let members =
@@ -56,7 +57,7 @@ impl AccelerationBounds {
         }
         let free: BTreeSet<usize> = (0..model.nv()).filter(|dof| !stack.locked.contains(dof)).collect();
         let (mut unbounded, mut partial) = (BTreeSet::new(), false);
-        // Without a target the robot stands, and at most gives way.
+        // Without a target the robot stands still, and at most yields to limits.
         if !movers.is_empty() && first < usize::MAX && !free.is_subset(&bounded) {
             let moved: BTreeSet<usize> = moved_dofs(program, index, &movers).intersection(&free).copied().collect();
             unbounded = moved.difference(&bounded).copied().collect();
@@ -80,8 +81,7 @@ fn nature(program: &Program, task: usize) -> Option<Nature> {
     stdlib_tasks::find(&program.tasks[task].kind).map(|kind| kind.nature)
 }
 
-/// Returns true for a task that moves the robot of itself: a target that is not where its stack was entered, or a limit that
-/// moves.
+/// Returns true if a task moves the robot by itself: a target that differs from the state at entry, or a moving limit.
 fn moves(program: &Program, origins: &Origins, index: usize) -> bool {
     let task = &program.tasks[index];
     let (mut changes, mut captured) = (false, true);
@@ -93,24 +93,24 @@ fn moves(program: &Program, origins: &Origins, index: usize) -> bool {
     }
     match nature(program, index) {
         Some(Nature::Target) => changes || !(captured || stops(program, task)),
-        // It bounds how fast the robot comes, and is met at rest.
+        // `speed_separation` bounds how fast the robot approaches, so a robot at rest meets it.
         Some(Nature::Limit) => changes && task.kind != "speed_separation",
         None => false,
     }
 }
 
-/// The places of the table of values whose numbers are not constant.
+/// Places of the table of values whose numbers are not constant.
 struct Origins {
-    /// They depend on time, signals or variables.
+    /// Places that depend on time, signals or variables.
     changing: BTreeSet<usize>,
-    /// They were captured when the stack was entered, and stay as they are.
+    /// Places that are captured when the stack is entered, and constant from then on.
     captured: BTreeSet<usize>,
 }
 
 impl Origins {
     fn of(tape: &Tape) -> Origins {
         let mut changes = vec![false; tape.ops.len()];
-        // Operands come before users.
+        // Operands precede their users, so one pass suffices.
         for (i, op) in tape.ops.iter().enumerate() {
             changes[i] = matches!(op, Op::T | Op::Time | Op::State(_) | Op::Signal(_) | Op::Trajectory(_))
                 || op.operands().into_iter().flatten().any(|a| changes[a]);
@@ -124,15 +124,15 @@ impl Origins {
     }
 }
 
-/// Returns true for a target that asks for the constant velocity zero.
+/// Returns true for a target velocity that is the constant zero.
 fn stops(program: &Program, task: &TaskProgram) -> bool {
     let zero = |at: usize| program.values.initial.get(at) == Some(&0.0);
     task.kind == "joint_velocity"
         && task.params.values().flat_map(|b| b.slots()).all(|s| (s.at..s.at + s.len).all(zero))
 }
 
-/// The degrees of freedom that enter the rows of a stack's targets and of its tasks that move; all of them if the rows cannot be
-/// computed.
+/// Returns the degrees of freedom in the rows of a stack's targets and of its moving tasks; all of them if the rows
+/// cannot be computed.
 fn moved_dofs(program: &Program, stack: usize, movers: &[usize]) -> BTreeSet<usize> {
     let model = &program.robot.model;
     let all = || (0..model.nv()).collect();
@@ -149,7 +149,7 @@ fn moved_dofs(program: &Program, stack: usize, movers: &[usize]) -> BTreeSet<usi
     let mut computed = false;
     for q in &configurations {
         evaluator.enter(q, rest.at(Times::default()));
-        // Parts that overlap at a random configuration say nothing of what moves.
+        // Skipped: the rows do not exist if parts overlap at a random configuration.
         if evaluator.update(q, rest.at(Times::default()), &mut problem).is_err() {
             continue;
         }
@@ -165,7 +165,7 @@ fn moved_dofs(program: &Program, stack: usize, movers: &[usize]) -> BTreeSet<usi
     if computed { found } else { all() }
 }
 
-/// Returns the hard level of joint limits of a stack, or else its first hard level; none without one.
+/// Returns the hard level of joint limits of a stack, or else its first hard level; `None` without a hard level.
 fn level_of_limits(stack: &StackProgram, program: &Program) -> Option<usize> {
     let hard = || stack.levels.iter().enumerate().filter(|(_, l)| l.hard);
     let of_joints = |m: &MemberProgram| {
@@ -175,8 +175,8 @@ fn level_of_limits(stack: &StackProgram, program: &Program) -> Option<usize> {
     joints.or_else(|| hard().next()).map(|(k, _)| k)
 }
 
-/// Returns true if a stack keeps distances or other values of the whole robot on hard levels: limits that, unlike those of joints, can
-/// contradict limits of accelerations.
+/// Returns true if a stack keeps distances or other values of the whole robot on hard levels. Unlike limits of joints,
+/// these limits can contradict limits of accelerations.
 fn keeps_distances(stack: &StackProgram, program: &Program) -> bool {
     let members = stack.levels.iter().filter(|l| l.hard).flat_map(|l| &l.members);
     members.map(|m| &program.tasks[m.task]).any(|t| {
@@ -184,7 +184,7 @@ fn keeps_distances(stack: &StackProgram, program: &Program) -> bool {
     })
 }
 
-/// Warns of stacks that move joints whose accelerations they do not bound; once for stacks that share the level of limits.
+/// Warns of stacks that move joints without a bound of the acceleration; once for stacks that share a level of limits.
 pub(crate) fn check(program: &Program, places: &SourceMap, sources: &Sources, diagnostics: &mut Vec<Diagnostic>) {
     let mut found: Vec<Unbounded> = Vec::new();
     for (i, stack) in program.stacks.iter().enumerate() {
@@ -194,7 +194,7 @@ pub(crate) fn check(program: &Program, places: &SourceMap, sources: &Sources, di
         }
         let (name, levels) = &places.stacks[i];
         let at = level_of_limits(stack, program).and_then(|k| levels.get(k)).copied().unwrap_or(*name);
-        // A stack from another one has a copy of its text.
+        // A derived stack has a copy of the original's text, so spans are compared in the original source.
         let written = Span { source: sources.text_of(at.source), ..at };
         match found.iter_mut().find(|f| f.written == written) {
             Some(same) => same.others += 1,
@@ -204,7 +204,7 @@ pub(crate) fn check(program: &Program, places: &SourceMap, sources: &Sources, di
     diagnostics.extend(found.iter().map(|f| warning(program, places, f)));
 }
 
-/// A stack to warn of, and how many others share its level of limits.
+/// A stack to warn of, with the number of other stacks that share its level of limits.
 struct Unbounded {
     written: Span,
     at: Span,

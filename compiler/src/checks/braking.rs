@@ -1,15 +1,17 @@
-//! Limits of positions and walls against limits of accelerations: whether joints can brake as fast as barriers ask for.
+//! Compares the gains of position limits and walls with the limits of accelerations: a joint must brake as fast as the
+//! barrier asks.
 //!
-//! Along a barrier `v = φ h` a joint is `T v` closer after a tick, and brakes with `φ v`. From one end of its range R it
-//! gets, with the acceleration a, to the barrier of the other end at the speed v with
+//! Along a barrier `v = φ h` a joint is `T v` closer after a tick, and brakes with `φ v`. From one end of its range R,
+//! with the acceleration a, it reaches the barrier of the other end at the speed v with
 //!
 //! ```text
 //! v²/(2a) + v/φ = R        v = a (sqrt(1/φ² + 2R/a) - 1/φ)
 //! ```
 //!
-//! or at its speed limit, if that is lower. Both hold together for the joint alone where `a >= φ v`. A wall that many joints
-//! move takes the sum over them, each by how steep the margin can be in it: `sum_j |J_j| (a_j - φ v_j) >= 0`. Its curvature is
-//! left out, so that nothing is said of walls that only their curvature makes impossible. Source: ours.
+//! or at its speed limit, if that is lower. A single joint can satisfy both if `a >= φ v`. For a wall that many joints
+//! move, the condition is summed over the joints, each weighted with the steepest gradient of the margin in it: `sum_j
+//! |J_j| (a_j - φ v_j) >= 0`. The curvature of the wall is neglected, so walls that are impossible only because of
+//! their curvature are not reported. Source: ours.
 
 use std::collections::BTreeSet;
 
@@ -22,7 +24,7 @@ use stdlib_tasks::dimension::{ACCELERATION, ANGULAR_ACCELERATION, ANGULAR_VELOCI
 use crate::source_map::SourceMap;
 use crate::units::shown;
 
-/// A barrier of a joint: its task, the joint, its gain in 1/s and the width of its range.
+/// Barrier of a joint: its task, the joint, the gain (1/s) and the width of the joint's range.
 struct Barrier {
     task: usize,
     dof: usize,
@@ -30,7 +32,7 @@ struct Barrier {
     range: f64,
 }
 
-/// What a task says of a joint, where it says it and it never changes.
+/// Number that a parameter of a task sets for a joint, if it is set and constant.
 fn said(program: &Program, task: usize, param: &str, dof: usize) -> Option<f64> {
     let Some(Bound::PerJoint(list)) = program.tasks[task].params.get(param) else { return None };
     let at = list.iter().find(|(d, _)| *d == dof)?.1.at;
@@ -38,7 +40,7 @@ fn said(program: &Program, task: usize, param: &str, dof: usize) -> Option<f64> 
     program.values.initial.get(at).copied().filter(|_| !moves)
 }
 
-/// The barriers of a task that keeps joints inside their positions.
+/// Barriers of a task that limits joint positions.
 fn barriers(program: &Program, task: usize, built: &Built) -> Vec<Barrier> {
     let Ok(made) = &built.task else { return Vec::new() };
     let gains = made.gains(&program.values.initial);
@@ -52,43 +54,43 @@ fn barriers(program: &Program, task: usize, built: &Built) -> Vec<Barrier> {
     dofs.into_iter().map(one).collect()
 }
 
-/// The speed that a joint can have along its barrier, with its speed limit and its acceleration.
+/// Maximum speed of a joint along its barrier, from its speed limit and its acceleration.
 fn along(barrier: &Barrier, speed: f64, acceleration: f64) -> f64 {
     let inverse = 1.0 / barrier.gain;
     let reached = acceleration * ((inverse * inverse + 2.0 * barrier.range / acceleration).sqrt() - inverse);
     speed.min(if reached.is_nan() { f64::INFINITY } else { reached })
 }
 
-/// The hard levels of a stack, as far as brakes are concerned.
+/// Hard levels of a stack, as needed to judge braking.
 struct Hard<'p> {
     program: &'p Program,
     locked: &'p [usize],
     members: Vec<(&'p MemberProgram, &'p Built)>,
-    /// Speed limits of all degrees of freedom.
+    /// Speed limit of each degree of freedom.
     speeds: &'p [f64],
-    /// Barriers of the joints' own positions.
+    /// Barriers of the joints' position limits.
     barriers: Vec<Barrier>,
 }
 
 impl<'p> Hard<'p> {
-    /// None where no level is hard.
+    /// Collects the hard members of a stack; `None` without a hard level.
     fn new(program: &'p Program, stack: &'p StackProgram, built: &'p [Built]) -> Option<Self> {
         let all = stack.levels.iter().flat_map(|l| l.members.iter().map(move |m| (l.hard, m)));
         let members: Vec<_> = all.zip(built).filter(|((hard, _), _)| *hard).map(|((_, m), b)| (m, b)).collect();
-        // The last one is told of all hard limits of speeds.
+        // Speed limits accumulate from member to member, so the last member has all of them.
         let speeds = &members.last()?.1.speed;
         let positions = members.iter().filter(|(m, _)| is(program, m, "joint_position_limits"));
         let barriers = positions.flat_map(|(m, built)| barriers(program, m.task, built)).collect();
         Some(Hard { program, locked: &stack.locked, members, speeds, barriers })
     }
 
-    /// The speed that a joint can have at most.
+    /// Maximum speed of a joint.
     fn fastest(&self, dof: usize, acceleration: f64) -> f64 {
         let own = self.barriers.iter().filter(|b| b.dof == dof);
         own.map(|b| along(b, f64::INFINITY, acceleration)).fold(self.speeds[dof], f64::min)
     }
 
-    /// The members that limit accelerations, with their limits.
+    /// Members that limit accelerations, with their limits.
     fn brakes(&self) -> impl Iterator<Item = (&'p MemberProgram, Vec<(usize, f64)>)> + use<'p, '_> {
         let limiting = self.members.iter().filter(|(m, _)| is(self.program, m, "joint_acceleration_limits"));
         limiting.filter_map(|(m, built)| Some((*m, built.task.as_ref().ok()?.acceleration_limits())))
@@ -99,10 +101,10 @@ fn is(program: &Program, member: &MemberProgram, kind: &str) -> bool {
     program.tasks[member.task].kind == kind
 }
 
-/// A joint that cannot brake.
+/// A joint that brakes too slowly.
 struct Weak {
     dof: usize,
-    /// Its acceleration limit, the speed that it can have, and the gain that it brakes with.
+    /// Acceleration limit, maximum speed, and gain of the barrier.
     acceleration: f64,
     speed: f64,
     gain: f64,
@@ -113,7 +115,7 @@ impl Weak {
         self.gain * self.speed
     }
 
-    /// The quantities of its speed and its acceleration.
+    /// Dimensions of the joint's speed and acceleration.
     fn quantities(&self, program: &Program) -> (Dimension, Dimension) {
         match program.robot.model.dofs[self.dof].unit {
             robot::DofUnit::Metre => (VELOCITY, ACCELERATION),
@@ -122,7 +124,7 @@ impl Weak {
     }
 }
 
-/// Warns of joints that hard levels let run faster towards their limits, or towards a wall, than they let them brake.
+/// Warns of joints that may move faster towards their limits or a wall, by the hard levels, than they can brake.
 pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let mut told = BTreeSet::new();
     for stack in &program.stacks {
@@ -143,7 +145,7 @@ pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
     }
 }
 
-/// The first joint that cannot brake before its position limit, with the task of that limit and how many more there are.
+/// First joint that cannot brake before its position limit, with the limit's task and the number of further joints.
 fn before_position_limits(hard: &Hard, limits: &[(usize, f64)]) -> Option<(usize, Weak, usize)> {
     let mut weak = hard.barriers.iter().filter(|b| !hard.locked.contains(&b.dof)).filter_map(|b| {
         let acceleration = limits.iter().find(|(dof, _)| *dof == b.dof)?.1;
@@ -155,7 +157,7 @@ fn before_position_limits(hard: &Hard, limits: &[(usize, f64)]) -> Option<(usize
     Some((task, first, weak.count()))
 }
 
-/// The walls that joints cannot brake before, each with the largest gain for which they could and the joint that lacks most.
+/// Walls before which the joints cannot brake, each with the largest feasible gain and the joint that lacks most.
 fn before_walls(hard: &Hard, limits: &[(usize, f64)]) -> Vec<(usize, f64, Weak)> {
     let mut found: Vec<(usize, f64, Weak)> = Vec::new();
     for (m, built) in &hard.members {
@@ -164,7 +166,8 @@ fn before_walls(hard: &Hard, limits: &[(usize, f64)]) -> Vec<(usize, f64, Weak)>
         let slopes = task.slopes(&hard.program.robot.model);
         for (row, steep) in slopes.iter().enumerate() {
             let Some(&gain) = gains.get(row).or(gains.first()) else { continue };
-            // What brakes can take from the fall of the margin, and what they have to, both by the steepest way down.
+            // Deceleration of the margin that the joints can provide, and that the barrier needs, both along the
+            // steepest descent.
             let (mut can, mut speed_down) = (0.0, 0.0);
             let mut worst: Option<Weak> = None;
             for (dof, &slope) in steep.iter().enumerate().filter(|(dof, s)| **s > 0.0 && !hard.locked.contains(dof)) {
@@ -178,7 +181,7 @@ fn before_walls(hard: &Hard, limits: &[(usize, f64)]) -> Vec<(usize, f64, Weak)>
                     worst = Some(weak);
                 }
             }
-            // Speeds without a limit are told of by another check; joints without brakes of their own stop at once.
+            // Another check reports missing speed limits; a joint without a limit of acceleration stops at once.
             let Some(worst) = worst.filter(|_| can.is_finite() && speed_down.is_finite()) else { continue };
             if can < gain * speed_down * (1.0 - 1e-9) {
                 match found.iter_mut().find(|f| f.0 == m.task) {
@@ -191,7 +194,7 @@ fn before_walls(hard: &Hard, limits: &[(usize, f64)]) -> Vec<(usize, f64, Weak)>
     found
 }
 
-/// The place of a limit of accelerations.
+/// Span of a limit of accelerations.
 fn place(places: &SourceMap, task: usize) -> dsl::Span {
     places.tasks[task].spans.get("max").copied().unwrap_or(places.tasks[task].span)
 }

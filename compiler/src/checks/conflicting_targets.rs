@@ -1,5 +1,5 @@
-//! Targets of a stack that want two frames at one place. Declarations for both sides of a robot that are written once, with
-//! a name that stands for the side, end so where the sign of the side is missing in one of them.
+//! Reports targets of a stack that pull two frames to the same position. A typical cause is a declaration for both
+//! sides of a robot, parametrised by the side, in which the sign of the side is missing.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,7 @@ use stdlib_tasks::bound::Bound;
 
 use crate::source_map::SourceMap;
 
-/// Where a task wants the origin of a frame: the frame, and a place of the world that never changes.
+/// Frame and position of a target, if the position in the world is constant.
 fn target(program: &Program, task: usize) -> Option<(LinkId, [f64; 3])> {
     let t = &program.tasks[task];
     if !matches!(t.kind.as_str(), "frame_position" | "frame_pose") {
@@ -28,7 +28,7 @@ fn target(program: &Program, task: usize) -> Option<(LinkId, [f64; 3])> {
     Some((*link, place.try_into().ok()?))
 }
 
-/// Warns of stacks in which two frames are pulled to one place.
+/// Warns of stacks in which two frames are pulled to the same position.
 pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let mut told = BTreeSet::new();
     for stack in &program.stacks {
@@ -60,7 +60,7 @@ pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
     }
 }
 
-/// True for two frames whose origins are one point.
+/// True if the origins of two frames coincide at all times.
 fn together(program: &Program, a: LinkId, b: LinkId) -> bool {
     let model = &program.robot.model;
     let mut data = Data::new(model);

@@ -1,8 +1,8 @@
-//! Warns of values, targets and limits that jump where a comparison in them turns over.
+//! Warns of values, targets and limits that are discontinuous where a comparison inside them changes its result.
 //!
-//! At the place where `a < b` turns over, `a` equals `b`. With the comparison true, and then false, both ranges of the
-//! whole are looked at there: where they have nothing in common the whole jumps. A turn of the same value on both sides,
-//! as in `if(x > 0, x, -x)`, is none.
+//! A comparison `a < b` changes at `a = b`. There, the range of the whole expression is computed with the comparison
+//! true and with it false. If the two ranges are disjoint, the expression jumps. Expressions that agree at the change,
+//! such as `if(x > 0, x, -x)`, are continuous.
 
 use std::collections::BTreeMap;
 
@@ -15,13 +15,13 @@ use crate::expr::{Interval, Kind, Typed};
 use crate::source_map::SourceMap;
 use crate::units::shown;
 
-/// Most comparisons of one parameter that are looked at.
+/// Maximum number of comparisons examined per parameter.
 const COMPARISONS: usize = 16;
 
-/// Smaller jumps are rounding.
+/// Jumps below this size are attributed to rounding.
 const SLIP: f64 = 1e-6;
 
-/// Warns of every parameter that jumps, once.
+/// Warns of every discontinuous parameter, once.
 pub(crate) fn check(ground: &Ground, program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let mut told: Vec<Span> = Vec::new();
     for i in in_stacks(program) {
@@ -46,7 +46,7 @@ pub(crate) fn check(ground: &Ground, program: &Program, places: &SourceMap, diag
     }
 }
 
-/// How far a value jumps at least.
+/// Lower bound of a jump; `exact` if the jump has this size.
 struct Jump {
     size: f64,
     exact: bool,
@@ -58,7 +58,7 @@ impl Jump {
     }
 }
 
-/// The largest jump of a value that is proven.
+/// Largest proven jump of a value.
 fn jump(ground: &Ground, typed: &Typed) -> Option<Jump> {
     let graph = ground.graph;
     let compares = |n: &usize| matches!(graph.ops()[*n], Op::Less(..) | Op::LessEqual(..));
@@ -70,7 +70,7 @@ fn jump(ground: &Ground, typed: &Typed) -> Option<Jump> {
     let turns = |n: &usize| all.at(*n).low < all.at(*n).high;
     let jumps = comparisons.into_iter().filter(turns).filter_map(|node| {
         let (Op::Less(a, b) | Op::LessEqual(a, b)) = graph.ops()[node] else { return None };
-        // Where the two are equal, each lies in both ranges.
+        // At `a = b` the common value is in the ranges of both.
         let equal = all.at(a).meet(all.at(b));
         let mut pins = BTreeMap::from([(a, equal), (b, equal)]);
         let mut side = |truth: f64| {

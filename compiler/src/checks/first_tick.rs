@@ -1,6 +1,7 @@
-//! A stack at the home configuration: margins, reserves, and the first tick.
+//! Checks of a stack at the home configuration: margins, reserves, and the first tick.
 //!
-//! A stack that is entered elsewhere has no margins yet: only mistakes that do not depend on the place are reported.
+//! A stack that is entered elsewhere has no margins yet, so only mistakes that are independent of the configuration are
+//! reported for it.
 
 use dsl::Diagnostic;
 use runtime::program::{Program, Times};
@@ -17,10 +18,10 @@ use crate::binding::Number;
 use crate::source_map::SourceMap;
 use crate::units::shown;
 
-/// Evaluates a stack at the home configuration, and lets it run for a tick.
+/// Evaluates a stack at the home configuration and simulates its first tick.
 pub(super) fn start(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return };
-    // What signals will say is not known.
+    // The values of signals are unknown at compile time.
     if !evaluator.needs().is_empty() {
         return;
     }
@@ -74,7 +75,7 @@ pub(super) fn start(program: &Program, stack: usize, places: &SourceMap, diagnos
     let (mut outside, mut outside_hard) = (false, false);
     for m in evaluator.members() {
         let rows = m.row_info.iter().zip(&evaluator.margins()[m.margins.clone()]);
-        // Margins of velocities exist only once a velocity was chosen: they are infinite here.
+        // Margins of velocities are infinite here, because no velocity has been chosen yet.
         let bad: Vec<String> = rows
             .filter(|(_, h)| **h < -MARGIN_TOLERANCE)
             .map(|(r, h)| format!("{} by {}", r.name, measured(-h, r.dimension)))
@@ -131,7 +132,7 @@ pub(super) fn start(program: &Program, stack: usize, places: &SourceMap, diagnos
     }
 }
 
-/// Whether a fault at home is one at any place: the numbers behind it depend on nothing but the time in the state.
+/// Returns true if a fault at home occurs at every configuration: its numbers depend only on the time in the state.
 fn anywhere(program: &Program, evaluator: &Evaluator, fault: &Fault) -> bool {
     let certain = |member: usize| {
         let slots = evaluator.members().get(member).map(|m| &m.slots);
@@ -149,8 +150,9 @@ fn anywhere(program: &Program, evaluator: &Evaluator, fault: &Fault) -> bool {
     }
 }
 
-/// Runs a stack of `program` for a tick and reports a hard level that cannot be met; returns whether there is one. `written`
-/// is the stack of the spec that it stands for: itself, or another one of which it has what is certain at any place.
+/// Runs a stack of `program` for one tick and reports a hard level that cannot be met; returns true if there is one.
+/// `written` is the stack of the spec to which the result applies: `stack` itself, or the stack from which
+/// [`entries::anywhere`] derived it.
 fn hard_levels(
     program: &Program,
     stack: usize,
@@ -175,11 +177,11 @@ fn hard_levels(
     true
 }
 
-/// Runs a stack for a tick at home and warns of levels that nothing is left for.
+/// Runs a stack for one tick at home and warns of levels without remaining freedom.
 fn freedom(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let Ok(mut controller) = Controller::for_stack(program, stack) else { return };
     controller.step(&Observation { time: 0.0, q: &program.robot.home });
-    // A hard level that cannot be met here may be met where the stack is entered.
+    // A hard level that is infeasible at home may be feasible at the configuration where the stack is entered.
     if controller.solution().status != Status::Optimal {
         return;
     }
@@ -205,12 +207,12 @@ fn freedom(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mu
         } else {
             "ask less of the levels above, or unlock joints"
         }));
-        // Those below have none either, for the same reason.
+        // The levels below have no freedom for the same reason.
         break;
     }
 }
 
-/// Warns of limits whose reserve is larger than the margin at the start: they push the robot away from the first tick.
+/// Warns of limits whose reserve exceeds the margin at the start: they push the robot away from the first tick on.
 fn reserves(evaluator: &Evaluator, program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     for (i, m) in evaluator.members().iter().enumerate() {
         let kept = evaluator.reserve(i);
@@ -248,13 +250,13 @@ fn reserves(evaluator: &Evaluator, program: &Program, places: &SourceMap, diagno
     }
 }
 
-/// What makes a reserve fit a margin: it grows with the square of the speeds and with the period.
+/// Help that makes the reserve fit the margin. The reserve grows with the square of the speeds and with the period.
 fn smaller_reserve(margin: f64, reserve: f64, period: f64) -> String {
     let share = margin / reserve;
     if share < 1e-3 {
         return "start further away, lower the speed limits, or raise the rate".to_string();
     }
-    // Rounded to the side that suffices.
+    // Rounded so that the advice suffices.
     let slower = (share.sqrt() * 100.0).floor();
     let rate = (1.0 / (period * share)).ceil();
     format!(
@@ -263,17 +265,17 @@ fn smaller_reserve(margin: f64, reserve: f64, period: f64) -> String {
     )
 }
 
-/// A length in mm, to a thousandth.
+/// Formats a length in mm, to a thousandth.
 pub(crate) fn millimetres(x: f64) -> String {
     format!("{} mm", runtime::text::number((x * 1e3 * 1e3).round() / 1e3))
 }
 
-/// A number with its unit, to three digits.
+/// Formats a number with its unit, to three digits.
 fn measured(x: f64, dimension: Dimension) -> String {
     shown(format!("{x:.2e}").parse().unwrap_or(x), dimension)
 }
 
-/// The help for a collision limit between links that one joint connects: they touch wherever the robot stands.
+/// Help for a collision limit between links connected by one joint: they touch at every configuration.
 fn neighbours(program: &Program, member: &Member, rows: impl Iterator<Item = usize>) -> Option<String> {
     if member.kind != "self_collision" {
         return None;

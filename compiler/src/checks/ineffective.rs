@@ -1,5 +1,5 @@
-//! Warnings of what is well formed and cannot do what its writer wants: a frame that nothing moves, a target beyond a
-//! joint's limit, a task that stands twice, weights that drown each other.
+//! Warns of well-formed declarations without the intended effect: a frame that nothing moves, a target beyond a joint's
+//! limit, a duplicate task, weights of too different sizes.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,13 +17,13 @@ use crate::expand::Expanded;
 use crate::source_map::SourceMap;
 use crate::units::{shown, shown_range};
 
-/// Weights of one level may differ by as much; beyond, the lighter task is lost in the rounding of the heavier one.
+/// Maximum ratio of weights in one level; beyond it, the lighter task is lost in the rounding of the heavier one.
 const WEIGHT_RANGE: f64 = 1e6;
 
-/// So many tasks of one type and stack are compared with each other.
+/// Maximum number of tasks of one type and stack that are compared with each other.
 const MOST_COMPARED: usize = 64;
 
-/// What the spec itself shows, given the program that was made of it.
+/// Warnings that follow from the spec, given its compiled program.
 pub(crate) fn spec(expanded: &Expanded, program: &Program, diagnostics: &mut Vec<Diagnostic>) {
     let tasks: BTreeMap<&str, &TaskDefinition> =
         expanded.tasks.iter().map(|t| (t.name.value.as_str(), &t.definition)).collect();
@@ -48,7 +48,7 @@ pub(crate) fn spec(expanded: &Expanded, program: &Program, diagnostics: &mut Vec
     }
 }
 
-/// Tasks of one stack that say exactly the same.
+/// Warns of identical tasks in one stack.
 fn twice(stack: &Stack, tasks: &BTreeMap<&str, &TaskDefinition>, diagnostics: &mut Vec<Diagnostic>) {
     let mut seen: BTreeMap<&str, Vec<(&TaskDefinition, &Member)>> = BTreeMap::new();
     let mut bare: BTreeMap<&str, &Member> = BTreeMap::new();
@@ -62,12 +62,12 @@ fn twice(stack: &Stack, tasks: &BTreeMap<&str, &TaskDefinition>, diagnostics: &m
     };
     for member in stack.levels.iter().flat_map(|l| &l.members) {
         let definition = match &member.task {
-            // Repetitions are written out before.
+            // Repetitions were unrolled before.
             MemberTask::For(_) => continue,
             MemberTask::Inline(d) => d,
             MemberTask::Name(n) => match tasks.get(n.value.as_str()) {
                 Some(d) => *d,
-                // A type by its name alone.
+                // The bare name of a type, without a body.
                 None => {
                     if let Some(first) = bare.insert(&n.value, member) {
                         warn(first, member);
@@ -85,13 +85,13 @@ fn twice(stack: &Stack, tasks: &BTreeMap<&str, &TaskDefinition>, diagnostics: &m
     }
 }
 
-/// What only the finished program shows. Gives the tasks that nothing moves.
+/// Warnings that follow from the finished program only. Returns the tasks that nothing moves.
 pub(crate) fn program(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) -> BTreeSet<usize> {
     targets(program, places, diagnostics);
     (0..program.stacks.len()).flat_map(|stack| unmoved(program, stack, places, diagnostics)).collect()
 }
 
-/// Constant targets of joints that lie beyond the joints' limits.
+/// Warns of constant joint targets beyond the joints' limits.
 fn targets(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let moving = |at: usize| program.values.tape.outputs.iter().any(|o| o.at == at);
     for (task, bound) in program.tasks.iter().zip(&places.tasks) {
@@ -129,8 +129,7 @@ fn targets(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnost
     }
 }
 
-/// Targets whose rows no degree of freedom enters: tried at home and at a few other configurations, since at one alone
-/// the robot may be singular.
+/// Warns of targets whose rows are zero, at home and at a few other configurations, since a single one may be singular.
 fn unmoved(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) -> Vec<usize> {
     let mut told = Vec::new();
     let model = &program.robot.model;
@@ -150,7 +149,7 @@ fn unmoved(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mu
     for q in &configurations {
         evaluator.enter(q, rest.at(Times::default()));
         if evaluator.update(q, rest.at(Times::default()), &mut problem).is_err() {
-            // Parts that overlap elsewhere say nothing of what moves; at home they have been reported.
+            // The rows do not exist if parts overlap; at home, this was reported.
             return told;
         }
         for (i, m) in evaluator.members().iter().enumerate() {
@@ -159,7 +158,7 @@ fn unmoved(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mu
             still[i] &= zero && !m.rows.is_empty() && !evaluator.undefined()[i];
         }
     }
-    // A limit that nothing moves is kept; a target is missed.
+    // A limit that nothing moves stays satisfied; a target is never reached.
     let targets = evaluator.members().iter().zip(&still).filter(|(m, still)| **still && m.nature == Nature::Target);
     for (m, _) in targets {
         told.push(m.program_index);

@@ -1,4 +1,4 @@
-//! Checks that look at the finished program: gains against the period, the start against the limits, freedom left.
+//! Checks of the finished program: gains against the period, start against the limits, remaining freedom.
 
 mod accelerations;
 mod braking;
@@ -31,7 +31,7 @@ use crate::lowering::LoweredController;
 use crate::source_map::SourceMap;
 use crate::units::shown;
 
-/// Checks what was lowered without errors.
+/// Checks a controller that was lowered without errors.
 pub(crate) fn controller(
     lowered: &LoweredController,
     expanded: &Expanded,
@@ -50,7 +50,7 @@ pub(crate) fn controller(
     ineffective::spec(expanded, lowered, diagnostics);
 }
 
-/// Checks the program alone.
+/// Checks the program itself.
 fn program(
     ground: &Ground,
     program: &Program,
@@ -124,14 +124,14 @@ fn place(places: &SourceMap, task: usize, param: &str) -> Span {
     t.spans.get(param).copied().unwrap_or(t.span)
 }
 
-/// Where a number of a task was written; the parameter, or the task's type, where it is a default.
+/// Span of a task's number; for a default, that of the parameter or of the task's type.
 fn number(places: &SourceMap, task: usize, param: &str, is: impl Fn(&Number) -> bool) -> Span {
     let t = &places.tasks[task];
     let written = t.numbers.iter().find(|n| n.written && is(n));
     written.map_or_else(|| place(places, task, param), |n| n.span)
 }
 
-/// The parameter that sets a limit, where only one of them was written.
+/// Span of the parameter that sets a limit, if only one such parameter was written.
 fn limit(places: &SourceMap, task: usize) -> Span {
     let t = &places.tasks[task];
     let written = ["d_min", "min", "max", "lower", "upper"].iter().filter_map(|p| t.spans.get(*p)).collect::<Vec<_>>();
@@ -146,7 +146,7 @@ fn overshoot(gain: f64, values: &[f64], period: f64, places: &SourceMap, task: u
     gain::overshoot(at, gain, (period, places.rate), places.tasks[task].kind.nature)
 }
 
-/// Limits that a task sets beyond those of the robot: its rows then let through what the joint cannot do.
+/// Warns of limits of a task that are wider than the robot's: their rows permit motions that the joint cannot perform.
 fn wider(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let dofs = &program.robot.model.dofs;
     for (i, task) in program.tasks.iter().enumerate() {
@@ -196,7 +196,7 @@ fn cannot_build(e: &BuildError, places: &SourceMap, task: usize) -> Diagnostic {
     }
 }
 
-/// Points at speed limits of the stack that do not count for a wall on this level, because they are soft or stand below.
+/// Labels the speed limits of the stack that do not count for a wall on this level, because they are soft or lower.
 fn loose_speeds(
     mut d: Diagnostic,
     program: &Program,

@@ -1,5 +1,5 @@
-//! Targets and limits that lie outside of all that a value can be: a cosine of 2, a place farther away than the links are
-//! long. Only what is proven is said, see [`crate::analysis::value_ranges`].
+//! Targets and limits outside of the range of their value: a cosine of 2, a place farther away than the links can
+//! reach. Reports proven cases only, see [`crate::analysis::value_ranges`].
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,18 +13,18 @@ use crate::expr::{Graph, Interval, Kind, Typed};
 use crate::source_map::SourceMap;
 use crate::units::{shown, shown_range};
 
-/// What rounding, or a decimal that was left out, can move.
+/// Tolerance for rounding and for decimals that were left out.
 const SLIP: f64 = 1e-6;
 
-/// Numbers of a direction are often written with three decimals.
+/// Tolerance for the length of directions, which are often written with three decimals.
 const LENGTH_SLIP: f64 = 0.01;
 
-/// The tasks of a program that stand in some stack.
+/// Tasks of a program that belong to a stack.
 pub(crate) fn in_stacks(program: &Program) -> BTreeSet<usize> {
     program.stacks.iter().flat_map(|s| &s.levels).flat_map(|l| &l.members).map(|m| m.task).collect()
 }
 
-/// Reports limits of `keep` that no position of the joints meets.
+/// Reports limits of `keep` that no joint positions satisfy.
 pub(crate) fn limits(ground: &Ground, program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     for task in in_stacks(program).into_iter().filter_map(|i| places.tasks.get(i)) {
         let Some(value) = task.operands.get("value") else { continue };
@@ -36,7 +36,7 @@ pub(crate) fn limits(ground: &Ground, program: &Program, places: &SourceMap, dia
     }
 }
 
-/// Warns of targets of `track` that no position of the joints meets, except of tasks of which more has been said.
+/// Warns of targets of `track` that no joint positions reach, except for tasks that already have a warning (`told`).
 pub(crate) fn targets(
     ground: &Ground,
     program: &Program,
@@ -47,12 +47,12 @@ pub(crate) fn targets(
     for task in in_stacks(program).difference(told).filter_map(|&i| places.tasks.get(i)) {
         let operands = task.operands.get("value").zip(task.operands.get("target"));
         let Some((value, goal)) = operands.filter(|(v, _)| v.kind != Kind::Rotation) else { continue };
-        // Of a joint alone it is said by the joint's name.
+        // Another check reports targets of a single joint, by the joint's name.
         if joint(ground, value) && constant(ground.graph, goal).is_some() {
             continue;
         }
         let at = task.spans.get("target").copied().unwrap_or(task.span);
-        // Of what moves to a goal the goal counts.
+        // For a trajectory, the goal is checked.
         let goal = &Typed { nodes: ground.graph.goal(&goal.nodes), ..goal.clone() };
         diagnostics.extend(target(&mut ranges(ground, value, goal), ground.graph, value, goal, at));
     }
@@ -63,7 +63,7 @@ fn ranges<'a>(ground: &'a Ground<'a>, a: &Typed, b: &Typed) -> Ranges<'a> {
     Ranges::new(ground, &roots, &BTreeMap::new())
 }
 
-/// True for a joint and nothing else.
+/// True if the value is a joint's position and nothing else.
 fn joint(ground: &Ground, value: &Typed) -> bool {
     match value.nodes[..] {
         [node] => match ground.graph.ops()[node] {
@@ -74,18 +74,18 @@ fn joint(ground: &Ground, value: &Typed) -> bool {
     }
 }
 
-/// The numbers of a value that depends on nothing.
+/// The numbers of a constant value.
 fn constant(graph: &Graph, value: &Typed) -> Option<Vec<f64>> {
     value.nodes.iter().map(|&n| graph.constant(n)).collect()
 }
 
-/// True where two ranges have nothing in common, by more than rounding.
+/// True if two ranges are disjoint by more than rounding.
 fn apart(a: Interval, b: Interval) -> bool {
     let ends = [a.low, a.high, b.low, b.high].into_iter().filter(|x| x.is_finite());
     a.gap(b) > SLIP * (1.0 + ends.fold(0.0, |s: f64, x| s.max(x.abs())))
 }
 
-/// `x of the value`, or `the value`.
+/// Names a part of the value: `x of this value`, or `this value`.
 fn part(value: &Typed, i: usize) -> String {
     match (value.kind, ["x", "y", "z"].get(i)) {
         (Kind::Vector, Some(name)) => format!("{name} of this value"),
@@ -93,7 +93,7 @@ fn part(value: &Typed, i: usize) -> String {
     }
 }
 
-/// A range in words.
+/// Describes a range.
 fn between(range: Interval, dimension: Dimension) -> String {
     match (range.low.is_finite(), range.high.is_finite()) {
         (true, true) if range.high - range.low <= SLIP * (1.0 + range.size()) => shown(range.low, dimension),

@@ -1,4 +1,4 @@
-//! Safety planners: whether the task that one protects stands where it can be protected, and may deviate as it is told.
+//! Checks of safety planners: the position of the protected task in the stack, and its deviations.
 
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, StackProgram};
@@ -11,7 +11,7 @@ use stdlib_tasks::kinds::safety_planner::DeviationParams;
 use crate::source_map::SourceMap;
 use crate::units::shown;
 
-/// The task that a planner protects; none for other tasks.
+/// The task that a planner protects; `None` for other tasks.
 fn protected(program: &Program, task: usize) -> Option<usize> {
     let t = program.tasks.get(task).filter(|t| t.kind == "safety_planner")?;
     match t.params.get("task") {
@@ -24,7 +24,7 @@ fn level_of(stack: &StackProgram, task: usize) -> Option<usize> {
     stack.levels.iter().position(|l| l.members.iter().any(|m| m.task == task))
 }
 
-/// The parameters of the protected task that deviate, with their paths.
+/// Collects the parameters of the protected task that deviate, with their paths.
 fn deviating(target: &BoundParams, deviate: &BoundParams, path: &str, out: &mut Vec<(String, Slot)>) {
     for (name, bound) in deviate {
         let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
@@ -91,7 +91,7 @@ fn place(places: &SourceMap, task: usize, param: &str) -> Span {
     places.tasks.get(task).map_or_else(Span::default, |t| t.spans.get(param).copied().unwrap_or(t.span))
 }
 
-/// Reports a threshold that does not move and lies beyond what the field's distance ends at.
+/// Reports a constant threshold beyond the range in which the field's distance saturates.
 fn out_of_reach(program: &Program, guard: usize, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let params = &program.tasks[guard].params;
     let (Some(Bound::Field(field)), Some(Bound::Value(min))) = (params.get("field"), params.get("min")) else { return };

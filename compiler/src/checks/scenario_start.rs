@@ -1,5 +1,4 @@
-//! Where scenarios start: whether the robot then stands inside the hard limits of the first stack, with people where they
-//! truly are.
+//! Warns of scenarios whose start violates the hard limits of the first stack, with people at their true positions.
 
 use dsl::{Diagnostic, Span};
 use runtime::program::{Op, Program, ScenarioProgram, Subject, Times};
@@ -14,13 +13,13 @@ use stdlib_tasks::expression::Leaf;
 use super::entries;
 use crate::units::shown;
 
-/// Poses that are looked at for the best value of a safety field.
+/// Number of poses searched for the best value of a safety field.
 const POSES: usize = 400;
 
-/// How far a base is looked for at most, in m.
+/// Maximum distance (m) to which a better base position is searched.
 const FARTHEST: f64 = 5.0;
 
-/// Warns of scenarios that start outside. `places` has the place of each: of its start, or of its name.
+/// Warns of scenarios that start outside of the limits. `places` has the span of each start, or of the scenario's name.
 pub(crate) fn check(program: &Program, places: &[Span], diagnostics: &mut Vec<Diagnostic>) {
     for (scenario, at) in program.scenarios.iter().zip(places) {
         let Some(start) = Start::new(program, scenario) else { continue };
@@ -29,7 +28,7 @@ pub(crate) fn check(program: &Program, places: &[Span], diagnostics: &mut Vec<Di
     }
 }
 
-/// The stack that runs first.
+/// The first stack of a scenario.
 fn first_stack(program: &Program, scenario: &ScenarioProgram) -> Option<usize> {
     match scenario.run.subject {
         Subject::Stack(stack) => Some(stack),
@@ -37,7 +36,7 @@ fn first_stack(program: &Program, scenario: &ScenarioProgram) -> Option<usize> {
     }
 }
 
-/// The first stack of a scenario at its start, people where they truly are.
+/// The first stack of a scenario, evaluated at the start with people at their true positions.
 struct Start {
     stack: usize,
     evaluator: Evaluator,
@@ -56,9 +55,9 @@ struct Kept {
     source: Source,
 }
 
-/// Where the value of a kept field is read.
+/// Source of the value of a kept field.
 enum Source {
-    /// The margin of a `keep`.
+    /// The margin of a `keep`, by its index.
     Row(usize),
     /// A safety planner, by its index in the program.
     Planner(usize),
@@ -69,7 +68,7 @@ impl Start {
         let stack = first_stack(program, scenario)?;
         let (evaluator, problem) = Evaluator::new(program, stack).ok()?;
         let moved = scenario.start != program.robot.home;
-        // Home was looked at already for stacks that are entered there, as far as nobody has to be asked.
+        // Home was already checked for stacks that are entered there, unless they need signals of people.
         if !moved && evaluator.needs().is_empty() && entries::at_home(program, stack) {
             return None;
         }
@@ -86,12 +85,12 @@ impl Start {
         Some(start)
     }
 
-    /// Takes a pose; none where some task has no value there.
+    /// Evaluates the stack at a configuration; `None` if a task has no value there.
     fn at(&mut self, q: &[f64]) -> Option<()> {
         self.evaluator.update(q, moment(&self.signals, &self.velocity), &mut self.problem).ok().map(drop)
     }
 
-    /// What a member of the stack keeps of a safety field; none where it does not, or where its minimum moves.
+    /// The safety field that a member of the stack keeps above a constant minimum; `None` for other members.
     fn kept(&self, program: &Program, member: &Member) -> Option<Kept> {
         let task = program.tasks.get(member.program_index)?;
         let Some(Bound::Value(min)) = task.params.get("min") else { return None };
@@ -111,7 +110,7 @@ impl Start {
         Some(Kept { task: task.name.clone(), field: field.name.clone(), dimension: field.dimension, min, source })
     }
 
-    /// What the field has at the pose that was taken last.
+    /// Value of the field at the last evaluated configuration.
     fn value(&self, kept: &Kept) -> Option<f64> {
         let value = match kept.source {
             Source::Row(row) => kept.min + self.evaluator.margins().get(row)?,
@@ -120,8 +119,8 @@ impl Start {
         value.is_finite().then_some(value)
     }
 
-    /// By how much, along x and y and altogether in m, the base would have to start farther away from people for the field to
-    /// be at its minimum: the way on which it rises fastest at the start, to the next centimetre. None within [`FARTHEST`].
+    /// Searches the smallest displacement of the base with which the field reaches its minimum: a vector (x, y) and its
+    /// length (m). The search follows the field's gradient at the start in steps of 1 cm; `None` beyond [`FARTHEST`].
     fn farther(&mut self, scenario: &ScenarioProgram, kept: &Kept) -> Option<([f64; 2], f64)> {
         let mut at = |[x, y]: [f64; 2]| {
             let mut q = scenario.start.clone();
@@ -143,7 +142,7 @@ impl Start {
         Some((way(enough), enough as f64 / 100.0))
     }
 
-    /// Warns of a safety field that is below its minimum, with the best that some poses give.
+    /// Warns of a safety field below its minimum, with the best value among the sampled poses.
     fn fields(&self, program: &Program, scenario: &ScenarioProgram, at: Span) -> Option<Diagnostic> {
         let below = |m: &Member| {
             let kept = self.kept(program, m)?;
@@ -162,7 +161,7 @@ impl Start {
         );
         let d = Diagnostic::warning("HQ0807", at, text);
         let model = &program.robot.model;
-        // A base that moves can be anywhere: it is left where it starts.
+        // A mobile base could go anywhere, so it stays at its start in this search.
         let base = model.base.nq();
         let mut search = Start::new(program, scenario)?;
         let mut rng = splitmix();
@@ -193,7 +192,7 @@ fn moment<'a>(signals: &'a [f64], velocity: &'a [f64]) -> Moment<'a> {
     Moment { times: Times::default(), signals, velocity, stack_velocity: velocity }
 }
 
-/// A repeatable generator of numbers in 0..1.
+/// Deterministic generator of random numbers between 0 and 1.
 fn splitmix() -> impl FnMut() -> f64 {
     let mut state = 0_u64;
     move || {

@@ -1,4 +1,4 @@
-//! Bounds on the size of a spec: beyond them it is refused before anything is looked up, so that no text takes long.
+//! Bounds on the size of a spec. A larger spec is rejected before names are resolved, so that no text takes long.
 
 use dsl::tree::{ItemKind, Machine, Spec, Stack, StateBody};
 use dsl::{Diagnostic, Span};
@@ -8,17 +8,17 @@ use stdlib_tasks::bound::Bound;
 use crate::expand::Expanded;
 use crate::source_map::SourceMap;
 
-/// Most declarations of a spec.
+/// Maximum number of declarations in a spec.
 const MAX_DECLARATIONS: usize = 5_000;
-/// Most stacks of a spec.
+/// Maximum number of stacks in a spec.
 const MAX_STACKS: usize = 200;
-/// Most tasks on the levels of all stacks together.
+/// Maximum number of tasks on the levels of all stacks.
 const MAX_MEMBERS: usize = 5_000;
-/// Most states of all machines together.
+/// Maximum number of states of all machines.
 const MAX_STATES: usize = 5_000;
-/// Most transitions and actions of all states together.
+/// Maximum number of transitions and actions of all states.
 const MAX_TRANSITIONS: usize = 10_000;
-/// Most rows of a stack, and most pairs of parts that a collision limit compares.
+/// Maximum number of rows of a stack, and of pairs of parts that a collision limit compares.
 const MAX_ROWS: usize = 2_000;
 
 fn too_many(span: Span, what: &str, most: usize) -> Diagnostic {
@@ -27,7 +27,7 @@ fn too_many(span: Span, what: &str, most: usize) -> Diagnostic {
         .help("split the spec, or generate it closer to what the robot needs")
 }
 
-/// The diagnostic for a spec with too many declarations.
+/// Diagnostic for a spec with too many parts, before expansion.
 pub(crate) fn spec(spec: &Spec) -> Option<Diagnostic> {
     if let Some(item) = spec.items.get(MAX_DECLARATIONS) {
         return Some(too_many(item.span, "declarations", MAX_DECLARATIONS));
@@ -40,7 +40,7 @@ pub(crate) fn spec(spec: &Spec) -> Option<Diagnostic> {
     machines(spec.items.iter().filter_map(|item| if let ItemKind::Machine(m) = &item.kind { Some(m) } else { None }))
 }
 
-/// The first of some with which they have more than `most` parts together.
+/// Returns the first item at which the total number of parts exceeds `most`.
 fn past<T>(all: impl IntoIterator<Item = T>, parts: impl Fn(&T) -> usize, most: usize) -> Option<T> {
     let mut count = 0;
     all.into_iter().find(|one| {
@@ -49,9 +49,9 @@ fn past<T>(all: impl IntoIterator<Item = T>, parts: impl Fn(&T) -> usize, most: 
     })
 }
 
-/// The diagnostic for machines with too many parts.
+/// Diagnostic for machines with too many parts.
 fn machines<'m>(machines: impl IntoIterator<Item = &'m Machine>) -> Option<Diagnostic> {
-    // What stands in a machine, and then in its states, as they are written.
+    // Bodies of the machines, each followed by the bodies of its states, in source order.
     let mut bodies: Vec<(Span, &StateBody)> = Vec::new();
     let mut open: Vec<(Span, &StateBody)> = machines.into_iter().map(|m| (m.name.span, &m.body)).collect();
     open.reverse();
@@ -66,7 +66,7 @@ fn machines<'m>(machines: impl IntoIterator<Item = &'m Machine>) -> Option<Diagn
     Some(too_many(at, "transitions and actions", MAX_TRANSITIONS))
 }
 
-/// The diagnostic for stacks with too many parts, once what stands for several is written out.
+/// Diagnostic for stacks with too many parts, after expansion.
 fn stacks(stacks: &[Stack]) -> Option<Diagnostic> {
     if let Some(stack) = stacks.get(MAX_STACKS) {
         return Some(too_many(stack.name.span, "stacks", MAX_STACKS));
@@ -79,12 +79,12 @@ fn stacks(stacks: &[Stack]) -> Option<Diagnostic> {
     Some(too_many(member.span, "tasks on its levels", MAX_MEMBERS))
 }
 
-/// The diagnostic for a spec with too many parts, once what stands for several is written out.
+/// Diagnostic for a spec with too many parts, after expansion.
 pub(crate) fn expanded(expanded: &Expanded) -> Option<Diagnostic> {
     stacks(&expanded.stacks).or_else(|| machines(&expanded.machines))
 }
 
-/// The diagnostic for a task of a stack that compares too many pairs: such a task is not even built.
+/// Diagnostic for a task that compares too many pairs. Such a task is not even built.
 pub(crate) fn pairs(program: &Program, stack: &StackProgram, places: &SourceMap) -> Option<Diagnostic> {
     let members = stack.levels.iter().flat_map(|l| &l.members);
     let large = members.map(|m| m.task).find(|&t| {
@@ -102,7 +102,7 @@ pub(crate) fn pairs(program: &Program, stack: &StackProgram, places: &SourceMap)
     )
 }
 
-/// The diagnostic for stack `i` with too many rows.
+/// Diagnostic for stack `i` if it has too many rows.
 pub(crate) fn rows(rows: usize, i: usize, places: &SourceMap) -> Option<Diagnostic> {
     let at = places.stacks.get(i)?.0;
     (rows > MAX_ROWS).then(|| {

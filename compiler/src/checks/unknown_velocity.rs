@@ -1,4 +1,4 @@
-//! Limits of people whose velocity nobody knows: they hold for people who stand.
+//! Warns of limits of people with unknown velocity: they hold only for people at rest.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use stdlib_tasks::task::Reckons;
 
 use crate::source_map::SourceMap;
 
-/// Warns of people with `velocity none` that limits and planners reckon with, each of them once.
+/// Warns of people with `velocity none` whose velocity limits and planners use; once for each person.
 pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     for human in &program.interface.humans {
         let signals = || human.points.iter().filter_map(|&s| program.interface.signals.get(s));
@@ -37,8 +37,8 @@ pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
     }
 }
 
-/// How a task reckons with the speed of the points that have these numbers of the table of signals, and the parameter by
-/// which it does; none where it does not.
+/// Returns the parameter with which a task uses the velocity of points, and the kind of use; `None` if it uses none.
+/// `numbers` are the numbers of these points in the table of signals.
 fn reckons<'t>(
     program: &Program,
     task: &'t TaskProgram,

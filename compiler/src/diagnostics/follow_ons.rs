@@ -1,17 +1,17 @@
-//! What only follows from a mistake of form is not told beside it.
+//! Removes diagnostics that only follow from a syntax error.
 //!
-//! The reader goes on behind text that it could not read, and what is missing then is missing for that reason alone:
-//! the stack whose line was not understood, the task that stood in it. Such messages would send the reader of a
-//! report to places where nothing is wrong. They come back with the next check, if they were about more than that.
+//! The parser continues behind text that it cannot read. Declarations that are missing afterwards are missing for that
+//! reason alone: the stack whose line was not understood, the task inside it. Such messages would send the reader to
+//! places where nothing is wrong. Those with another cause return at the next check.
 
 use std::collections::BTreeSet;
 
 use dsl::tree::Spec;
 use dsl::{Diagnostic, Severity, Sources, Span};
 
-/// Removes those diagnostics behind the first `form` ones (of the reader, about form) that follow from them.
-/// A header that is missing or new costs nothing else. That nothing uses a name is not said where a key is unknown, and
-/// so what stands behind it was not read.
+/// Removes the diagnostics that follow from the first `form` ones, which are the parser's syntax errors. A missing or
+/// outdated header has no consequences. Unused names are not reported if a key is unknown, because the block of that
+/// key was not read.
 pub(crate) fn remove(diagnostics: &mut Vec<Diagnostic>, form: usize, spec: &Spec, sources: &Sources) {
     let slip = |d: &Diagnostic| matches!(d.code, "HQ0132" | "HQ0145" | "HQ0205");
     if diagnostics.iter().any(slip) {
@@ -29,16 +29,16 @@ pub(crate) fn remove(diagnostics: &mut Vec<Diagnostic>, form: usize, spec: &Spec
     let inside =
         |outer: Span, inner: Span| outer.source == inner.source && outer.start <= inner.start && inner.end <= outer.end;
     let lost = errors.iter().any(|e| !spec.items.iter().any(|i| inside(i.span, *e)));
-    // A word of text that was not read may be the name or the key that is missing elsewhere.
+    // A word in unread text may be the name or the key that is missing elsewhere.
     let unread: BTreeSet<&str> = spec.unread.iter().flat_map(|s| words(sources.snippet(*s))).collect();
-    // `sin(2 pi t)`: the name of a call whose arguments could not be read stands alone in the tree.
+    // `sin(2 pi t)`: if the arguments of a call cannot be read, its bare name is left in the tree.
     let called = |at: Span| {
         let behind = Span { start: at.end, end: at.end.saturating_add(1), ..at };
         sources.snippet(behind) == "("
     };
     let follows = |d: &Diagnostic| {
         let at = d.primary.span;
-        // A value in which something could not be read.
+        // A value with an unreadable part.
         let broken = !at.is_empty() && errors.iter().any(|e| inside(at, *e));
         let own = spec.items.iter().find(|i| inside(i.span, at));
         let damaged = own.is_some_and(|i| errors.iter().any(|e| inside(i.span, *e)));
@@ -58,12 +58,12 @@ pub(crate) fn remove(diagnostics: &mut Vec<Diagnostic>, form: usize, spec: &Spec
     });
 }
 
-/// The words of a text.
+/// Splits a text into words.
 fn words(text: &str) -> impl Iterator<Item = &str> {
     text.split(|c: char| !(c.is_alphanumeric() || c == '_')).filter(|w| !w.is_empty())
 }
 
-/// What stands between backticks in a message.
+/// Parts of a message between backticks.
 fn quoted(message: &str) -> impl Iterator<Item = &str> {
     message.split('`').skip(1).step_by(2)
 }

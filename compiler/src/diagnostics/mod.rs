@@ -1,4 +1,4 @@
-//! What the compiler says: codes and their pages, "did you mean", the wording for each spelling, the report as text and as JSON.
+//! Diagnostics of the compiler: codes with their pages, wording for each syntax, and the report as text and as JSON.
 
 pub mod codes;
 pub(crate) mod follow_ons;

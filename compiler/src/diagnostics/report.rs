@@ -7,28 +7,28 @@ use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnost
 use serde_json::{Value as Json, json};
 
 use crate::diagnostics::window::Window;
-/// Most uses that are shown with a diagnostic.
+/// Maximum number of uses shown with a diagnostic.
 const USES: usize = 4;
 
-/// Diagnostics with the texts that they point into.
+/// Diagnostics, with the sources that their spans refer to.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
-    /// Errors and warnings in the order of the text.
+    /// Errors and warnings in source order.
     pub diagnostics: Vec<Diagnostic>,
-    /// The texts.
+    /// Sources.
     pub sources: Sources,
 }
 
-/// Most diagnostics of a report; one more says that there were more.
+/// Maximum number of diagnostics in a report; one more reports the number left out.
 pub const MOST_SHOWN: usize = 200;
 
-/// Longer lines are not drawn.
+/// Maximum length of a line that is drawn.
 const LONGEST_LINE: usize = 2_000;
 
-/// Labels as many lines above the place of a message stand in one picture with it.
+/// Labels at most this many lines above the primary place are drawn in the same picture.
 const LINES_ABOVE: usize = 1;
 
-/// How text output looks.
+/// Style of the text output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
     /// Colours and box-drawing characters.
@@ -48,8 +48,8 @@ impl Report {
         self.diagnostics.len() - self.errors()
     }
 
-    /// Brings places inside of instances to the texts themselves, with the uses that led there as labels; sorts
-    /// diagnostics by place, errors of one place first; and drops repetitions, those of several uses among them.
+    /// Maps spans inside instances to the original text, with labels for the uses that led there; sorts diagnostics by
+    /// place, errors first; and removes duplicates, including those from several uses.
     pub fn finish(&mut self) {
         self.settle();
         self.diagnostics.sort_by_key(|d| (d.primary.span.source, d.primary.span.start, d.severity, d.code));
@@ -59,7 +59,7 @@ impl Report {
         }
     }
 
-    /// Keeps as many as anybody reads, errors before warnings, and says how many are left out.
+    /// Keeps the first [`MOST_SHOWN`] diagnostics, errors before warnings, and reports the number left out.
     fn shorten(&mut self) {
         let warnings = MOST_SHOWN.saturating_sub(self.errors());
         let (mut errors, mut kept) = (0, 0);
@@ -85,7 +85,7 @@ impl Report {
         }
     }
 
-    /// See [`Report::finish`].
+    /// Maps spans and merges duplicates, see [`Report::finish`].
     fn settle(&mut self) {
         let mut settled: Vec<(Diagnostic, Vec<Vec<Label>>)> = Vec::new();
         let mut known: BTreeMap<(Span, &'static str, String), Vec<usize>> = BTreeMap::new();
@@ -105,7 +105,7 @@ impl Report {
             let alike = known.entry((d.primary.span, d.code, d.message.clone())).or_default();
             match alike.iter().copied().find(|&i| settled[i].0 == d) {
                 Some(i) => {
-                    // What is wrong with fewer uses is not the fault of one more.
+                    // Keep only minimal sets of uses: a use that was added to a failing set is not the cause.
                     let among = |few: &[Label], many: &[Label]| few.iter().all(|l| many.contains(l));
                     let others = &mut settled[i].1;
                     if !others.iter().any(|o| among(o, &uses)) {
@@ -138,9 +138,9 @@ impl Report {
             .collect();
     }
 
-    /// All diagnostics as text.
+    /// Renders all diagnostics as text.
     ///
-    /// Colours are those of the style alone: in what is quoted, ASCII's SUBSTITUTE stands for each ESCAPE.
+    /// Colours come only from the style: in quoted text, ASCII SUBSTITUTE replaces each ESCAPE.
     pub fn render(&self, style: Style, width: usize) -> String {
         let mut out = String::new();
         for d in &self.diagnostics {
@@ -150,14 +150,14 @@ impl Report {
         out
     }
 
-    /// Whether a label is drawn in the picture of the primary place. A picture runs down its file, so that labels far
-    /// above would open it and push the place that the message speaks of out of sight: they come behind, each by itself.
+    /// Returns true if a label is drawn in the picture of the primary place. A picture starts at its topmost label, so
+    /// a label far above would push the primary place out of sight. Such labels follow in pictures of their own.
     fn beside(&self, primary: Span, label: &Label) -> bool {
         let line = |byte: u32| self.sources.line_column(primary.source, byte).0;
         label.span.source == primary.source && line(label.span.end) + LINES_ABOVE >= line(primary.start)
     }
 
-    /// What and where, then the places in other files and far above, then why, then what to do.
+    /// Renders the message with its place, then labels in other files and far above, then notes, then the help.
     fn render_one(&self, d: &Diagnostic, style: Style, width: usize) -> String {
         let theme = match style {
             Style::Terminal => GraphicalTheme::unicode(),
@@ -188,7 +188,7 @@ impl Report {
         out
     }
 
-    /// A message over the text that it speaks of.
+    /// Renders a message with the source text that it refers to.
     fn snippet(
         &self,
         handler: &GraphicalReportHandler,
@@ -198,7 +198,7 @@ impl Report {
         primary: &Label,
         others: &[&Label],
     ) -> String {
-        // A text of nothing has no line to show; the message names the file.
+        // An empty text has no line to show; the message names the file.
         let source = self.sources.get(primary.span.source).filter(|s| !s.text.trim().is_empty());
         let length = source.map_or(0, |s| s.text.len());
         let label = |l: &Label, new: fn(Option<String>, std::ops::Range<usize>) -> LabeledSpan| {
@@ -206,7 +206,7 @@ impl Report {
             let text = (!l.text.is_empty()).then(|| colourless(&l.text));
             new(text, start..(l.span.end as usize).clamp(start, length))
         };
-        // Parts that are labelled show the whole already; an underline without words would only run through them.
+        // If labelled parts cover the primary span, its underline without a text would only run through them.
         let parts = |l: &&Label| primary.span.start <= l.span.start && l.span.end <= primary.span.end;
         let bare = primary.text.is_empty() && others.iter().any(parts);
         let labels = (!bare && source.is_some())
@@ -229,7 +229,7 @@ impl Report {
         }
         let mut out = String::new();
         if !drawn || handler.render_report(&mut out, report.as_ref()).is_err() {
-            // A place that cannot be drawn, such as one in an empty text or in a line of a mile, is still named.
+            // A place that cannot be drawn, in an empty text or in a very long line, is still named.
             let (line, column) = self.sources.line_column(primary.span.source, primary.span.start);
             let name = colourless(source.map_or("?", |s| s.name.as_str()));
             out = format!("{}\n\n  {message}\n   {name}:{line}:{column}\n", code.unwrap_or(""));
@@ -241,7 +241,7 @@ impl Report {
         out
     }
 
-    /// All diagnostics as data: `{"version":1,"errors":n,"warnings":n,"diagnostics":[..]}`.
+    /// Returns all diagnostics as data: `{"version":1,"errors":n,"warnings":n,"diagnostics":[..]}`.
     pub fn to_json(&self) -> Json {
         let place = |span: Span| {
             let (line, column) = self.sources.line_column(span.source, span.start);
@@ -273,7 +273,7 @@ impl Report {
     }
 }
 
-/// A text short enough to be read; names of a mile are not.
+/// Clips a text to a readable length; names can be extremely long.
 fn clipped(text: &str) -> std::borrow::Cow<'_, str> {
     match text.char_indices().nth(LONGEST_LINE) {
         Some((end, _)) => format!("{}..", &text[..end]).into(),
@@ -281,7 +281,7 @@ fn clipped(text: &str) -> std::borrow::Cow<'_, str> {
     }
 }
 
-/// A text that begins no colour. The substitute has as many bytes, so that places in the text stay where they are.
+/// Replaces ESCAPE, so that a text cannot start a colour. The substitute has the same length, so offsets stay valid.
 pub(crate) fn colourless(text: &str) -> String {
     text.replace('\u{1b}', "\u{1a}")
 }
@@ -293,7 +293,7 @@ fn severity(s: Severity) -> &'static str {
     }
 }
 
-/// Lines of at most `width` characters, broken between words; line breaks of the text stay.
+/// Wraps a text to lines of at most `width` characters; line breaks of the text are kept.
 fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for paragraph in text.lines() {

@@ -1,8 +1,7 @@
-//! Pieces of `*.hq` text that helps show, as they are written in YAML: `robot r { serve 20 s }` becomes
-//! `robots: { r: { serve: 20 s } }`.
+//! Converts pieces of `*.hq` text in helps to YAML: `robot r { serve 20 s }` becomes `robots: { r: { serve: 20 s } }`.
 //!
-//! A piece need not be complete, `{ at ..  .. }`; its entries are divided by two blanks. What is not understood as a
-//! whole stays as it is.
+//! A piece may be incomplete, `{ at ..  .. }`; two blanks separate its entries. A piece that is not understood as a
+//! whole is not converted.
 
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
@@ -11,13 +10,13 @@ use dsl::vocabulary::ROLES;
 
 use crate::sections::{ALL, Place};
 
-/// The keys with values behind them.
+/// Keys that have a value.
 static KEYS: LazyLock<BTreeSet<&str>> = LazyLock::new(|| {
     let keys = ALL.iter().flat_map(|section| section.keys);
     keys.filter(|key| key.place == Place::Entry).map(|key| key.name).collect()
 });
 
-/// A piece in YAML; `None` for what is the same there, or no piece of a spec.
+/// Converts a piece to YAML; `None` if YAML has the same syntax, or if it is not a piece of a spec.
 pub fn in_yaml(piece: &str) -> Option<String> {
     if piece.starts_with('{') {
         let known = |part: &&str| part.split_once(' ').is_some_and(|(key, _)| KEYS.contains(key));
@@ -38,12 +37,12 @@ pub fn in_yaml(piece: &str) -> Option<String> {
     parts.iter().all(|part| known(part)).then(|| entries(&parts)).flatten()
 }
 
-/// What stands between the braces of a block.
+/// Content between the braces of a block.
 fn inside(text: &str) -> Option<&str> {
     text.strip_prefix('{')?.strip_suffix('}').map(str::trim)
 }
 
-/// The entries of a text, divided by two blanks outside of brackets and quotes.
+/// Splits a text into entries at two blanks outside of brackets and quotes.
 fn parts(text: &str) -> Vec<&str> {
     let (mut all, mut start, mut depth, mut quoted) = (Vec::new(), 0, 0_usize, false);
     for (at, byte) in text.bytes().enumerate() {
@@ -68,7 +67,7 @@ fn entries(parts: &[&str]) -> Option<String> {
     all.map(|all| all.join(", "))
 }
 
-/// `serve 20 s`, `robot r { .. }`, or what stands for more, `..`.
+/// Converts an entry: `serve 20 s`, `robot r { .. }`, or the ellipsis `..`.
 fn entry(text: &str) -> Option<String> {
     if text == ".." {
         return Some(text.to_string());
@@ -80,7 +79,7 @@ fn entry(text: &str) -> Option<String> {
     Some(format!("{key}: {}", value(text)?))
 }
 
-/// `robot r { .. }`, `task t = pick { .. }`, `task t = pick`
+/// Converts a member: `robot r { .. }`, `task t = pick { .. }`, `task t = pick`.
 fn member(text: &str) -> Option<String> {
     let (role, rest) = text.split_once(' ').filter(|(role, _)| ROLES.contains(role))?;
     let (name, rest) = rest.split_once(' ')?;
@@ -103,7 +102,7 @@ fn block(text: &str) -> Option<String> {
     }
 }
 
-/// A value of one word, a number with its unit, a list with or without one, a call, a text or a block.
+/// Converts a value: one word, a number with its unit, a list with or without a unit, a call, a text or a block.
 fn value(text: &str) -> Option<String> {
     let one_word = |text: &str| !text.contains(' ');
     match text.as_bytes().first()? {

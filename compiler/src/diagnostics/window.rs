@@ -1,4 +1,4 @@
-//! The lines of a text that a message shows, so that drawing it costs the same in a text of any length.
+//! Extracts the lines of a text that a message shows, so that the cost of drawing is independent of the text's length.
 
 use std::ops::Range;
 
@@ -7,21 +7,21 @@ use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanConten
 
 use crate::diagnostics::report::colourless;
 
-/// Lines shown before and behind those with a mark, and one more so that the renderer sees them end.
+/// Number of lines shown before and after the marked ones, plus one with which the renderer detects the end of a line.
 const AROUND: usize = 3;
 
-/// Some lines of a text, that know where they stand in it.
+/// Some lines of a text, with their position in it.
 pub(crate) struct Window {
     /// The lines.
     pub text: String,
     name: String,
-    /// Bytes and lines of the whole text before them.
+    /// Number of bytes and lines of the text before them.
     bytes: usize,
     lines: usize,
 }
 
 impl Window {
-    /// The lines around some places of a text.
+    /// Extracts the lines around some byte ranges of a text.
     pub fn around(source: &SourceText, places: impl Iterator<Item = Range<usize>>) -> Window {
         let text = source.text.as_str();
         let (mut start, mut end) = (text.len(), 0);

@@ -1,8 +1,8 @@
-//! Helps are written for `*.hq` files; in a YAML spec they show the YAML spelling.
+//! Converts helps to YAML syntax in a YAML spec. Helps are written in the syntax of `*.hq` files.
 
 use crate::diagnostics::snippets;
 
-/// What a help shows in a `*.hq` file, and the same in YAML, where the general rule does not lead there.
+/// Texts of helps in both syntaxes, for cases that the general rule does not cover.
 static PAIRS: &[(&str, &str)] = &[
     ("`{ name value .. }`", "`{ name: value, .. }`"),
     ("`{ joint value .. }`", "`{ joint: value, .. }`"),
@@ -42,7 +42,7 @@ static PAIRS: &[(&str, &str)] = &[
     ("in braces", "as a mapping, `{ name: value }`"),
 ];
 
-/// A help in the YAML spelling, unless it shows both.
+/// Converts a help to YAML syntax, unless it shows both.
 pub fn in_yaml(help: &str) -> String {
     if help.contains("in YAML") {
         return help.to_string();

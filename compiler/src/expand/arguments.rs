@@ -1,4 +1,4 @@
-//! What tasks and stacks take, and what is given to them.
+//! Parameters of tasks and stacks, and the arguments given for them.
 
 use dsl::tree::{Entry, Member, MemberTask, Parameter, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
@@ -13,28 +13,28 @@ use crate::expr::constants::is_word;
 use crate::forms::{items_of, path_of, text_of};
 use crate::units::assume;
 
-/// A type of parameter.
+/// Type of a parameter.
 pub(crate) struct Type {
-    /// Its name.
+    /// Name of the type.
     pub name: &'static str,
-    /// What is given for it: "the name of an arm".
+    /// Description of an argument: "the name of an arm".
     pub is: &'static str,
     form: Form,
 }
 
-/// How what is given is looked at.
+/// Check that an argument has to pass.
 enum Form {
     /// A name or text.
     Name,
-    /// A name that the robot declares as an arm.
+    /// The name of an arm of the robot.
     Arm,
     /// Names, alone or in a list.
     Names,
-    /// Names of joints, which may be keys.
+    /// Names of joints, which may serve as keys.
     Joints,
     /// A task.
     Task,
-    /// An expression; without a dimension, any.
+    /// An expression; `None` permits any dimension.
     Quantity(Kind, Option<Dimension>),
 }
 
@@ -46,7 +46,7 @@ const fn scalar(name: &'static str, is: &'static str, dimension: Dimension) -> T
     Type { name, is, form: Form::Quantity(Kind::Scalar, Some(dimension)) }
 }
 
-/// The types of parameters.
+/// All types of parameters.
 pub(crate) static TYPES: &[Type] = &[
     named("arm", "the name of an arm", Form::Arm),
     named("frame", "the name of a link or arm", Form::Name),
@@ -68,17 +68,17 @@ pub(crate) static TYPES: &[Type] = &[
     named("orientation", "an orientation", Form::Quantity(Kind::Rotation, Some(NONE))),
 ];
 
-/// The types that parameters of tasks and stacks may have, each with what is given for it.
+/// Types of parameters of tasks and stacks, each with a description of its argument.
 pub fn parameter_types() -> impl Iterator<Item = (&'static str, &'static str)> {
     TYPES.iter().map(|t| (t.name, t.is))
 }
 
-/// The type of this name.
+/// Type of that name.
 fn find(name: &str) -> Option<&'static Type> {
     TYPES.iter().find(|t| t.name == name)
 }
 
-/// Kind and dimension of the quantity that a type is; `None` where it is none.
+/// Kind and dimension of a type; `None` if it is not a quantity.
 pub(crate) fn quantity(name: &str) -> Option<(Kind, Option<Dimension>)> {
     match find(name)?.form {
         Form::Quantity(kind, dimension) => Some((kind, dimension)),
@@ -86,21 +86,21 @@ pub(crate) fn quantity(name: &str) -> Option<(Kind, Option<Dimension>)> {
     }
 }
 
-/// The type of quantity that numbers of a dimension are.
+/// Name of the type of numbers with this dimension.
 pub(crate) fn type_of(dimension: Dimension) -> Option<&'static str> {
     let is = |t: &&Type| matches!(t.form, Form::Quantity(Kind::Scalar, Some(d)) if d == dimension);
     TYPES.iter().find(is).map(|t| t.name)
 }
 
-/// What is given to a declaration.
+/// Arguments for a declaration.
 pub(super) struct Arguments<'u> {
     pub args: &'u [Value],
     pub named: &'u [Entry],
-    /// Where the declaration is named.
+    /// Span of the use.
     pub at: Span,
 }
 
-/// What takes it.
+/// Declaration that takes the arguments.
 pub(super) struct Taker<'t> {
     pub name: &'t Spanned<String>,
     pub parameters: &'t [Parameter],
@@ -108,8 +108,8 @@ pub(super) struct Taker<'t> {
 }
 
 impl Expander<'_> {
-    /// What the parameters of a declaration stand for in a use of it, which `frame` is the place of. `None` where that
-    /// does not fit; the diagnostics say why.
+    /// Binds the parameters of a declaration to the arguments of one use; `frame` is the frame of the use. Returns
+    /// `None` if they do not fit, with diagnostics.
     pub(super) fn arguments(&mut self, taker: &Taker, given: &Arguments, frame: &mut Frame) -> Option<Bindings> {
         let name = taker.name.value.as_str();
         let before = self.diagnostics.len();
@@ -159,7 +159,7 @@ impl Expander<'_> {
             let one = match (c, &p.default) {
                 (Some(value), _) => self.argument(taker, p, value, frame),
                 (None, Some(default)) => {
-                    // A default may name the parameters before it.
+                    // A default may use the parameters before it.
                     let mut own = Frame::used(taker.module, bound.clone(), given.at);
                     self.argument(taker, p, default, &mut own)
                 }
@@ -175,7 +175,7 @@ impl Expander<'_> {
 
     fn argument(&mut self, taker: &Taker, p: &Parameter, given: &Value, frame: &mut Frame) -> Option<Bound> {
         let what = format!("`{}` of `{}`", p.name.value, taker.name.value);
-        // A type that is not known was reported.
+        // An unknown type was reported.
         let ty = find(&p.ty.value)?;
         if matches!(ty.form, Form::Task) {
             return self.task_argument(&what, p, given, frame);
@@ -222,7 +222,7 @@ impl Expander<'_> {
         })
     }
 
-    /// A task that is given: the name of one, or a type with arguments.
+    /// Binds a task argument: the name of a task, or a type with arguments.
     fn task_argument(&mut self, what: &str, p: &Parameter, given: &Value, frame: &mut Frame) -> Option<Bound> {
         let task = match &given.kind {
             ValueKind::Name(name) => MemberTask::Name(Spanned::new(name.clone(), given.span)),
@@ -246,7 +246,7 @@ impl Expander<'_> {
         self.members(&[member], frame).pop().map(|m| Bound::Task(m.task))
     }
 
-    /// The arms that the robot declares; `None` where there is no robot to ask.
+    /// Arms of the robot; `None` if they are unknown, because there is no readable robot.
     fn arms(&self) -> Option<Vec<String>> {
         let robot = self.out.robots.first()?;
         match robot.body.get("arms").map(|e| &e.value.kind) {
@@ -261,8 +261,8 @@ impl Expander<'_> {
     }
 }
 
-/// True for a value that may be a bare number, or a vector of such: whether a name is that of one is known only when
-/// values are typed.
+/// True if a value may be a bare number or a vector of such. The value of a name is unknown until values are typed, so
+/// every name passes.
 fn may_be_bare(value: &Value) -> bool {
     match &value.kind {
         ValueKind::Number(_) => true,
@@ -274,7 +274,7 @@ fn may_be_bare(value: &Value) -> bool {
     }
 }
 
-/// How a declaration is used, in words.
+/// Describes the use of a declaration.
 fn form(taker: &Taker) -> String {
     let all = |wanted: bool| {
         let some = taker.parameters.iter().filter(|p| p.default.is_some() == wanted);
@@ -285,7 +285,7 @@ fn form(taker: &Taker) -> String {
     format!("write `{}({needed})`{free}", taker.name.value)
 }
 
-/// An argument with its name, as an entry.
+/// Converts a named argument to an entry.
 fn entry(argument: &Value) -> Option<Entry> {
     match &argument.kind {
         ValueKind::Named(name, value) => {

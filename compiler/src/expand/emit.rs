@@ -1,4 +1,4 @@
-//! What gets into the program: all that the spec declares or imports by name, and what that uses.
+//! Collects the declarations of the program: those that the spec declares or imports by name, and those that they use.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,16 +15,16 @@ use super::{Class, Expander, MAX_DEPTH, Named};
 use crate::forms::text_of;
 use crate::paths::tidy;
 
-/// Keys of a human whose names are not those of values.
+/// Keys of a human whose values are names other than those of values.
 const IN_A_HUMAN: [&str; 4] = ["points", "links", "velocity", "lost"];
 
 impl Expander<'_> {
-    /// Expands the spec itself, module 0.
+    /// Expands the spec itself, which is module 0.
     pub(super) fn spec(&mut self, source: SourceId, spec: Spec) {
         self.read(source, spec);
         let imported: Vec<((Class, String), Target)> =
             self.modules[0].scope.iter().map(|(key, target)| (key.clone(), target.clone())).collect();
-        // Imports in the order written, so that programs do not depend on how names sort.
+        // Imports in source order, so that programs do not depend on the sort order of names.
         let mut imported: Vec<(Class, String, Span)> = imported
             .into_iter()
             .filter_map(|((class, name), target)| match target {
@@ -52,7 +52,7 @@ impl Expander<'_> {
         let own: Vec<(Class, (usize, usize))> = own.collect();
         let all = imported.iter().filter_map(|(class, name, _)| Some((*class, self.find(0, *class, name).ok()?)));
         let all: Vec<(Class, (usize, usize))> = all.chain(own).collect();
-        // Signals first, so that their order is that of the text whatever uses them.
+        // Signals come first, so that their order is the source order, whatever uses them.
         let is_signal = |e: &Self, (m, i): (usize, usize)| {
             matches!(e.modules[m].items[i].kind, ItemKind::Signal(_) | ItemKind::Human(_) | ItemKind::Variable(_))
         };
@@ -78,7 +78,7 @@ impl Expander<'_> {
         self.unused(&all);
     }
 
-    /// Brings a declaration of the spec into the program; those with parameters wait for their uses.
+    /// Adds a declaration of the spec to the program; declarations with parameters are added at their uses.
     fn emit(&mut self, (m, i): (usize, usize)) {
         let kind = &self.modules[m].items[i].kind;
         if !parameters(kind).is_empty() {
@@ -87,7 +87,7 @@ impl Expander<'_> {
             }
             return;
         }
-        // A second one of the same name was reported.
+        // A second declaration of the same name was reported.
         let Some((class, name)) = declared(kind) else { return };
         let (name, span) = (name.value.clone(), name.span);
         if class != Class::Robot && self.find(m, class, &name) != Ok((m, i)) {
@@ -113,7 +113,7 @@ impl Expander<'_> {
         }
     }
 
-    /// The name that a declaration has in the program.
+    /// Name of a declaration in the program.
     pub(super) fn program_name(&self, m: usize, class: Class, name: &str) -> String {
         match self.visible.get(&(m, class, name.to_string())) {
             Some(visible) => visible.clone(),
@@ -122,9 +122,9 @@ impl Expander<'_> {
         }
     }
 
-    /// A value and, before it, those that it uses. `at` is the place that asks for it.
+    /// Adds a value to the program, after the values that it uses. `at` is the place that requires it.
     pub(super) fn emit_value(&mut self, found: (usize, usize), at: Span) -> Option<String> {
-        // Values that wait for those above them; a list, because chains of them may be long.
+        // Values that wait for those above them; an explicit stack, because chains of values may be long.
         let mut open = vec![(found, at)];
         while let Some((found, _)) = open.last().copied() {
             let key = self.value_key(found)?;
@@ -167,7 +167,7 @@ impl Expander<'_> {
         Some((m, class, name.value.clone()))
     }
 
-    /// The values that a value names.
+    /// Values that a declaration uses.
     fn uses_of(&self, (m, i): (usize, usize)) -> Vec<((usize, usize), Span)> {
         let mut open: Vec<&Value> = match &self.modules[m].items[i].kind {
             ItemKind::Param(p) => std::iter::once(&p.value).chain(p.range.entries.iter().map(|e| &e.value)).collect(),
@@ -176,7 +176,7 @@ impl Expander<'_> {
                 let settings = h.body.entries.iter().filter(|e| !IN_A_HUMAN.contains(&e.key.value.as_str()));
                 settings.map(|e| &e.value).collect()
             }
-            // Links are no values.
+            // Links are not values.
             ItemKind::SafetyField(f) => {
                 f.body.entries.iter().filter(|e| e.key.value != "links").map(|e| &e.value).collect()
             }
@@ -193,7 +193,7 @@ impl Expander<'_> {
         out
     }
 
-    /// Brings a value into the program, behind those that it uses; without what it is where that is `broken`.
+    /// Adds a value to the program, after those that it uses; with missing contents if it is `broken`.
     fn copy_value(&mut self, (m, i): (usize, usize), key: (usize, Class, String), broken: bool) {
         let kind = self.modules[m].items[i].kind.clone();
         let Some((_, written)) = declared(&kind) else { return };
@@ -229,7 +229,7 @@ impl Expander<'_> {
         self.out.values.push(named);
     }
 
-    /// A task without parameters; `None` where it cannot be had, and the diagnostics say why.
+    /// Adds a task without parameters. Returns `None` if that fails, with diagnostics.
     pub(super) fn emit_task(&mut self, (m, i): (usize, usize)) -> Option<String> {
         let ItemKind::Task(task) = self.modules[m].items[i].kind.clone() else { return None };
         let key = (m, Class::Task, task.name.value.clone());
@@ -263,7 +263,7 @@ impl Expander<'_> {
         }
     }
 
-    /// A robot of the spec; one that another is made from is none.
+    /// Adds a robot of the spec, unless another robot is derived from it.
     fn emit_robot(&mut self, m: usize, robot: &Robot) {
         let Some(body) = self.robot_body(m, robot, &mut Vec::new()) else { return };
         let visible = self.program_name(m, Class::Robot, &robot.name.value);
@@ -277,7 +277,7 @@ impl Expander<'_> {
         }
     }
 
-    /// What is said of a robot, in place of what is said of its base.
+    /// Body of a robot: the entries of its base, overridden by its own.
     fn robot_body(&mut self, m: usize, robot: &Robot, seen: &mut Vec<(usize, String)>) -> Option<dsl::tree::Block> {
         seen.push((m, robot.name.value.clone()));
         let mut own = self.block(&robot.body, &mut Frame::of(m));
@@ -290,7 +290,7 @@ impl Expander<'_> {
                 return None;
             }
         };
-        // Copies of a large base are counted before they are made.
+        // The entries of a base are counted before they are copied, because it may be large.
         let ItemKind::Robot(other) = &self.modules[bm].items[bi].kind else { return None };
         let (size, at) = (other.body.entries.len(), base.span);
         if !(0..size).all(|_| self.count(at)) {
@@ -317,7 +317,7 @@ impl Expander<'_> {
         Some(dsl::tree::Block { span: own.span, ..body })
     }
 
-    /// Paths that a file writes are relative to it; in the program they are relative to the spec.
+    /// Converts paths from relative to the module's file to relative to the spec.
     pub(super) fn paths(&self, m: usize, entries: &mut [Entry]) {
         let folder = &self.modules[m].folder;
         if folder.as_os_str().is_empty() {
@@ -333,7 +333,7 @@ impl Expander<'_> {
         }
     }
 
-    /// Reports a robot or stack that something is made from and that is not there.
+    /// Reports a missing base of a robot or stack.
     pub(super) fn unknown(&mut self, m: usize, class: Class, name: &Spanned<String>, failed: bool) {
         self.out.whole = false;
         if failed {
@@ -350,8 +350,7 @@ impl Expander<'_> {
         });
     }
 
-    /// Warns of tasks and stacks with parameters that nothing uses; of what else is not used, those warn who look for
-    /// uses.
+    /// Warns of unused tasks and stacks with parameters; later stages report the other unused declarations.
     fn unused(&mut self, all: &[(Class, (usize, usize))]) {
         if !self.out.whole {
             return;
@@ -363,7 +362,7 @@ impl Expander<'_> {
                 continue;
             }
             let visible = self.program_name(*m, *class, &name.value);
-            // The run names it, and says what is wrong with that.
+            // The run uses it, and a later stage reports the missing arguments.
             let run = |(run, _): &(dsl::tree::Run, Span)| {
                 run.body.get("stack").and_then(|e| text_of(&e.value)) == Some(visible.as_str())
             };

@@ -1,4 +1,4 @@
-//! The files of a spec: read once each, with everything that they import.
+//! Reads the files of a spec, each once, with all that they import.
 
 use std::path::{Path, PathBuf};
 
@@ -9,13 +9,13 @@ use super::module::Module;
 use super::{Expander, MAX_DEPTH};
 use crate::paths::{instead_of, tidy};
 
-/// Most files that a spec may import.
+/// Maximum number of files that a spec may import.
 const MAX_FILES: usize = 200;
 
 impl Expander<'_> {
-    /// Reads the spec and all that it imports. The spec is module 0.
+    /// Reads the spec and all imported files. The spec is module 0.
     pub(super) fn read(&mut self, source: SourceId, spec: Spec) {
-        // A spec that stands in a file may not import itself.
+        // A spec that is stored in a file may not import itself.
         let own = Path::new(self.input.name).canonicalize().ok().filter(|p| p.is_file());
         if let Some(own) = &own {
             self.files.insert(own.clone(), None);
@@ -27,7 +27,7 @@ impl Expander<'_> {
         }
     }
 
-    /// Makes a module of a tree, after those that it imports; gives its index.
+    /// Adds a module for a tree, after the modules that it imports; returns its index.
     fn module(&mut self, stem: String, folder: PathBuf, spec: Spec, depth: usize) -> usize {
         let m = self.modules.len();
         let (scope, missing, items) = (Default::default(), Vec::new(), Vec::new());
@@ -48,7 +48,7 @@ impl Expander<'_> {
         m
     }
 
-    /// The module that an import names; `None` where it cannot be had, and the diagnostics say why.
+    /// Module that an import names. Returns `None` if it cannot be read, with diagnostics.
     fn import(&mut self, importer: usize, path: &Spanned<String>, depth: usize) -> Option<usize> {
         let at = path.span;
         let refuse = |e: &mut Self, d: Diagnostic| {
@@ -95,7 +95,7 @@ impl Expander<'_> {
         let name = from_spec.to_string_lossy().into_owned();
         let text = match dsl::limits::decode(SourceId::default(), &bytes) {
             Ok(text) => text.to_string(),
-            // The reader says that it is too large.
+            // The parser reports that the text is too large.
             Err(_) if bytes.len() > dsl::limits::MAX_BYTES => String::from_utf8_lossy(&bytes).into_owned(),
             Err(d) => {
                 let text = format!("`{}` cannot be read: {}", path.value, d.message);
@@ -118,7 +118,7 @@ impl Expander<'_> {
         Some(module)
     }
 
-    /// What the names of a file begin with that are not visible; different for each file.
+    /// Prefix of the names of a file that are not visible in the spec; unique for each file.
     fn stem(&self, path: &Path) -> String {
         let own = path.file_stem().map_or_else(|| "file".to_string(), |s| s.to_string_lossy().replace(['.', '@'], "_"));
         let taken = |s: &str| self.modules.iter().any(|m| m.stem == s);
@@ -129,7 +129,7 @@ impl Expander<'_> {
     }
 }
 
-/// The bytes of a file, one more than a text may have at most.
+/// Reads a file, up to one byte more than the maximum length of a text.
 pub(crate) fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
     files::read_up_to(path, dsl::limits::MAX_BYTES as u64 + 1)
 }

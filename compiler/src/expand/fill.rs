@@ -1,5 +1,5 @@
-//! Copies of trees in which parameters have their arguments, holes such as `${side}` their text, and names of values the
-//! name that the value has in the program.
+//! Copies trees: substitutes arguments for parameters, fills holes such as `${side}`, and renames values to their names
+//! in the program.
 
 use std::collections::BTreeMap;
 
@@ -13,60 +13,60 @@ use crate::diagnostics::refused::Refused;
 use crate::forms::{KEY_SEPARATOR, items_of, text_of, written};
 use crate::units::as_written;
 
-/// What a parameter, or the name of a repetition, stands for.
+/// Meaning of a parameter, or of the variable of a repetition.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Bound {
-    /// A value, copied already.
+    /// A value, already copied.
     Value(Value),
-    /// Names of joints, copied already: as keys they stand for themselves.
+    /// Names of joints, already copied; used as keys, they stay names.
     Joints(Value),
-    /// A task, copied already.
+    /// A task, already copied.
     Task(dsl::tree::MemberTask),
 }
 
-/// Highest tree that is put in the place of a name.
+/// Maximum height of a tree that is substituted for a name.
 const MAX_HEIGHT: usize = 128;
 
-/// What parameters stand for, by name.
+/// Meaning of parameters, by name.
 pub(super) type Bindings = BTreeMap<String, Bound>;
 
-/// Where a copy is made.
+/// Context of a copy.
 #[derive(Clone, Debug)]
 pub(super) struct Frame {
-    /// The module whose names count.
+    /// Module whose names are in scope.
     pub module: usize,
-    /// Parameters.
+    /// Parameters in scope.
     pub bound: Bindings,
-    /// The use that the copy is made for, and what it is.
+    /// Span and description of the use for which the copy is made.
     used: Option<(Span, &'static str)>,
-    /// Texts, and their instances for this use.
+    /// Instances of texts for this use.
     instances: BTreeMap<SourceId, SourceId>,
-    /// False while repetitions are unrolled and names have no meaning yet.
+    /// False while repetitions are unrolled and names are not resolved yet.
     resolve: bool,
 }
 
 impl Frame {
-    /// For declarations as they stand in a module.
+    /// Frame of declarations that are taken unchanged from a module.
     pub fn of(module: usize) -> Frame {
         Frame { module, bound: Bindings::new(), used: None, instances: BTreeMap::new(), resolve: true }
     }
 
-    /// For a declaration of a module that is used somewhere, with arguments.
+    /// Frame of a declaration of a module that is used with arguments.
     pub fn used(module: usize, bound: Bindings, at: Span) -> Frame {
         Frame { bound, used: Some((at, "used here")), ..Frame::of(module) }
     }
 
-    /// Before names have a meaning.
+    /// Frame before names are resolved.
     pub fn unresolved(module: usize) -> Frame {
         Frame { resolve: false, ..Frame::of(module) }
     }
 
-    /// True where the tree is copied for a use, and not taken as it stands.
+    /// True if the tree is copied for a use.
     pub fn copies(&self) -> bool {
         self.used.is_some()
     }
 
-    /// The same with one more name, for one value of a repetition.
+    /// Returns the frame with one more name, for one value of a repetition.
     pub fn with(&self, name: &str, value: Value, at: Span) -> Frame {
         let mut bound = self.bound.clone();
         bound.insert(name.to_string(), Bound::Value(value));
@@ -75,7 +75,7 @@ impl Frame {
 }
 
 impl Expander<'_> {
-    /// A place in the copy.
+    /// Maps a span to the copy.
     pub(super) fn at(&mut self, span: Span, frame: &mut Frame) -> Span {
         let Some((used, what)) = frame.used else { return span };
         let sources = &mut *self.sources;
@@ -83,13 +83,13 @@ impl Expander<'_> {
         Span { source: *source, ..span }
     }
 
-    /// A name with its holes filled.
+    /// Copies a name and fills its holes.
     pub(super) fn name(&mut self, name: &Spanned<String>, frame: &mut Frame) -> Spanned<String> {
         let span = self.at(name.span, frame);
         Spanned::new(self.filled(&name.value, true, span, frame), span)
     }
 
-    /// A text with its holes filled; in a name, they take only what can be a part of one.
+    /// Fills the holes of a text. A hole in a name accepts only parts of identifiers.
     fn filled(&mut self, text: &str, name: bool, span: Span, frame: &Frame) -> String {
         let mut out = String::with_capacity(text.len());
         for part in holes::parts(text) {
@@ -104,7 +104,7 @@ impl Expander<'_> {
             let found = if plain { self.hole(hole, name, span, frame) } else { self.sum(hole, name, span, frame) };
             match found {
                 Ok(text) => out.push_str(&text),
-                // Until names have a meaning, parameters of the declaration around it are left.
+                // Before names are resolved, parameters of the enclosing declaration stay in place.
                 Err(None) if !frame.resolve => out.push_str(&format!("${{{}}}", partly(hole, frame))),
                 Err(None) => {
                     let unknown = |f: &Factor| matches!(f, Factor::Name(n) if !frame.bound.contains_key(*n));
@@ -130,7 +130,7 @@ impl Expander<'_> {
         out
     }
 
-    /// The text for a hole that is a sum; `Err(None)` where a name in it means nothing.
+    /// Text of a hole that is a sum; `Err(None)` if a name in it is unknown.
     fn sum(&self, hole: &str, name: bool, span: Span, frame: &Frame) -> Result<String, Refused> {
         let Some(sum) = holes::sum(hole) else { return Err(None) };
         let names =
@@ -157,7 +157,7 @@ impl Expander<'_> {
         }
     }
 
-    /// The text for a hole; `Err(None)` where nothing has its name.
+    /// Text of a hole; `Err(None)` if its name is unknown.
     fn hole(&self, hole: &str, name: bool, span: Span, frame: &Frame) -> Result<String, Refused> {
         let text = match frame.bound.get(hole) {
             None => return Err(None),
@@ -184,9 +184,9 @@ impl Expander<'_> {
         })
     }
 
-    /// A value.
+    /// Copies a value.
     pub(super) fn value(&mut self, value: &Value, frame: &mut Frame) -> Value {
-        // What stands where it was written is no copy.
+        // A tree that is not copied for a use does not count as a copy.
         if frame.copies() && !self.count(value.span) {
             return Value { kind: ValueKind::Missing, span: value.span };
         }
@@ -239,11 +239,11 @@ impl Expander<'_> {
         Value { kind, span }
     }
 
-    /// What a name stands for: an argument, or the name that a value or else a task has in the program.
+    /// Resolves a name: to an argument, or to the name of a value or a task in the program.
     fn named(&mut self, name: &str, span: Span, frame: &mut Frame) -> Value {
         match frame.bound.get(name) {
             Some(Bound::Value(value) | Bound::Joints(value)) => {
-                // Counted first: copies of copies grow fast.
+                // Counted before the copy, because copies of copies grow exponentially.
                 let kind = if self.count_copy(value) { value.kind.clone() } else { ValueKind::Missing };
                 return Value { kind, span: value.span };
             }
@@ -273,7 +273,7 @@ impl Expander<'_> {
         Value { kind, span }
     }
 
-    /// Counts the nodes of an argument that is to be copied; false where there are too many.
+    /// Counts the nodes of an argument before it is copied; returns false if there are too many.
     fn count_copy(&mut self, value: &Value) -> bool {
         let mut open = vec![value];
         while let Some(value) = open.pop() {
@@ -285,7 +285,7 @@ impl Expander<'_> {
         true
     }
 
-    /// True for a value that is not nested too deeply to stand inside others; reported otherwise.
+    /// Returns true if a value is shallow enough to be nested in others; reports it otherwise.
     pub(super) fn shallow(&mut self, value: &Value) -> bool {
         let mut open = vec![(value, 1)];
         while let Some((part, depth)) = open.pop() {
@@ -299,16 +299,16 @@ impl Expander<'_> {
         true
     }
 
-    /// A block.
+    /// Copies a block.
     pub(super) fn block(&mut self, block: &Block, frame: &mut Frame) -> Block {
         let entries = self.entries(&block.entries, frame);
         Block { entries, span: self.at(block.span, frame), ..Block::default() }
     }
 
-    /// Entries, their keys with holes filled.
+    /// Copies entries and fills the holes of their keys.
     pub(super) fn entries(&mut self, entries: &[Entry], frame: &mut Frame) -> Vec<Entry> {
         let mut out: Vec<Entry> = Vec::with_capacity(entries.len());
-        // Keys that are written out were compared when they were read.
+        // The parser compared the keys without holes.
         let is_pattern = |e: &Entry| e.key.value.contains("${");
         let compared = entries.iter().any(is_pattern);
         let mut seen: BTreeMap<String, Span> = BTreeMap::new();
@@ -331,7 +331,7 @@ impl Expander<'_> {
         out
     }
 
-    /// A task's definition, its type not looked at.
+    /// Copies the definition of a task, without a look at its type.
     pub(super) fn copied(&mut self, d: &TaskDefinition, frame: &mut Frame) -> TaskDefinition {
         TaskDefinition {
             kind: self.name(&d.kind, frame),
@@ -342,7 +342,7 @@ impl Expander<'_> {
         }
     }
 
-    /// The name that a value has in the program, if the name is that of a value.
+    /// Name of a value in the program, if the name is that of a value.
     fn value_name(&mut self, module: usize, name: &str, at: Span) -> Option<String> {
         match self.find(module, Class::Value, name) {
             Ok(found) => self.emit_value(found, at),
@@ -351,7 +351,7 @@ impl Expander<'_> {
     }
 }
 
-/// The whole number that a name stands for.
+/// Integer value of a binding.
 fn whole_number(bound: &Bound) -> Option<i64> {
     let Bound::Value(value) = bound else { return None };
     let (minus, of) = match &as_written(value).kind {
@@ -366,7 +366,7 @@ fn whole_number(bound: &Bound) -> Option<i64> {
     }
 }
 
-/// A hole in which the names that are known stand as numbers; the others are known later.
+/// Replaces the known names in a hole by numbers; the others are resolved later.
 fn partly(hole: &str, frame: &Frame) -> String {
     let Some(sum) = holes::sum(hole).filter(|s| s.len() > 1 || s.iter().any(|p| p.0 || p.1.len() > 1)) else {
         return hole.to_string();
@@ -389,12 +389,12 @@ fn partly(hole: &str, frame: &Frame) -> String {
     text.strip_prefix('+').map_or(text.clone(), str::to_string)
 }
 
-/// Names of joints as one key; see [`crate::forms::names_of_key`].
+/// Joins the names of joints to one key; see [`crate::forms::names_of_key`].
 fn joint_key(joints: &Value) -> String {
     items_of(joints).iter().filter_map(text_of).collect::<Vec<_>>().join(KEY_SEPARATOR)
 }
 
-/// The values that a value is made of.
+/// Direct parts of a value.
 pub(crate) fn parts(value: &Value) -> Vec<&Value> {
     match &value.kind {
         ValueKind::Unit(of, _)

@@ -1,4 +1,4 @@
-//! Levels and their members: repetitions unrolled, tasks under the names that they have in the program.
+//! Copies levels and their members: unrolls repetitions, and renames tasks to their names in the program.
 
 use dsl::tree::{Level, Member, MemberTask, TaskDefinition};
 use dsl::{Diagnostic, Span, Spanned};
@@ -8,11 +8,11 @@ use super::module::parameters;
 use super::{Class, Expander};
 use crate::forms::text_of;
 
-/// The name of a task in a level that could not be expanded.
+/// Name of a task in a level that failed to expand.
 const FAILED: &str = "?";
 
 impl Expander<'_> {
-    /// A level.
+    /// Copies a level.
     pub(super) fn level(&mut self, level: &Level, frame: &mut Frame) -> Level {
         let mut settings = self.block(&level.settings, frame);
         settings.span = self.at(level.settings.span, frame);
@@ -26,7 +26,7 @@ impl Expander<'_> {
         }
     }
 
-    /// Members.
+    /// Copies members and unrolls their repetitions.
     pub(super) fn members(&mut self, members: &[Member], frame: &mut Frame) -> Vec<Member> {
         let mut out = Vec::new();
         for m in members {
@@ -105,7 +105,7 @@ impl Expander<'_> {
                 self.out.whole = false;
                 self.failed(name.span)
             }
-            // A type of the library, or nothing that is known.
+            // A type of the library, or an unknown name.
             Err(false) => MemberTask::Name(name),
         }
     }

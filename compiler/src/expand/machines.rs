@@ -1,4 +1,4 @@
-//! Signals, humans, safety fields and machines: copies of them, and the stacks that states name.
+//! Copies signals, humans, safety fields and machines, and adds the stacks that states name.
 
 use dsl::tree::{
     Action, Call, Human, ItemKind, Machine, SafetyField, Signal, Stack, State, StateBody, Transition, Trigger, Value,
@@ -11,7 +11,7 @@ use super::{Class, Expander};
 use crate::forms::text_of;
 
 impl Expander<'_> {
-    /// A signal with holes filled.
+    /// Copies a signal and fills its holes.
     pub(super) fn copied_signal(&mut self, s: &Signal, frame: &mut Frame) -> Signal {
         Signal {
             name: self.name(&s.name, frame),
@@ -21,17 +21,17 @@ impl Expander<'_> {
         }
     }
 
-    /// A human with holes filled.
+    /// Copies a human and fills its holes.
     pub(super) fn copied_human(&mut self, h: &Human, frame: &mut Frame) -> Human {
         Human { name: self.name(&h.name, frame), body: self.block(&h.body, frame) }
     }
 
-    /// A safety field with holes filled.
+    /// Copies a safety field and fills its holes.
     pub(super) fn copied_field(&mut self, f: &SafetyField, frame: &mut Frame) -> SafetyField {
         SafetyField { name: self.name(&f.name, frame), body: self.block(&f.body, frame) }
     }
 
-    /// A variable with holes filled.
+    /// Copies a variable and fills its holes.
     pub(super) fn copied_variable(&mut self, v: &Variable, frame: &mut Frame) -> Variable {
         Variable {
             name: self.name(&v.name, frame),
@@ -41,7 +41,7 @@ impl Expander<'_> {
         }
     }
 
-    /// A machine with holes filled.
+    /// Copies a machine and fills its holes.
     pub(super) fn copied_machine(&mut self, m: &Machine, frame: &mut Frame) -> Machine {
         Machine { name: self.name(&m.name, frame), body: self.states_body(&m.body, frame) }
     }
@@ -68,7 +68,7 @@ impl Expander<'_> {
         }
     }
 
-    /// A call, its arguments copied.
+    /// Copies a call and its arguments.
     pub(super) fn call(&mut self, c: &Call, frame: &mut Frame) -> Call {
         Call {
             name: self.name(&c.name, frame),
@@ -109,7 +109,7 @@ impl Expander<'_> {
         }
     }
 
-    /// Brings a machine into the program, with the stacks and tasks that it names.
+    /// Adds a machine to the program, with the stacks and tasks that it names.
     pub(super) fn emit_machine(&mut self, (m, i): (usize, usize)) {
         let ItemKind::Machine(machine) = self.modules[m].items[i].kind.clone() else { return };
         let frame = &mut Frame::of(m);
@@ -119,7 +119,7 @@ impl Expander<'_> {
         self.out.machines.push(copy);
     }
 
-    /// Gives each state the stack of the program that it names.
+    /// Replaces the stack that each state names by the stack of the program.
     fn stacks_of(&mut self, body: &mut StateBody, path: &str, m: usize) {
         if let Some(call) = body.stack.take() {
             body.stack = self.stack_of(&call, path, m);
@@ -136,7 +136,7 @@ impl Expander<'_> {
         }
     }
 
-    /// The stack that a state names: one that is in the program, or one made for the state from a stack with parameters.
+    /// Stack of the program that a state names; a stack with parameters is instantiated for the state.
     fn stack_of(&mut self, call: &Call, path: &str, m: usize) -> Option<Call> {
         let (bm, bi) = match self.find(m, Class::Stack, &call.name.value) {
             Ok(found) => found,
@@ -170,7 +170,7 @@ impl Expander<'_> {
         Some(plain(name.value))
     }
 
-    /// Gives tasks that a trigger names, `reached(reach, ..)`, `fault(limit(deck))`, the name that they have in the program.
+    /// Renames tasks in a trigger, `reached(reach, ..)`, `fault(limit(deck))`, to their names in the program.
     fn tasks_of(&mut self, value: &mut Value, m: usize) {
         let ValueKind::Call(function, args) = &mut value.kind else { return };
         match (function.value.as_str(), args.first_mut()) {

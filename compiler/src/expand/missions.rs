@@ -1,4 +1,4 @@
-//! Missions: copies of them, their repetitions unrolled.
+//! Copies missions and unrolls their repetitions.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use super::module::twice;
 use super::{Class, Expander};
 
 impl Expander<'_> {
-    /// A mission with holes filled and repetitions unrolled: its members, then those that were repeated.
+    /// Copies a mission: fills holes, and appends the members of unrolled repetitions to its own.
     pub(super) fn copied_mission(&mut self, m: &Mission, frame: &mut Frame) -> Mission {
         let name = self.name(&m.name, frame);
         let kind = self.name(&m.kind, frame);
@@ -22,7 +22,7 @@ impl Expander<'_> {
     fn all_members(&mut self, of: (&[MissionMember], &[MissionRepeat]), frame: &mut Frame) -> Vec<MissionMember> {
         let mut out = Vec::new();
         self.mission_members(of, frame, &mut out);
-        // A name that could not be filled is one mistake, and not another for each copy of it.
+        // If a name could not be filled, that is one mistake; its copies would collide and be reported again.
         if self.out.whole {
             self.distinct(&out);
         }
@@ -67,7 +67,7 @@ impl Expander<'_> {
         }
     }
 
-    /// Reports members of one role that came out with the same name.
+    /// Reports members of one role with equal names.
     fn distinct(&mut self, members: &[MissionMember]) {
         let mut seen: BTreeMap<(&str, &str), Span> = BTreeMap::new();
         for m in members {
@@ -80,7 +80,7 @@ impl Expander<'_> {
         }
     }
 
-    /// Brings a mission into the program.
+    /// Adds a mission to the program.
     pub(super) fn emit_mission(&mut self, (m, i): (usize, usize)) {
         let ItemKind::Mission(mission) = self.modules[m].items[i].kind.clone() else { return };
         let mut copy = self.copied_mission(&mission, &mut Frame::of(m));

@@ -1,13 +1,13 @@
-//! From what was written, in several files, with parameters and repetition, to the plain declarations that the rest of
-//! the compiler reads.
+//! Expands a spec with several files, parameters and repetitions to the plain declarations that the rest of the
+//! compiler reads.
 //!
-//! A file that is imported is a [`module::Module`]: its declarations see each other and what the file imports, and
-//! nothing of the file that imports it. A declaration gets into the program where the spec itself declares it or imports
-//! it by name, and where one that is in the program uses it. The latter gets a name that nobody can write,
+//! An imported file is a [`module::Module`]: its declarations see each other and the imports of the file, and nothing
+//! of the file that imports it. A declaration enters the program if the spec itself declares it or imports it by name,
+//! or if another declaration of the program uses it. In the last case it has a name that users cannot write,
 //! `safety.approach`.
 //!
-//! Everything is a substitution on trees. Each copy is an instance of its text (see [`dsl::Sources`]), so that what is
-//! said of it later points at the text, and at the uses that led there.
+//! The expansion substitutes trees. Each copy is an instance of its text (see [`dsl::Sources`]), so later diagnostics
+//! point at the text and at the uses that led there.
 
 mod arguments;
 mod emit;
@@ -39,13 +39,13 @@ pub(crate) use arguments::{TYPES, quantity, type_of};
 pub(crate) use files::read_file;
 pub(crate) use fill::parts;
 
-/// Most nodes that copies may have together.
+/// Maximum number of nodes of all copies.
 pub(crate) const MAX_NODES: usize = 100_000;
 
-/// Most uses inside each other.
+/// Maximum depth of nested uses.
 const MAX_DEPTH: usize = 64;
 
-/// A named value, in an order in which each uses only earlier ones.
+/// A named value. In their order, each uses only earlier ones.
 #[derive(Clone, Debug)]
 pub(crate) enum Named {
     /// A param.
@@ -62,58 +62,58 @@ pub(crate) enum Named {
     Variable(Variable),
 }
 
-/// A quantity given for a parameter of a task or stack, whose type is known only when expressions are.
+/// A quantity given for a parameter of a task or stack. Its type is checked when expressions are typed.
 #[derive(Clone, Debug)]
 pub(crate) struct Given {
-    /// What was given.
+    /// The argument.
     pub value: Value,
-    /// The parameter, and the task or stack.
+    /// Description of the parameter, with its task or stack.
     pub what: String,
-    /// The name of its type.
+    /// Name of the parameter's type.
     pub ty: Spanned<String>,
 }
 
 /// The plain declarations of a spec.
 #[derive(Debug, Default)]
 pub(crate) struct Expanded {
-    /// Params, lets, signals, humans and safety fields, each behind those that it uses.
+    /// Params, lets, signals, humans, safety fields and variables, each after those that it uses.
     pub values: Vec<Named>,
-    /// Robots, without those that others are made from.
+    /// Robots from which no other robot is derived.
     pub robots: Vec<Robot>,
     /// Tasks.
     pub tasks: Vec<Task>,
     /// Stacks.
     pub stacks: Vec<Stack>,
-    /// Machines, each with the stacks that its states name by their names in the program.
+    /// Machines; their states name stacks by the names in the program.
     pub machines: Vec<Machine>,
-    /// Missions, their repetitions unrolled.
+    /// Missions with unrolled repetitions.
     pub missions: Vec<Mission>,
     /// Runs.
     pub runs: Vec<(Run, Span)>,
-    /// Scenarios, each with its expectations as they were written.
+    /// Scenarios, each with the source texts of its expectations.
     pub scenarios: Vec<(Scenario, Vec<String>)>,
-    /// What the spec imports by name, each with the place of that.
+    /// Declarations that the spec imports by name, with the span of the import.
     pub imported: BTreeMap<(Class, String), Span>,
-    /// Tasks that stand in levels and could not be expanded; the diagnostics said why.
+    /// Tasks in levels that failed to expand, with diagnostics.
     pub failed: BTreeSet<String>,
-    /// What was given for parameters.
+    /// Quantities given for parameters.
     pub given: Vec<Given>,
-    /// Stacks with parameters, which are no stacks until others are made from them.
+    /// Stacks with parameters, which become stacks only when they are instantiated.
     pub patterns: BTreeMap<String, Span>,
-    /// False where a part of the spec is missing, so that nothing can be said of what is not there.
+    /// False if a part of the spec is missing, so missing declarations must not be reported.
     pub whole: bool,
-    /// False where other files are missing, or where it is too large: nothing more can be said.
+    /// False if other files are missing, or if the spec is too large: compilation stops.
     pub usable: bool,
-    /// Levels of stacks that others are made from, as far as those replace or remove them.
+    /// Levels of base stacks that derived stacks replace or remove.
     pub discarded: Vec<Level>,
-    /// The spelling of each file.
+    /// Syntax of each file.
     pub spellings: BTreeMap<SourceId, Spelling>,
 }
 
-/// The kinds of name; params, lets, signals, humans and safety fields share one.
+/// Name spaces. Params, lets, signals, humans, safety fields and variables share one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Class {
-    /// Params, lets, signals, humans and safety fields.
+    /// Params, lets, signals, humans, safety fields and variables.
     Value,
     /// Robots.
     Robot,
@@ -128,7 +128,7 @@ pub(crate) enum Class {
 }
 
 impl Class {
-    /// What a person calls it.
+    /// Name of the class in messages.
     pub fn word(self) -> &'static str {
         match self {
             Class::Value => "value",
@@ -141,40 +141,40 @@ impl Class {
     }
 }
 
-/// The state of an expansion.
+/// State of an expansion.
 pub(crate) struct Expander<'a> {
     input: &'a Input<'a>,
-    /// Texts that stand for those of files.
+    /// Texts that replace the contents of files.
     texts: &'a Texts,
     sources: &'a mut Sources,
     diagnostics: &'a mut Vec<Diagnostic>,
     modules: Vec<Module>,
-    /// Files by their place on the disk, `None` for one that is being read.
+    /// Modules of files, by canonical path; `None` while a file is being read.
     files: BTreeMap<PathBuf, Option<usize>>,
     out: Expanded,
-    /// What is in the program, under its name there; `None` while it is worked out.
+    /// Names in the program of emitted declarations; `None` during the emission.
     emitted: BTreeMap<(usize, Class, String), Option<String>>,
-    /// The names under which the spec itself sees what others declare.
+    /// Names under which the spec itself sees imported declarations.
     visible: BTreeMap<(usize, Class, String), String>,
-    /// Tasks and stacks with parameters that were used.
+    /// Tasks and stacks with parameters that are used.
     used: BTreeSet<(usize, Class, String)>,
-    /// Uses of tasks with parameters, and the task that came of each.
+    /// Uses of tasks with parameters, each with the resulting task.
     instances: Vec<tasks::Instance>,
-    /// The uses of each task, by a text that equal arguments have in common.
+    /// Indices into `instances` for each task, by the digest of the arguments.
     alike: BTreeMap<(usize, usize, String), Vec<usize>>,
-    /// The names of all tasks of the program.
+    /// Names of all tasks of the program.
     task_names: BTreeSet<String>,
-    /// The last number that was put behind a name which was taken.
+    /// Last number that was appended to a name to make it unique.
     numbered: BTreeMap<String, usize>,
-    /// What is being expanded: recursion would not end.
+    /// Declarations under expansion, to detect recursion.
     active: Vec<(usize, Class, String)>,
-    /// What was found to use itself.
+    /// Declarations on a reported cycle of uses.
     circles: BTreeSet<(usize, Class, String)>,
-    /// Nodes that were copied so far.
+    /// Number of copied nodes.
     nodes: usize,
 }
 
-/// Expands the spec of an input, which stands in the text `source`.
+/// Expands the spec of an input, which is stored in the source `source`.
 pub(crate) fn expand(
     (input, texts): (&Input, &Texts),
     source: SourceId,
@@ -187,15 +187,15 @@ pub(crate) fn expand(
     e.out
 }
 
-/// The files that a spec reads, as far as they can be found: those that it imports, the URDFs and files of layers that are
-/// named, the recordings of its scenarios, and the specs that working robots of its missions run, with all that these read.
+/// Returns the existing files that a spec reads: imported files, URDFs and files of layers, the recordings of its
+/// scenarios, and the specs that workers of its missions run, with the files that these read.
 pub fn files(input: &Input) -> Vec<PathBuf> {
     let (mut files, run) = files_and_specs(input);
     for path in run {
         if let (Some(spelling), Ok(bytes)) = (Spelling::of_path(&path), read_file(&path)) {
             let (name, text) = (path.display().to_string(), String::from_utf8_lossy(&bytes).into_owned());
             let folder = path.parent().unwrap_or(Path::new(""));
-            // What these run in their turn counts for nothing.
+            // Specs that these run in turn are ignored.
             files.extend(files_and_specs(&Input { name: &name, text: &text, spelling, folder, set: &[], ..*input }).0);
         }
         files.push(path);
@@ -203,7 +203,7 @@ pub fn files(input: &Input) -> Vec<PathBuf> {
     files
 }
 
-/// The files that a spec reads but for the specs that it runs, and these.
+/// Files that a spec reads, and separately the specs that it runs.
 fn files_and_specs(input: &Input) -> (Vec<PathBuf>, BTreeSet<PathBuf>) {
     let (mut sources, mut diagnostics, none) = (Sources::default(), Vec::new(), Texts::new());
     let source = sources.add(input.name, input.text);
@@ -254,13 +254,13 @@ impl<'a> Expander<'a> {
         self.diagnostics.push(d);
     }
 
-    /// Reports something that leaves a hole in the spec.
+    /// Reports an error after which a part of the spec is missing.
     fn fail(&mut self, d: Diagnostic) {
         self.out.whole = false;
         self.push(d);
     }
 
-    /// Counts copied nodes; false where there are too many, which is said once.
+    /// Counts copied nodes; returns false if there are too many, which is reported once.
     fn count(&mut self, at: Span) -> bool {
         self.nodes += 1;
         if self.nodes == MAX_NODES + 1 {

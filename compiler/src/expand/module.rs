@@ -1,4 +1,4 @@
-//! A file with what its names mean.
+//! A file of a spec, with the scope of its names.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -11,34 +11,34 @@ use super::{Class, Expander, TYPES};
 use crate::expr::constants::is_word;
 use crate::forms::text_of;
 
-/// What a name means in a file.
+/// Meaning of a name in a file.
 #[derive(Clone, Debug)]
 pub(super) enum Target {
     /// A declaration of the file.
     Own(usize),
-    /// A declaration of another file, under its name there.
+    /// A declaration of another file, with its name there.
     Imported { module: usize, name: String, at: Span },
-    /// An import that failed, and was reported.
+    /// An import that failed and was reported.
     Failed,
 }
 
 /// A file.
 #[derive(Debug)]
 pub(super) struct Module {
-    /// What names begin with that come from it and are not visible: `safety` for `common/safety.hq`.
+    /// Prefix of names that come from the file and are not visible in the spec: `safety` for `common/safety.hq`.
     pub stem: String,
-    /// Its folder, from that of the spec.
+    /// Folder of the file, relative to that of the spec.
     pub folder: PathBuf,
-    /// Its declarations, repetitions unrolled.
+    /// Declarations, with repetitions unrolled.
     pub items: Vec<Item>,
-    /// What its names mean.
+    /// Meaning of the names.
     pub scope: BTreeMap<(Class, String), Target>,
-    /// Files that it imports and that could not be found.
+    /// Imported files that were not found.
     pub missing: Vec<PathBuf>,
 }
 
 impl Module {
-    /// The URDFs that its robots name.
+    /// URDFs that the file's robots name.
     pub fn urdfs(&self) -> impl Iterator<Item = &str> {
         self.items.iter().filter_map(|item| match &item.kind {
             ItemKind::Robot(robot) => text_of(&robot.body.get("urdf")?.value),
@@ -46,7 +46,7 @@ impl Module {
         })
     }
 
-    /// The files of layers that its missions name.
+    /// Files of layers that the file's missions name.
     pub fn layers(&self) -> impl Iterator<Item = &str> {
         self.items.iter().filter_map(|item| match &item.kind {
             ItemKind::Mission(mission) => text_of(&mission.settings.get("layers_from")?.value),
@@ -54,7 +54,7 @@ impl Module {
         })
     }
 
-    /// The specs that workers of its missions run.
+    /// Specs that workers of the file's missions run.
     pub fn workers(&self) -> Vec<&str> {
         fn below<'m>(members: &'m [MissionMember], repeats: &'m [MissionRepeat], out: &mut Vec<&'m str>) {
             for m in members {
@@ -72,7 +72,7 @@ impl Module {
         out
     }
 
-    /// The recordings of people that its scenarios name.
+    /// Recordings of people that the file's scenarios name.
     pub fn recordings(&self) -> impl Iterator<Item = &str> {
         let scenarios = self.items.iter().filter_map(|item| match &item.kind {
             ItemKind::Scenario(scenario) => scenario.body.get("humans"),
@@ -85,7 +85,7 @@ impl Module {
     }
 }
 
-/// The entries of a block.
+/// Entries of a block.
 fn entries(value: &Value) -> &[Entry] {
     match &value.kind {
         ValueKind::Block(block) => &block.entries,
@@ -93,7 +93,7 @@ fn entries(value: &Value) -> &[Entry] {
     }
 }
 
-/// The class and name of a declaration that has one.
+/// Class and name of a declaration, if it has a name.
 pub(super) fn declared(kind: &ItemKind) -> Option<(Class, &Spanned<String>)> {
     match kind {
         ItemKind::Param(p) => Some((Class::Value, &p.name)),
@@ -111,7 +111,7 @@ pub(super) fn declared(kind: &ItemKind) -> Option<(Class, &Spanned<String>)> {
     }
 }
 
-/// What a task or stack takes.
+/// Parameters of a task or stack.
 pub(super) fn parameters(kind: &ItemKind) -> &[Parameter] {
     match kind {
         ItemKind::Task(t) => &t.parameters,
@@ -123,16 +123,15 @@ pub(super) fn parameters(kind: &ItemKind) -> &[Parameter] {
 const CLASSES: [Class; 6] = [Class::Value, Class::Robot, Class::Task, Class::Stack, Class::Machine, Class::Mission];
 
 impl Expander<'_> {
-    /// Finds out what the names of a module mean. What it imports is known already: `imports` has each import with its
-    /// module, or `None` where that could not be read.
+    /// Computes the scope of a module. `imports` has the module of each import, or `None` if the file is unreadable.
     pub(super) fn scope(&mut self, m: usize, imports: &[(Import, Option<usize>)]) {
         let mut scope: BTreeMap<(Class, String), (Target, Span)> = BTreeMap::new();
         let items = std::mem::take(&mut self.modules[m].items);
         for (i, item) in items.iter().enumerate() {
             let Some((class, name)) = declared(&item.kind) else { continue };
-            // Of several robots the first is meant; that there are several is said elsewhere.
+            // The first of several robots counts; a later stage reports the others.
             match scope.get(&(class, name.value.clone())) {
-                // A hole that nothing fills is one mistake, and not another for each copy of it.
+                // An unfilled hole is one mistake; its copies have the same name.
                 Some(_) if name.value.contains("${") => {}
                 Some((_, first)) if class != Class::Robot => {
                     let first = *first;
@@ -173,7 +172,7 @@ impl Expander<'_> {
         self.modules[m].scope = scope.into_iter().map(|(key, (target, _))| (key, target)).collect();
     }
 
-    /// What a module has under a name, in all classes.
+    /// Declarations of a module under a name, in all classes.
     fn exports(&mut self, from: usize, name: &Spanned<String>, import: &Import) -> Vec<(Class, Target)> {
         let scope = &self.modules[from].scope;
         let mut found = Vec::new();
@@ -202,7 +201,7 @@ impl Expander<'_> {
         found
     }
 
-    /// Parameters of a declaration: words of the language cannot be their names, and their types are known.
+    /// Checks the parameters of a declaration: their names are not words of the language, and their types exist.
     fn parameters(&mut self, kind: &ItemKind) {
         for p in parameters(kind) {
             if is_word(&p.name.value) {
@@ -232,11 +231,11 @@ impl Expander<'_> {
         }
     }
 
-    /// The declaration that a name means in a module: its module and place there. `Err(true)` for one that failed,
-    /// `Err(false)` where there is none.
+    /// Resolves a name in a module to a declaration, by its module and index. Returns `Err(true)` if the declaration
+    /// failed, and `Err(false)` if there is none.
     pub(super) fn find(&self, module: usize, class: Class, name: &str) -> Result<(usize, usize), bool> {
         let (mut module, mut name) = (module, name);
-        // Imports form no circle, so this ends.
+        // Imports are acyclic, so this terminates.
         loop {
             match self.modules[module].scope.get(&(class, name.to_string())) {
                 None => return Err(false),
@@ -247,7 +246,7 @@ impl Expander<'_> {
         }
     }
 
-    /// The name that a task has in the program, if the name is that of a task without parameters.
+    /// Name of a task in the program, if `name` is a task without parameters.
     pub(super) fn task_name(&self, module: usize, name: &str) -> Option<String> {
         let (m, i) = self.find(module, Class::Task, name).ok()?;
         let kind = &self.modules[m].items[i].kind;
@@ -255,7 +254,7 @@ impl Expander<'_> {
         Some(self.program_name(m, Class::Task, &own.value))
     }
 
-    /// The names of a class that a module sees, those with parameters or those without.
+    /// Names of a class that a module sees, either with parameters (`takes`) or without.
     pub(super) fn names(&self, module: usize, class: Class, takes: bool) -> Vec<String> {
         let all = self.modules[module].scope.keys().filter(|k| k.0 == class);
         all.filter(|k| {
@@ -267,14 +266,14 @@ impl Expander<'_> {
     }
 }
 
-/// The diagnostic for a name that was declared before.
+/// Diagnostic for a duplicate declaration.
 pub(super) fn twice(name: &Spanned<String>, first: Span) -> Diagnostic {
     Diagnostic::error("HQ0202", name.span, format!("`{}` is declared twice", name.value))
         .label(first, "first here")
         .help("choose another name for one of them")
 }
 
-/// True for a value that can be missing without a word: it was reported.
+/// True for a placeholder of a value whose error was reported.
 pub(super) fn missing(kind: &ValueKind) -> bool {
     matches!(kind, ValueKind::Missing)
 }

@@ -1,4 +1,4 @@
-//! `for`: declarations that are repeated, and what a repetition runs over.
+//! Unrolls `for`: repeated declarations, and the values of a repetition.
 
 use dsl::Diagnostic;
 use dsl::tree::{Item, ItemKind, Let, Number, Param, Parameter, RepeatItems, Stack, Task, Value, ValueKind, Values};
@@ -8,7 +8,7 @@ use super::module::missing;
 use super::{Expander, MAX_NODES};
 
 impl Expander<'_> {
-    /// The declarations of a module with its repetitions unrolled. Imports are left out: they are known by then.
+    /// Unrolls the repetitions among the declarations of a module, without the imports, which are resolved already.
     pub(super) fn unrolled(&mut self, module: usize, items: &[Item]) -> Vec<Item> {
         let mut out = Vec::new();
         for item in items {
@@ -52,7 +52,7 @@ impl Expander<'_> {
                     ItemKind::Machine(m) => ItemKind::Machine(self.copied_machine(m, &mut inner)),
                     ItemKind::Mission(m) => ItemKind::Mission(self.copied_mission(m, &mut inner)),
                     ItemKind::Scenario(s) => ItemKind::Scenario(self.copied_scenario(s, &mut inner)),
-                    // The reader has refused the others.
+                    // The parser rejects the others.
                     ItemKind::Import(_) | ItemKind::Robot(_) | ItemKind::Run(_) => continue,
                 };
                 out.push(Item { kind, span: self.at(item.span, &mut inner), comments: Default::default() });
@@ -84,7 +84,7 @@ impl Expander<'_> {
         Stack { name, parameters, ..stack }
     }
 
-    /// The values of a repetition, copied; `None` where they are wrong, and reported.
+    /// Copies the values of a repetition; `None` if they are wrong, which is reported.
     pub(super) fn values(&mut self, values: &Values, frame: &mut Frame) -> Option<Vec<Value>> {
         match values {
             Values::List(list) => {
@@ -123,7 +123,7 @@ impl Expander<'_> {
         }
     }
 
-    /// A whole number at the end of a range.
+    /// Integer at the end of a range.
     fn whole(&mut self, value: &Value) -> Option<i64> {
         let number = |n: &Number| (n.value.fract() == 0.0 && n.value.abs() < 1e9).then_some(n.value as i64);
         let found = match &value.kind {
@@ -147,7 +147,7 @@ impl Expander<'_> {
     }
 }
 
-/// The frame inside a declaration with parameters: they hide names of the same spelling.
+/// Frame inside a declaration with parameters, which shadow names of the enclosing frame.
 fn hidden(frame: &Frame, parameters: &[Parameter]) -> Frame {
     let mut inner = frame.clone();
     inner.bound.retain(|name, _| !parameters.iter().any(|p| p.name.value == *name));

@@ -1,5 +1,5 @@
-//! Scenarios: those of the spec itself, with the names of values as the program has them. Scenarios of imported files are
-//! theirs.
+//! Copies the scenarios of the spec and renames values to their names in the program. Scenarios of imported files are
+//! ignored.
 
 use dsl::tree::{Expect, Formula, FormulaKind, ItemKind, Scenario, Window};
 
@@ -7,7 +7,7 @@ use super::Expander;
 use super::fill::Frame;
 
 impl Expander<'_> {
-    /// Brings the scenarios of the spec into the program.
+    /// Adds the scenarios of the spec to the program.
     pub(super) fn scenarios(&mut self) {
         let written = self.modules[0].items.iter().filter_map(|item| match &item.kind {
             ItemKind::Scenario(scenario) => Some(scenario.clone()),

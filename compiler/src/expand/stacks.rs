@@ -1,4 +1,4 @@
-//! Stacks: those with levels of their own, and those that change the levels of another one.
+//! Copies stacks: those with levels of their own, and those that change the levels of a base.
 
 use dsl::tree::{Beside, Change, ItemKind, Level, Member, MemberTask, Removal, Repeat, Stack, Values};
 use dsl::{Diagnostic, Span, Spanned};
@@ -9,13 +9,13 @@ use super::fill::Frame;
 use super::{Class, Expander};
 
 impl Expander<'_> {
-    /// The levels of a stack, all of them written out. `None` where its base cannot be had.
+    /// Expands a stack with all its levels. Returns `None` if its base fails.
     pub(super) fn stack(&mut self, (m, i): (usize, usize), frame: &mut Frame) -> Option<Stack> {
         let ItemKind::Stack(stack) = self.modules[m].items[i].kind.clone() else { return None };
         self.expanded_stack(m, &stack, frame)
     }
 
-    /// The same for a stack that stands nowhere in the text; `m` is the module whose names it uses.
+    /// As [`Self::stack`], for a stack that is not declared itself; `m` is the module of its scope.
     pub(super) fn expanded_stack(&mut self, m: usize, stack: &Stack, frame: &mut Frame) -> Option<Stack> {
         let mut settings = self.block(&stack.settings, frame);
         let name = stack.name.clone();
@@ -45,7 +45,7 @@ impl Expander<'_> {
         };
         self.active.pop();
         let base = levels?;
-        // A setting of its own replaces that of the base.
+        // A setting of the derived stack overrides that of the base.
         for entry in base.settings.entries {
             if settings.get(&entry.key.value).is_none() {
                 settings.entries.push(entry);
@@ -56,7 +56,7 @@ impl Expander<'_> {
         Some(plain(name, settings, levels))
     }
 
-    /// Applies changes to the levels of a base, one after the other.
+    /// Applies changes to the levels of a base, in order.
     fn changed(&mut self, changes: &[Change], levels: &mut Vec<Level>, base: &Spanned<String>, frame: &mut Frame) {
         let mut replaced: Vec<Spanned<String>> = Vec::new();
         for change in changes {
@@ -116,7 +116,7 @@ impl Expander<'_> {
         }
     }
 
-    /// The place of a level among those of a base.
+    /// Index of a level among those of a base.
     fn place_of(&mut self, name: &Spanned<String>, levels: &[Level], base: &Spanned<String>) -> Option<usize> {
         let found = levels.iter().position(|l| l.name == *name);
         if found.is_none() {
@@ -131,7 +131,7 @@ impl Expander<'_> {
         found
     }
 
-    /// A stack of a repetition: names and values copied, everything else as it is.
+    /// Copies a stack of a repetition: fills names and values, and keeps everything else unexpanded.
     pub(super) fn stack_as_written(&mut self, s: &Stack, frame: &mut Frame) -> Stack {
         let base = s.base.as_ref().map(|b| self.call(b, frame));
         let mut changes = Vec::new();
@@ -195,7 +195,7 @@ impl Expander<'_> {
         out
     }
 
-    /// A member that is a name: that of a repetition stands for the name that it runs over.
+    /// A member that is a name; the variable of a repetition is replaced by the current name.
     fn member_word(&mut self, name: &Spanned<String>, frame: &mut Frame) -> Spanned<String> {
         match frame.bound.get(&name.value) {
             Some(super::fill::Bound::Value(value) | super::fill::Bound::Joints(value)) => {

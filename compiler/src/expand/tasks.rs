@@ -1,4 +1,4 @@
-//! Tasks: types of the library as they are, tasks with parameters copied for each use.
+//! Copies tasks: library types unchanged, and tasks with parameters for each use.
 
 use std::collections::BTreeMap;
 
@@ -15,15 +15,14 @@ use crate::units::as_written;
 /// A use of a task with parameters.
 pub(super) struct Instance {
     bound: Bindings,
-    /// The task that came of it; `None` where it failed.
+    /// Name of the resulting task; `None` if it failed.
     task: Option<String>,
-    /// The text of the task for this use.
+    /// Instance of the task's text for this use.
     source: SourceId,
 }
 
 impl Expander<'_> {
-    /// A definition with the type of the library that it comes down to. `None` where there is none; the diagnostics say
-    /// why.
+    /// Reduces a definition to a library type. Returns `None` if that fails, with diagnostics.
     pub(super) fn definition(&mut self, d: &TaskDefinition, frame: &mut Frame) -> Option<TaskDefinition> {
         let kind = self.name(&d.kind, frame);
         match self.find(frame.module, Class::Task, &kind.value) {
@@ -39,11 +38,11 @@ impl Expander<'_> {
         }
     }
 
-    /// A definition whose type is one of the library.
+    /// Copies a definition whose type is in the library.
     pub(super) fn library(&mut self, d: &TaskDefinition, frame: &mut Frame) -> Option<TaskDefinition> {
         let mut copy = self.copied(d, frame);
         if copy.kind.value.is_empty() {
-            // It could not be read.
+            // The parser could not read the type.
             self.out.whole = false;
             return None;
         }
@@ -52,7 +51,7 @@ impl Expander<'_> {
             self.fail(unknown_kind(&copy.kind, &own));
             return None;
         }
-        // Arguments by name are parameters of the type, as if they stood in braces.
+        // Named arguments are equivalent to entries in braces.
         if !copy.named.is_empty() {
             let inside = std::mem::take(&mut copy.body.entries);
             let mut first: BTreeMap<&str, Span> = BTreeMap::new();
@@ -75,7 +74,7 @@ impl Expander<'_> {
         Some(copy)
     }
 
-    /// What a task with parameters is in a use of it: parameters bound, and its definition.
+    /// Expands a use of a task with parameters to its bindings and its definition.
     fn used_task(
         &mut self,
         (m, i): (usize, usize),
@@ -89,7 +88,7 @@ impl Expander<'_> {
         Some((bound, definition))
     }
 
-    /// The definition of a task with parameters that are bound.
+    /// Definition of a task with bound parameters.
     fn body(&mut self, (m, i): (usize, usize), inner: &mut Frame) -> Option<TaskDefinition> {
         let ItemKind::Task(task) = self.modules[m].items[i].kind.clone() else { return None };
         let key = (m, Class::Task, task.name.value.clone());
@@ -99,7 +98,7 @@ impl Expander<'_> {
         definition
     }
 
-    /// The parameters of a task, bound for a use.
+    /// Binds the parameters of a task for a use.
     fn bindings(
         &mut self,
         (m, i): (usize, usize),
@@ -133,11 +132,11 @@ impl Expander<'_> {
         self.arguments(&taker, &given, frame)
     }
 
-    /// Reports a declaration that uses itself, or uses that go too deep.
+    /// Reports a declaration that uses itself, and uses that are nested too deeply.
     pub(super) fn recursive(&mut self, m: usize, class: Class, name: &Spanned<String>, at: Span) -> bool {
         let key = (m, class, name.value.clone());
         if let Some(first) = self.active.iter().position(|a| *a == key) {
-            // A circle is one mistake, wherever it is entered.
+            // A cycle is one mistake, whatever its entry.
             let known = self.circles.contains(&key);
             self.circles.extend(self.active[first..].iter().cloned());
             if known {
@@ -158,7 +157,7 @@ impl Expander<'_> {
         false
     }
 
-    /// The task of the program that a use of a task with parameters in a level is. Uses with the same arguments share it.
+    /// Instantiates a use of a task with parameters in a level. Uses with equal arguments share one task.
     pub(super) fn instance(
         &mut self,
         (m, i): (usize, usize),
@@ -191,12 +190,12 @@ impl Expander<'_> {
         name
     }
 
-    /// The parameters of a task in their order.
+    /// Names of a task's parameters, in order.
     fn order(&self, (m, i): (usize, usize)) -> Vec<String> {
         super::module::parameters(&self.modules[m].items[i].kind).iter().map(|p| p.name.value.clone()).collect()
     }
 
-    /// `reach.left`: what is used and the names among its arguments; with a number where that is not unique.
+    /// Name of an instance, `reach.left`: the task and the names among its arguments, numbered if that is not unique.
     fn instance_name(&mut self, task: &str, words: &[String]) -> String {
         let name = std::iter::once(task).chain(words.iter().map(String::as_str)).collect::<Vec<_>>().join(".");
         if name != task && !self.task_names.contains(&name) {
@@ -212,14 +211,14 @@ impl Expander<'_> {
         }
     }
 
-    /// Brings a task into the program.
+    /// Adds a task to the program.
     pub(super) fn add_task(&mut self, task: Task) {
         self.task_names.insert(task.name.value.clone());
         self.out.tasks.push(task);
     }
 }
 
-/// A text that equal arguments have in common: names, texts and numbers as they come.
+/// Digest of bindings, equal for equal arguments: names, texts and numbers in sequence.
 fn digest(bound: &Bindings) -> String {
     let mut text = String::new();
     for bound in bound.values() {
@@ -244,7 +243,7 @@ fn digest(bound: &Bindings) -> String {
     text
 }
 
-/// The names and whole numbers among arguments.
+/// Names and whole numbers among the arguments.
 fn task_words(bound: &Bindings, order: &[String]) -> Vec<String> {
     let word = |name: &String| match bound.get(name)? {
         Bound::Value(value) | Bound::Joints(value) => match &as_written(value).kind {
@@ -257,7 +256,7 @@ fn task_words(bound: &Bindings, order: &[String]) -> Vec<String> {
     order.iter().filter_map(word).collect()
 }
 
-/// The diagnostic for a task type that neither the library nor the spec has.
+/// Diagnostic for a task type that neither the library nor the spec declares.
 fn unknown_kind(kind: &Spanned<String>, own: &[String]) -> Diagnostic {
     let d = Diagnostic::error("HQ0204", kind.span, format!("there is no task type `{}`", kind.value));
     let library = stdlib_tasks::KINDS.iter().map(|k| k.name);

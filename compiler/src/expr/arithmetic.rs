@@ -1,4 +1,4 @@
-//! Arithmetic on typed values, and what to write where two of them do not go together.
+//! Arithmetic on typed values, and helps for operands that do not match.
 
 use dsl::tree::BinaryOp;
 use dsl::{Diagnostic, Span, Spanned};
@@ -13,7 +13,7 @@ use super::{Axes, Kind, Lowering, Typed, frames};
 use crate::units;
 
 impl Lowering<'_> {
-    /// A value with a unit behind it, which counts `factor` SI units.
+    /// Applies a unit, which is `factor` SI units.
     pub(super) fn scaled(
         &mut self,
         inner: Typed,
@@ -33,7 +33,7 @@ impl Lowering<'_> {
         Ok(Typed { dimension: total, nodes, bare: false, span, ..inner })
     }
 
-    /// The value of an operation on two values.
+    /// Applies a binary operator.
     pub(super) fn binary(&mut self, op: &Spanned<BinaryOp>, a: &Typed, b: &Typed, span: Span) -> Result<Typed, Failed> {
         if !matches!(op.value, BinaryOp::Mul | BinaryOp::Div | BinaryOp::Pow) {
             self.angles_alike(&[a, b]);

@@ -1,4 +1,4 @@
-//! Calls: which family a function belongs to, and the types of what it is given.
+//! Calls: selects the function, and checks the types of its arguments.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
@@ -15,7 +15,7 @@ use super::{Kind, Lowering, Typed, frames, ops};
 use crate::expr::constants::{bare_angle, merge_bare};
 
 impl Lowering<'_> {
-    /// The value of a call.
+    /// Lowers a call.
     pub(super) fn call(&mut self, function: &Spanned<String>, args: &[Value], span: Span) -> Result<Typed, Failed> {
         if let Some(of) = TRAJECTORIES.iter().find(|t| t.name == function.value) {
             return self.trajectory(of, args, span);
@@ -80,7 +80,7 @@ impl Lowering<'_> {
                 self.diagnostics.push(bare_angle(self.graph, a, ANGLE));
             }
         }
-        // What is joined with an angle is one.
+        // A bare number beside an angle is read as an angle.
         let alike: Vec<&Typed> = typed[functions::alike(known.name, typed.len())].iter().collect();
         self.angles_alike(&alike);
         merge_bare(self.diagnostics, before, span);

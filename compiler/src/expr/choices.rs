@@ -1,7 +1,7 @@
-//! Comparisons, truth values, and the choice that they make.
+//! Comparisons, truth values, and the choice `if(..)`.
 //!
-//! True is the number 1 and false the number -1, so that a choice is one operation and a negation another. A comparison
-//! with what is not a number is not a number either.
+//! True is the number 1 and false the number -1, so a choice and a negation are one operation each. A comparison with
+//! NaN is NaN.
 
 use dsl::tree::{BinaryOp, Value};
 use dsl::{Diagnostic, Span, Spanned};
@@ -16,7 +16,7 @@ use super::{Axes, Graph, Kind, Lowering, Typed, ops};
 use crate::expr::constants::bare_angle;
 
 impl Lowering<'_> {
-    /// Bare numbers beside an angle are read as angles: says so.
+    /// Warns of bare numbers beside an angle, which are read as angles.
     pub(super) fn angles_alike(&mut self, values: &[&Typed]) {
         let numbers = || values.iter().filter(|a| a.kind == Kind::Scalar);
         if let Some(angle) = numbers().map(|a| a.dimension).find(|d| d.is_number() && *d != NONE) {
@@ -37,14 +37,14 @@ impl Lowering<'_> {
         )
     }
 
-    /// `not a`
+    /// Lowers `not a`.
     pub(super) fn not(&mut self, inner: &Value, span: Span) -> Result<Typed, Failed> {
         let a = self.value(inner)?;
         self.is_truth(&a)?;
         Ok(Typed { nodes: vec![self.graph.push(Op::Neg(a.nodes[0]))], span, ..a })
     }
 
-    /// A comparison, `and`, `or`.
+    /// Lowers a comparison, `and`, or `or`.
     pub(super) fn truth(&mut self, op: &Spanned<BinaryOp>, a: &Typed, b: &Typed, span: Span) -> Result<Typed, Failed> {
         let (x, y) = (a.nodes[0], b.nodes[0]);
         let op = match op.value {
@@ -83,7 +83,7 @@ impl Lowering<'_> {
     }
 }
 
-/// `if(condition, value, other value)`: the values are of one kind and unit.
+/// Lowers `if(condition, value, other value)`. Both values have the same kind and dimension.
 pub(super) fn choose(g: &mut Graph, args: &[Typed], span: Span) -> Result<Typed, CallError> {
     let (condition, a, b) = (&args[0], &args[1], &args[2]);
     if condition.kind != Kind::Truth {

@@ -1,4 +1,4 @@
-//! Values that are needed before anything moves: declared `param`s, and constants in robot and run blocks.
+//! Values that are needed at compile time: declared `param`s, and constants in blocks of robots and runs.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
@@ -9,7 +9,7 @@ pub use crate::expr::environment::{Human, Params, is_word};
 pub use crate::expr::fitting::{bare_angle, fits, merge_bare, one_unit, unit_of_divisor, wrong_dimension};
 use crate::expr::{Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Typed};
 
-/// Values that are needed before anything moves: the graph that they stand in, and what they may name.
+/// Context of values that are needed at compile time: their graph and scope.
 pub struct Constants<'a> {
     /// The graph of the whole program.
     pub graph: &'a mut Graph,
@@ -17,7 +17,7 @@ pub struct Constants<'a> {
     pub params: &'a mut Params,
 }
 
-/// The scope of an expression that may name parameters only.
+/// Scope of an expression that may use parameters only.
 struct ParamsOnly<'s>(&'s mut Params);
 
 impl Scope for ParamsOnly<'_> {
@@ -65,7 +65,7 @@ impl Scope for ParamsOnly<'_> {
     }
 }
 
-/// rad or m.
+/// Dimension of a joint's position: an angle or a length.
 pub fn joint_dimension(model: &Model, dof: usize) -> Dimension {
     match model.dofs.get(dof).map(|d| d.unit) {
         Some(DofUnit::Metre) => LENGTH,
@@ -74,7 +74,7 @@ pub fn joint_dimension(model: &Model, dof: usize) -> Dimension {
 }
 
 impl Constants<'_> {
-    /// Types a value that must not move.
+    /// Types a value that must be constant.
     pub(crate) fn constant(&mut self, value: &Value, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
         let typed = self.typed(value, diagnostics)?;
         let bad = self.not_constant(&typed);
@@ -83,7 +83,7 @@ impl Constants<'_> {
         good.then_some(typed)
     }
 
-    /// Types a value that may name parameters only.
+    /// Types a value that may use parameters only.
     pub fn typed(&mut self, value: &Value, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
         let mut scope = ParamsOnly(self.params);
         Lowering { graph: self.graph, scope: &mut scope, diagnostics }.value(value).ok()
@@ -143,24 +143,23 @@ impl Constants<'_> {
         typed.nodes.iter().map(|&n| self.graph.constant(n)).collect()
     }
 
-    /// Whether a value fits a dimension; a diagnostic otherwise, a warning for a bare number that is read as an angle.
-    /// A bare number is SI for every other dimension.
+    /// As [`fits`], without a name of a parameter.
     pub fn fits(&self, typed: &Typed, wanted: Dimension, what: &str) -> Option<Diagnostic> {
         fits(self.graph, typed, wanted, what)
     }
 
-    /// A constant number of a dimension, in SI.
+    /// Evaluates a constant number of the dimension `wanted`, in SI.
     pub fn scalar(&mut self, value: &Value, wanted: Dimension, diagnostics: &mut Vec<Diagnostic>) -> Option<f64> {
         self.numbers(value, Kind::Scalar, wanted, diagnostics).map(|v| v[0])
     }
 
-    /// A constant vector of a dimension, in SI.
+    /// Evaluates a constant vector of the dimension `wanted`, in SI.
     pub fn vector(&mut self, value: &Value, wanted: Dimension, diagnostics: &mut Vec<Diagnostic>) -> Option<[f64; 3]> {
         self.numbers(value, Kind::Vector, wanted, diagnostics).map(|v| [v[0], v[1], v[2]])
     }
 
-    /// Constant positions for some joints, each with the place that it was written at: one number for all, or a list
-    /// with one each, with or without a unit behind it.
+    /// Evaluates constant positions for some joints, each with its span: one number for all joints, or a list with one
+    /// number per joint, with or without a unit behind the list.
     pub fn per_joint(
         &mut self,
         value: &Value,
@@ -185,8 +184,8 @@ impl Constants<'_> {
     }
 }
 
-/// The items of a list with one value for each joint, a unit behind the list given to each of them; `Some(None)` where
-/// one value stands for all, `None` where the list has another length.
+/// Items of a list with one value per joint; a unit behind the list applies to each. Returns `Some(None)` if one value
+/// counts for all joints, and `None` if the list has another length.
 pub fn joint_items(value: &Value, joints: usize, diagnostics: &mut Vec<Diagnostic>) -> Option<Option<Vec<Value>>> {
     let Some(items) = with_units(value) else { return Some(None) };
     if items.len() != joints {
@@ -200,7 +199,7 @@ pub fn joint_items(value: &Value, joints: usize, diagnostics: &mut Vec<Diagnosti
     Some(Some(items))
 }
 
-/// The items of a list, each with the unit that stands behind the list. `None` for what is no list.
+/// Items of a list, each with the unit behind the list. Returns `None` if the value is not a list.
 pub fn with_units(value: &Value) -> Option<Vec<Value>> {
     match &value.kind {
         ValueKind::List(items) => Some(items.clone()),

@@ -1,4 +1,4 @@
-//! What is known of declared parameters, and of other named values.
+//! Declared parameters and other named values.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,7 +7,7 @@ use dsl::Span;
 use crate::expr::{FUNCTIONS, Meaning, Symbol, TRAJECTORIES};
 use crate::forms::target;
 
-/// True for a name that the language gives a meaning of its own.
+/// True for a reserved name of the language.
 pub fn is_word(name: &str) -> bool {
     let words = [
         "pi",
@@ -30,42 +30,42 @@ pub fn is_word(name: &str) -> bool {
     words.contains(&name) || FUNCTIONS.iter().any(|f| f.name == name) || TRAJECTORIES.iter().any(|t| t.name == name)
 }
 
-/// A human: points that are tracked.
+/// A human with tracked points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Human {
-    /// The names of its points, each with the number that says whether it is present, and that of its uncertainty.
+    /// Names of the points, each with the numbers of its presence and of its uncertainty.
     pub points: Vec<(String, usize, usize)>,
-    /// Segments between two points, by the points' places.
+    /// Segments between two points, by the indices of the points.
     pub links: Vec<(usize, usize)>,
-    /// Whether its points are held when their readings stop.
+    /// True if its points keep their positions when their readings stop.
     pub held: bool,
 }
 
-/// What is known of the declared parameters, and of other named values.
+/// Declared parameters and other named values.
 #[derive(Debug, Default)]
 pub struct Params {
-    /// Values by name.
+    /// Values, by name.
     pub symbols: BTreeMap<String, Symbol>,
-    /// Those whose value is wrong. They were reported, and who uses one stays silent.
+    /// Names whose value is wrong. They were reported, so their uses are not.
     pub failed: BTreeSet<String>,
-    /// Named expressions of what the robot does, until the robot is known.
+    /// Named expressions of the robot's state, until the robot is bound.
     pub later: BTreeSet<String>,
-    /// Those that something used.
+    /// Used names.
     pub used: BTreeSet<String>,
-    /// Signals with the number of the table of signals that says whether they are present.
+    /// Signals, with the number of their presence in the table of signals.
     pub presence: BTreeMap<String, usize>,
-    /// Signals that are wrenches.
+    /// Signals of type wrench.
     pub wrenches: BTreeSet<String>,
-    /// Humans. A point stands among the symbols under a name that cannot be written.
+    /// Humans. The points of a human are symbols under names that users cannot write.
     pub humans: BTreeMap<String, Human>,
-    /// Safety fields. The value of one stands among the symbols under a name that cannot be written.
+    /// Safety fields. The value of a field is a symbol under a name that users cannot write.
     pub fields: BTreeSet<String>,
-    /// Events that the host raises, and where they were declared.
+    /// Events that the host raises, with the spans of their declarations.
     pub events: BTreeMap<String, Span>,
 }
 
 impl Params {
-    /// What a name means, where it is a parameter.
+    /// Meaning of a name, if it is a declared value.
     pub fn meaning(&mut self, name: &str) -> Meaning {
         let name = target(name);
         if self.failed.contains(name) {
@@ -93,7 +93,7 @@ impl Params {
         }
     }
 
-    /// The number that says whether a signal is present.
+    /// Number of a signal's presence in the table of signals.
     pub fn presence(&mut self, name: &str) -> Option<usize> {
         let name = target(name);
         let at = self.presence.get(name).copied()?;
@@ -101,7 +101,7 @@ impl Params {
         Some(at)
     }
 
-    /// True for the name of a value.
+    /// True if the name is that of a value.
     pub fn knows(&self, name: &str) -> bool {
         let name = target(name);
         self.wrenches.contains(name)
@@ -112,7 +112,7 @@ impl Params {
             || self.later.contains(name)
     }
 
-    /// All names that can be written.
+    /// All names that users can write.
     pub fn names(&self) -> Vec<String> {
         self.symbols
             .keys()

@@ -1,4 +1,4 @@
-//! Diagnostics that several kinds of expressions share.
+//! Diagnostics that are common to several kinds of expressions.
 
 use dsl::{Diagnostic, Span};
 use names::suggest;
@@ -6,7 +6,7 @@ use names::suggest;
 use super::{Kind, Typed};
 use crate::units::{self, UnitError};
 
-/// A unit has no meaning.
+/// Diagnostic for an invalid unit.
 pub(crate) fn unit_error(error: &UnitError, span: Span) -> Diagnostic {
     match error {
         UnitError::Unknown(symbol) => {
@@ -23,7 +23,7 @@ pub(crate) fn unit_error(error: &UnitError, span: Span) -> Diagnostic {
     }
 }
 
-/// Two values that should have one dimension do not.
+/// Diagnostic for two values of different dimensions that should have the same.
 pub(crate) fn different(a: &Typed, b: &Typed, why: &str, span: Span) -> Diagnostic {
     let what = |x: &Typed| {
         if x.kind == Kind::Scalar {

@@ -1,4 +1,4 @@
-//! Whether a value fits the dimension that is needed, and what to write where it does not.
+//! Checks the dimension of a value, and builds the help for a mismatch.
 
 use dsl::tree::{BinaryOp, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
@@ -7,8 +7,8 @@ use stdlib_tasks::dimension::{Dimension, NONE, RATE, TIME};
 use crate::expr::{Graph, Kind, Typed, bracketed};
 use crate::units;
 
-/// Whether a value fits a dimension; a diagnostic otherwise, a warning for a bare number that is read as an angle.
-/// A bare number is SI for every other dimension. `what` is the parameter in backquotes, or empty.
+/// Checks that a value has a dimension. Returns an error for another dimension, and a warning for a bare number that is
+/// read as an angle; in all other dimensions a bare number is in SI. `what` is the parameter in backquotes, or empty.
 pub fn fits(graph: &Graph, typed: &Typed, wanted: Dimension, what: &str) -> Option<Diagnostic> {
     let zero = typed.nodes.iter().all(|&n| graph.constant(n) == Some(0.0));
     if matches!(typed.kind, Kind::Rotation | Kind::Pose)
@@ -23,7 +23,7 @@ pub fn fits(graph: &Graph, typed: &Typed, wanted: Dimension, what: &str) -> Opti
     if wanted.accepts(typed.dimension) { None } else { Some(wrong_dimension(typed, wanted, what)) }
 }
 
-/// The diagnostic for a value of another dimension than is needed. `what` is the parameter in backquotes, or empty.
+/// Diagnostic for a value of a wrong dimension. `what` is the parameter in backquotes, or empty.
 pub fn wrong_dimension(typed: &Typed, wanted: Dimension, what: &str) -> Diagnostic {
     let (is, needed) = (typed.dimension.describe(), wanted.describe());
     let message = if what.is_empty() {
@@ -44,7 +44,7 @@ pub fn wrong_dimension(typed: &Typed, wanted: Dimension, what: &str) -> Diagnost
     }
 }
 
-/// The help for `1/2 m`, where the unit belongs to the 2 alone, if the unit behind the whole has the dimension.
+/// Help for `1/2 m`, in which the unit belongs to the 2 alone, if a unit for the whole would have the right dimension.
 pub fn unit_of_divisor(value: &Value, wanted: Dimension) -> Option<String> {
     let ValueKind::Binary(op, left, right) = &value.kind else { return None };
     let ValueKind::Unit(_, unit) = &right.kind else { return None };
@@ -54,7 +54,7 @@ pub fn unit_of_divisor(value: &Value, wanted: Dimension) -> Option<String> {
     Some(format!("a unit belongs to the number before it: write `{meant}`"))
 }
 
-/// A wrong unit behind a list is one mistake, and not one for each of its items.
+/// Merges the errors of all items of a list into one, if the unit behind the list is wrong.
 pub fn one_unit(diagnostics: &mut Vec<Diagnostic>, before: usize, value: &Value, items: usize) {
     let new = diagnostics.get_mut(before..).unwrap_or_default();
     let all = items == new.len() && new.iter().all(|d| d.code == "HQ0301" && d.message == new[0].message);
@@ -64,7 +64,7 @@ pub fn one_unit(diagnostics: &mut Vec<Diagnostic>, before: usize, value: &Value,
     }
 }
 
-/// The warning for a bare number that is read as an angle; a stronger one where it is more than a turn.
+/// Warning for a bare number that is read as an angle; with a note if it is more than a turn.
 pub fn bare_angle(graph: &Graph, typed: &Typed, wanted: Dimension) -> Diagnostic {
     let unit = units::written(wanted);
     let degrees = unit.replacen("rad", "deg", 1);
@@ -81,7 +81,7 @@ pub fn bare_angle(graph: &Graph, typed: &Typed, wanted: Dimension) -> Diagnostic
     }
 }
 
-/// Several bare angles in one list or call are one slip: the warnings since `from` become one for the whole of it.
+/// Merges the warnings of bare angles since `from` into one, because several in one list or call are one slip.
 pub fn merge_bare(diagnostics: &mut Vec<Diagnostic>, from: usize, span: Span) {
     let mut bare: Vec<Diagnostic> = diagnostics.extract_if(from.., |d| d.code == "HQ0305").collect();
     let most = bare.iter().position(|d| !d.notes.is_empty()).unwrap_or(0);
@@ -99,7 +99,7 @@ pub fn merge_bare(diagnostics: &mut Vec<Diagnostic>, from: usize, span: Span) {
     }
 }
 
-/// Whether a value from the command line may stand in the place of a parameter's own.
+/// Checks that a value from the command line can replace a parameter's own.
 pub(crate) fn replaces(graph: &Graph, new: &Typed, own: &Typed, name: &Spanned<String>) -> Option<Diagnostic> {
     let what = format!("`{}`", name.value);
     let d = if new.kind != own.kind {

@@ -1,8 +1,9 @@
-//! In which axes the numbers of a vector or orientation are expressed, and `v in F`, which says or changes it.
+//! Axes in which the numbers of a vector or orientation are expressed, and the operator `v in F` that sets or changes
+//! them.
 //!
-//! A written vector has no axes of its own and takes those of what it meets. Positions count origins: a point has one, a
-//! difference of two points none, their mean one again. So `p in F` can tell a point, which moves with the origin of F,
-//! from a direction, which only turns.
+//! A literal vector has no axes of its own and takes those of its context. Positions count origins: a point has one
+//! origin, a difference of two points none, and their mean one again. `p in F` therefore distinguishes a point, which
+//! moves with the origin of F, from a direction, which only rotates.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
@@ -17,7 +18,7 @@ use super::{Fact, Kind, Lowering, Typed};
 /// A set of axes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Frame {
-    /// Those of whatever it meets.
+    /// Those of the context.
     #[default]
     Any,
     /// The world's.
@@ -27,7 +28,7 @@ pub enum Frame {
 }
 
 impl Frame {
-    /// What a person calls it.
+    /// Description in messages.
     pub fn describe(&self) -> String {
         match self {
             Frame::Any => "no axes of its own".to_string(),
@@ -36,7 +37,7 @@ impl Frame {
         }
     }
 
-    /// How it is written behind `in`.
+    /// Name to write behind `in`.
     pub fn written(&self) -> &str {
         match self {
             Frame::Any | Frame::World => "world",
@@ -44,7 +45,7 @@ impl Frame {
         }
     }
 
-    /// The axes that two values share, if they do.
+    /// Common axes of two values, if they are compatible.
     pub fn joined(&self, other: &Frame) -> Option<Frame> {
         match (self, other) {
             (Frame::Any, f) | (f, Frame::Any) => Some(f.clone()),
@@ -56,11 +57,11 @@ impl Frame {
 /// The axes of a typed value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axes {
-    /// Those that the numbers are expressed in. An orientation turns vectors into them.
+    /// Axes in which the numbers are expressed. An orientation maps vectors to them.
     pub to: Frame,
-    /// Of an orientation: the axes of the vectors that it turns.
+    /// For an orientation: axes of the vectors that it maps.
     pub from: Frame,
-    /// Of a vector: how many origins are in it, 1 for a point and 0 for a direction. `None` where that is no constant.
+    /// For a vector: number of origins, 1 for a point and 0 for a direction. `None` if the number is not constant.
     pub origins: Option<f64>,
 }
 
@@ -71,36 +72,36 @@ impl Default for Axes {
 }
 
 impl Axes {
-    /// A point, expressed in some axes.
+    /// Axes of a point.
     pub fn point(to: Frame) -> Self {
         Axes { to, origins: Some(1.0), ..Axes::default() }
     }
 
-    /// A direction, expressed in some axes.
+    /// Axes of a direction.
     pub fn direction(to: Frame) -> Self {
         Axes { to, ..Axes::default() }
     }
 
-    /// The orientation of some axes in others.
+    /// Axes of the orientation of `from` in `to`.
     pub fn orientation(from: Frame, to: Frame) -> Self {
         Axes { to, from, ..Axes::default() }
     }
 
-    /// Of a value that takes one of two, or lies between them: they must be expressed in the same axes. Orientations of
-    /// two frames give that of neither.
+    /// Axes of a value that is one of two, or lies between them: both must be expressed in the same axes. The result
+    /// has `from` only if both orientations agree in it.
     pub fn joined(&self, other: &Axes) -> Option<Axes> {
         let origins = self.origins.filter(|o| other.origins == Some(*o));
         let from = self.from.joined(&other.from).unwrap_or_default();
         Some(Axes { to: self.to.joined(&other.to)?, from, origins })
     }
 
-    /// Of a sum, or of a difference with `sign` -1.
+    /// Axes of a sum, or with `sign` -1 of a difference.
     pub fn sum(&self, other: &Axes, sign: f64) -> Option<Axes> {
         let origins = self.origins.zip(other.origins).map(|(a, b)| a + sign * b);
         Some(Axes { origins, ..self.joined(other)? })
     }
 
-    /// Of a vector times a number; `None` for one that moves.
+    /// Axes of a vector times a number; `factor` is `None` if the number is not constant.
     pub fn scaled(&self, factor: Option<f64>) -> Axes {
         let origins = match self.origins {
             Some(0.0) => Some(0.0),
@@ -109,12 +110,13 @@ impl Axes {
         Axes { origins, ..self.clone() }
     }
 
-    /// Of something made of a vector that is a direction only if the vector is.
+    /// Axes of a value computed from a vector, which is a direction only if the vector is one.
     pub fn derived(&self) -> Axes {
         self.scaled(None)
     }
 
-    /// Of an orientation times a vector or orientation. One without axes of its own turns within those of the other.
+    /// Axes of an orientation times a vector or orientation. An orientation without axes rotates within those of the
+    /// other operand.
     pub fn product(&self, other: &Axes) -> Option<Axes> {
         let within = |a: &Axes| a.to == Frame::Any && a.from == Frame::Any;
         let origins = other.derived().origins;
@@ -129,7 +131,7 @@ impl Axes {
     }
 }
 
-/// What a person says of the axes of a value.
+/// Description of a value's axes in messages.
 fn said(typed: &Typed) -> String {
     match typed.kind {
         Kind::Pose if typed.axes.from != Frame::Any => {
@@ -140,12 +142,13 @@ fn said(typed: &Typed) -> String {
     }
 }
 
-/// How a value is brought to some axes: with those of now, or where these cannot stand with those of the start.
+/// Expression that transforms a value to the axes `name`: with the current pose, or if that is not permitted, with the
+/// pose at the start.
 fn brought(name: &str, follows: bool) -> String {
     if follows { format!("`(..) in {name}`") } else { format!("`initial((..) in {name})`") }
 }
 
-/// Two values that should be expressed in the same axes, and are not. `follows` where what the robot does now may stand.
+/// Diagnostic for two values in different axes. `follows` is true if the robot's current state is permitted.
 pub fn different(a: &Typed, b: &Typed, span: Span, follows: bool) -> Diagnostic {
     let help = match (&a.axes.to, &b.axes.to) {
         _ if matches!(a.kind, Kind::Rotation | Kind::Pose) => {
@@ -161,7 +164,7 @@ pub fn different(a: &Typed, b: &Typed, span: Span, follows: bool) -> Diagnostic 
     mismatch("these are expressed in different axes", a, b, span).help(help)
 }
 
-/// An orientation that turns the vectors of other axes than those that its factor is expressed in.
+/// Diagnostic for an orientation that maps vectors of other axes than those of its factor.
 pub fn turned(a: &Typed, b: &Typed, span: Span, follows: bool) -> Diagnostic {
     let wanted = a.axes.from.written();
     let (text, other) = match a.kind {
@@ -179,8 +182,8 @@ fn mismatch(text: &str, a: &Typed, b: &Typed, span: Span) -> Diagnostic {
         .note("numbers that count along different axes do not go together, however alike their units are")
 }
 
-/// A value that is not expressed in the axes that are wanted, and the fix. `follows` where no other axes than those of
-/// the world can be brought there, because the parameter cannot follow a link.
+/// Diagnostic for a value in other axes than required. `follows` is true if the value can be transformed to them: if
+/// the parameter may depend on the pose of a link, or if neither frame moves.
 pub fn wanted(typed: &Typed, frame: &Frame, what: &str, follows: bool) -> Option<Diagnostic> {
     if typed.axes.to.joined(frame).is_some() || matches!(typed.kind, Kind::Scalar | Kind::Truth) {
         return None;
@@ -200,7 +203,7 @@ pub fn wanted(typed: &Typed, frame: &Frame, what: &str, follows: bool) -> Option
 }
 
 impl Lowering<'_> {
-    /// `v in F`: says in which axes written numbers count, or expresses a value in other axes.
+    /// Lowers `v in F`: sets the axes of literal numbers, or transforms a value to other axes.
     pub(super) fn in_frame(&mut self, inner: &Value, name: &Spanned<String>, span: Span) -> Result<Typed, Failed> {
         let typed = self.value(inner);
         let frame = self.scope.frame(name, self.diagnostics).ok_or(Failed);
@@ -221,7 +224,7 @@ impl Lowering<'_> {
         self.seen_from_frame(world, frame, name, span)
     }
 
-    /// Where a link is, or how it stands: nodes of `frame(F).position` or `.orientation`.
+    /// Nodes of `frame(F).position` or `frame(F).orientation`.
     fn pose_of(&mut self, frame: &Frame, field: &str, at: Span) -> Result<Vec<usize>, Failed> {
         let link = Value { kind: ValueKind::Name(frame.written().to_string()), span: at };
         let field = Spanned::new(field.to_string(), at);
@@ -229,7 +232,7 @@ impl Lowering<'_> {
         Ok(self.scope.now(self.graph, &what, at, self.diagnostics).ok_or(Failed)?.nodes)
     }
 
-    /// How many origins a vector holds; that must be known to move it from one frame to another.
+    /// Number of origins of a vector, which must be known to transform it from one frame to another.
     fn origins(&mut self, typed: &Typed) -> Result<f64, Failed> {
         match typed.axes.origins {
             Some(o) => Ok(o),
@@ -298,7 +301,7 @@ impl Lowering<'_> {
         Ok(Typed { nodes, axes, span, ..typed })
     }
 
-    /// `nodes += factor p`.
+    /// Computes `nodes += factor p`.
     fn add(&mut self, nodes: &mut [usize], p: &[usize], factor: f64) {
         let before = nodes.to_vec();
         let times = self.graph.number(factor);

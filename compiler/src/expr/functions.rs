@@ -9,18 +9,18 @@ use super::ops::{self, additive, cross, dot};
 use super::{Axes, Graph, Kind, Typed, choices, poses, rotations};
 use dsl::Span;
 
-/// A function of the language, for messages.
+/// A function of the language, with its properties for messages.
 #[derive(Debug)]
 pub struct Function {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// How a call looks.
+    /// Syntax of a call.
     pub form: &'static str,
-    /// How many arguments it takes.
+    /// Number of arguments.
     pub arity: std::ops::RangeInclusive<usize>,
 }
 
-/// All of them.
+/// All functions.
 pub static FUNCTIONS: &[Function] = &[
     Function { name: "sin", form: "sin(angle)", arity: 1..=1 },
     Function { name: "cos", form: "cos(angle)", arity: 1..=1 },
@@ -50,12 +50,12 @@ pub static FUNCTIONS: &[Function] = &[
     Function { name: "slerp", form: "slerp(from, to, share)", arity: 3..=3 },
 ];
 
-/// True where argument `index` of a function is an angle.
+/// True if argument `index` of a function is an angle.
 pub(super) fn is_angle(name: &str, index: usize) -> bool {
     matches!((name, index), ("sin" | "cos" | "tan" | "rpy", _) | ("axis_angle", 1))
 }
 
-/// The arguments of a function that have one unit.
+/// Arguments of a function that must have the same dimension.
 pub(super) fn alike(name: &str, count: usize) -> std::ops::Range<usize> {
     match name {
         "min" | "max" | "clamp" | "atan2" => 0..count,
@@ -65,19 +65,19 @@ pub(super) fn alike(name: &str, count: usize) -> std::ops::Range<usize> {
     }
 }
 
-/// Why a call has no meaning.
+/// Error of a call.
 pub(super) enum CallError {
-    /// Argument `index` should be `wanted`.
+    /// Argument `index` must be `wanted`.
     Argument { index: usize, wanted: String },
-    /// Two arguments should have one dimension.
+    /// Two arguments must have the same dimension.
     Different { first: usize, second: usize },
-    /// Two arguments should be expressed in the same axes.
+    /// Two arguments must be expressed in the same axes.
     Axes { first: usize, second: usize },
-    /// A value that is not defined, whatever time it is.
+    /// The value is undefined at all times.
     Undefined(&'static str),
 }
 
-/// Applies a function to as many arguments as its arity asks for.
+/// Applies a function; the number of arguments is within its arity.
 pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Result<Typed, CallError> {
     let scalar = |nodes: usize, dimension: Dimension| Typed {
         kind: Kind::Scalar,
@@ -169,7 +169,7 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
             Ok(Typed { nodes, bare: false, axes, ..step })
         }
         "smoothstep" => {
-            // x^2 (3 - 2 x) for x held within 0 and 1
+            // x^2 (3 - 2 x) for x clamped to 0..1
             let x = number(args, 0)?;
             let (zero, one, two, three) = (g.number(0.0), g.number(1.0), g.number(2.0), g.number(3.0));
             let x = g.push(Op::Max(x, zero));
@@ -200,7 +200,7 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
             Ok(Typed { kind: Kind::Vector, dimension, nodes, bare: false, axes: axes.derived(), span })
         }
         "normalize" => {
-            // v / |v|, and zero for a vector without direction
+            // v / |v|, and zero for the zero vector
             let a = vector(args, 0)?;
             let square = dot(g, &a.nodes, &a.nodes);
             if g.constant(square) == Some(0.0) {
@@ -250,7 +250,7 @@ pub(super) fn vector(args: &[Typed], index: usize) -> Result<&Typed, CallError> 
     }
 }
 
-/// A bare number.
+/// A bare number as argument.
 pub(super) fn number(args: &[Typed], index: usize) -> Result<usize, CallError> {
     let a = one(args, index)?;
     if a.dimension == NONE {
@@ -260,7 +260,7 @@ pub(super) fn number(args: &[Typed], index: usize) -> Result<usize, CallError> {
     }
 }
 
-/// An angle, or a bare number that stands for radians.
+/// An angle, or a bare number in radians, as argument.
 pub(super) fn angle(g: &Graph, args: &[Typed], index: usize) -> Result<usize, CallError> {
     let a = one(args, index)?;
     if a.dimension.is_number() || ops::is_zero(g, a) {

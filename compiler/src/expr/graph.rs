@@ -1,4 +1,4 @@
-//! A graph of operations on numbers: equal ones shared, constants folded, derivatives in time taken exactly.
+//! Graph of operations on numbers: equal nodes are shared, constants folded, and time derivatives are exact.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,25 +6,25 @@ use runtime::program::{Op, TrajectoryProgram};
 
 use super::facts::{Fact, Known};
 
-/// The graph. Nodes are indices of operations; operands come before users.
+/// The graph. Nodes are indices of operations; operands precede their users.
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
     ops: Vec<Op>,
-    /// For each operation, whether the robot's state stands in it.
+    /// For each operation, true if it depends on the robot's state.
     state: Vec<bool>,
     known: BTreeMap<(u8, u64, usize, usize), usize>,
     rates: BTreeMap<usize, usize>,
-    /// Numbers of the table of signals that have a rate there: the number of that.
+    /// Numbers of the table of signals with a rate, mapped to the number of the rate.
     moving: BTreeMap<usize, usize>,
-    /// What is known of several nodes together, by each of them.
+    /// Facts about several nodes as a whole, by each of the nodes.
     facts: BTreeMap<usize, Vec<Known>>,
-    /// Trajectories; what they read are nodes.
+    /// Trajectories; their inputs are nodes.
     trajectories: Vec<TrajectoryProgram>,
-    /// Numbers of the robot's state that read nodes: those of safety fields.
+    /// Nodes that numbers of the robot's state depend on, as in safety fields.
     reading: BTreeMap<usize, Vec<usize>>,
 }
 
-/// Most facts that are kept of one node.
+/// Maximum number of facts per node.
 const FACTS: usize = 8;
 
 fn key(op: Op) -> (u8, u64, usize, usize) {
@@ -65,7 +65,7 @@ impl Graph {
         &self.ops
     }
 
-    /// The value of a node that depends on nothing.
+    /// Value of a constant node.
     pub fn constant(&self, node: usize) -> Option<f64> {
         match self.ops[node] {
             Op::Const(x) => Some(x),
@@ -73,29 +73,29 @@ impl Graph {
         }
     }
 
-    /// A number of the table of signals, whose rate in time is another number of it.
+    /// Adds a number of the table of signals; `rate` is the number of its time derivative in that table.
     pub fn moving_signal(&mut self, number: usize, rate: usize) -> usize {
         self.moving.insert(number, rate);
         self.push(Op::Signal(number))
     }
 
-    /// A number of the robot's state that reads some nodes.
+    /// Adds a number of the robot's state that depends on some nodes.
     pub fn reading_state(&mut self, number: usize, nodes: Vec<usize>) -> usize {
         self.reading.insert(number, nodes);
         self.push(Op::State(number))
     }
 
-    /// True where the robot's present state stands in a node.
+    /// True if a node depends on the robot's current state.
     pub fn is_state(&self, node: usize) -> bool {
         self.state[node]
     }
 
-    /// A number.
+    /// Adds a constant.
     pub fn number(&mut self, x: f64) -> usize {
         self.push(Op::Const(x))
     }
 
-    /// Adds an operation, or finds it, or finds something simpler that is equal.
+    /// Adds an operation, or returns an existing or simpler equal node.
     pub fn push(&mut self, op: Op) -> usize {
         let op = match self.simplify(op) {
             Ok(op) => op,
@@ -113,7 +113,7 @@ impl Graph {
         node
     }
 
-    /// A simpler operation, or the node that is equal to it.
+    /// Simplifies an operation, or returns the node that it is equal to.
     fn simplify(&mut self, op: Op) -> Result<Op, usize> {
         let c = |node: usize| self.constant(node);
         if let Op::Select(a, x, y) = op
@@ -142,7 +142,7 @@ impl Graph {
         }
     }
 
-    /// Notes what is known of some nodes together.
+    /// Stores a fact about some nodes as a whole.
     pub fn note(&mut self, nodes: &[usize], fact: Fact) {
         let known = Known { nodes: nodes.to_vec(), fact };
         for &node in nodes {
@@ -156,18 +156,18 @@ impl Graph {
         }
     }
 
-    /// What is known of a node together with others.
+    /// Facts about a node together with others.
     pub fn facts(&self, node: usize) -> &[Known] {
         self.facts.get(&node).map_or(&[], Vec::as_slice)
     }
 
-    /// The time derivative of a node. Where a function has none (the edge of a `min`, `abs` at zero), the derivative
-    /// is that of the branch that the value itself takes.
+    /// Returns the time derivative of a node. At a point where a function is not differentiable (the edge of a `min`,
+    /// `abs` at zero), it is the derivative of the branch that determines the value.
     pub fn rate(&mut self, node: usize) -> usize {
         if let Some(&r) = self.rates.get(&node) {
             return r;
         }
-        // What the node needs. Operands come first, so filling in ascending order never recurses deeply.
+        // Operands come first in ascending order, so the derivatives are computed without deep recursion.
         let (mut left, mut needed) = (vec![node], BTreeSet::new());
         while let Some(i) = left.pop() {
             if !self.rates.contains_key(&i) && needed.insert(i) {
@@ -249,7 +249,7 @@ impl Graph {
                 self.zero_unless_positive(square, rate)
             }
             Op::Sqrt(a) => {
-                // What stands still under the root has no rate, also where the root is zero.
+                // A constant argument has the rate zero, also if the root is zero.
                 let da = d(self, a);
                 let twice = self.push(Op::Add(node, node));
                 let rate = self.push(Op::Div(da, twice));
@@ -276,7 +276,7 @@ impl Graph {
         }
     }
 
-    /// `a' / sqrt(1 - a²)`, and zero where that is infinite.
+    /// `a' / sqrt(1 - a²)`, and zero if that is infinite.
     fn arc_rate(&mut self, a: usize) -> usize {
         let da = self.rates[&a];
         let (one, square) = (self.number(1.0), self.push(Op::Mul(a, a)));
@@ -292,14 +292,14 @@ impl Graph {
         self.push(Op::Select(minus, zero, node))
     }
 
-    /// The rate of `a` where `over - under >= 0`, else that of `b`.
+    /// Rate of `a` if `over - under >= 0`, else rate of `b`.
     fn rate_of_choice(&mut self, a: usize, b: usize, over: usize, under: usize) -> usize {
         let (da, db) = (self.rates[&a], self.rates[&b]);
         let test = self.push(Op::Sub(over, under));
         self.push(Op::Select(test, da, db))
     }
 
-    /// Adds a trajectory, whose first number is given here, or finds it; gives the nodes of its value.
+    /// Adds a trajectory, or finds an equal one; sets its first number and returns the nodes of its value.
     pub fn trajectory(&mut self, mut program: TrajectoryProgram) -> Vec<usize> {
         let known = self.trajectories.iter().find(|t| TrajectoryProgram { at: t.at, ..program.clone() } == **t);
         program.at =
@@ -308,22 +308,22 @@ impl Graph {
         if known.is_none() {
             self.trajectories.push(program);
         }
-        // Behind all that it reads.
+        // Pushed now, so that these nodes come after all inputs of the trajectory.
         let nodes: Vec<usize> = numbers.map(|k| self.push(Op::Trajectory(k))).collect();
         nodes.into_iter().take(width).collect()
     }
 
-    /// The trajectories; what they read are nodes.
+    /// Trajectories; their inputs are nodes.
     pub fn trajectories(&self) -> &[TrajectoryProgram] {
         &self.trajectories
     }
 
-    /// The trajectory that gives a number.
+    /// Trajectory that computes a number.
     pub fn trajectory_of(&self, number: usize) -> Option<&TrajectoryProgram> {
         self.trajectories.iter().find(|t| t.numbers().contains(&number))
     }
 
-    /// Where what some nodes are comes to rest: the goal of a trajectory whose value they are, else they themselves.
+    /// Final value of some nodes: the goal, if they are the value of a trajectory, else the nodes themselves.
     pub fn goal(&self, nodes: &[usize]) -> Vec<usize> {
         let Some(Op::Trajectory(first)) = nodes.first().map(|&n| self.ops[n]) else { return nodes.to_vec() };
         let in_order = nodes.iter().enumerate().all(|(i, &n)| self.ops[n] == Op::Trajectory(first + i));
@@ -331,7 +331,7 @@ impl Graph {
         whole.map_or_else(|| nodes.to_vec(), |t| self.goal(&t.goals[t.goals.len() - nodes.len()..]))
     }
 
-    /// The nodes that a node reads.
+    /// Nodes that a node depends on directly.
     pub fn reads(&self, node: usize) -> Vec<usize> {
         let op = self.ops[node];
         let moved = match op {
@@ -346,12 +346,12 @@ impl Graph {
         op.operands().into_iter().flatten().chain(moved).chain(read.iter().copied()).collect()
     }
 
-    /// True where a trajectory stands in a node.
+    /// True if one of the nodes depends on a trajectory.
     pub fn moves_along(&self, roots: &[usize]) -> bool {
         !self.trajectories.is_empty() && self.extract(roots).0.iter().any(|op| matches!(op, Op::Trajectory(_)))
     }
 
-    /// The operations that the given nodes need, in order, and the new index of each old one.
+    /// Extracts the operations that the given nodes need, in order, with the new index of each old one.
     pub fn extract(&self, roots: &[usize]) -> (Vec<Op>, BTreeMap<usize, usize>) {
         let mut needed = vec![false; self.ops.len()];
         for &r in roots {

@@ -1,4 +1,4 @@
-//! What to do about operands that do not go together.
+//! Helps for operands that do not match.
 
 use dsl::tree::{BinaryOp, Unit, Value, ValueKind};
 use names::list;
@@ -16,7 +16,7 @@ pub(super) fn count(arity: &std::ops::RangeInclusive<usize>) -> String {
     }
 }
 
-/// How a function of other languages is written here.
+/// Translates a function of other languages.
 pub(super) fn elsewhere(name: &str) -> Option<&'static str> {
     let known: &[(&[&str], &'static str)] = &[
         (&["arcsin"], "asin(number)"),
@@ -49,7 +49,7 @@ pub(super) fn elsewhere(name: &str) -> Option<&'static str> {
     known.iter().find(|(names, _)| names.contains(&lower.as_str())).map(|(_, form)| *form)
 }
 
-/// All functions, by what they are about.
+/// Lists all functions by family.
 pub(super) fn families() -> String {
     let vectors = ["norm", "dot", "cross", "normalize"];
     let orientations = ["rpy", "axis_angle", "quaternion", "inverse", "slerp"];
@@ -94,7 +94,7 @@ pub(super) fn help_for_sum(a: &Typed, b: &Typed) -> String {
     }
 }
 
-/// `1/2 m` and `2^2 m` with the unit behind the whole: `(1/2) m`, `(2^2) m`.
+/// Puts the value of `1/2 m` or `2^2 m` in brackets, so that the unit applies to the whole: `(1/2) m`, `(2^2) m`.
 pub fn bracketed(op: BinaryOp, left: &Value, right: &Value) -> Option<String> {
     let sign = match op {
         BinaryOp::Div => '/',
@@ -109,7 +109,7 @@ pub fn bracketed(op: BinaryOp, left: &Value, right: &Value) -> Option<String> {
     Some(format!("({}{sign}{}) {}", a.text, b.text, written(unit)))
 }
 
-/// A unit as it is written: `m/s^2`.
+/// Formats a unit: `m/s^2`.
 fn written(unit: &Unit) -> String {
     let mut text = String::new();
     for (symbol, power) in &unit.factors {

@@ -1,4 +1,4 @@
-//! People in expressions: their tracked points, how fast those move, and how uncertain they are.
+//! People in expressions: their tracked points, with velocity and uncertainty.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
@@ -10,15 +10,15 @@ use super::{Axes, Kind, Lowering, Typed};
 use crate::expr::constants::Human;
 use crate::forms::{target, written};
 
-/// What follows a point, `operator.chest.velocity`.
+/// Suffix of a point for its velocity, `operator.chest.velocity`.
 const VELOCITY: &str = "velocity";
 
-/// The name under which a point of a human, or its velocity, stands among the values. Nobody can write it.
+/// Name of the symbol for a human's point or its velocity. Users cannot write it.
 pub(crate) fn symbol(human: &str, point: &str, velocity: bool) -> String {
     format!("{human}.#{point}{}", if velocity { ".#velocity" } else { "" })
 }
 
-/// The name under which the value of a safety field stands among the values. Nobody can write it.
+/// Name of the symbol for the value of a safety field. Users cannot write it.
 pub(crate) fn field_symbol(field: &str) -> String {
     format!("{field}.#field")
 }
@@ -32,12 +32,12 @@ impl Lowering<'_> {
         }
     }
 
-    /// True for the name of a declaration that was wrong, and reported.
+    /// True for the name of a declaration with a reported error.
     fn is_failed(&mut self, value: &Value) -> bool {
         matches!(&value.kind, ValueKind::Name(name) if matches!(self.scope.name(name), Meaning::Failed))
     }
 
-    /// `operator.chest` and `operator.chest.velocity`, where the first name is that of a human.
+    /// Lowers `operator.chest` and `operator.chest.velocity`, if the first name is that of a human.
     pub(super) fn tracked(
         &mut self,
         inner: &Value,
@@ -64,7 +64,7 @@ impl Lowering<'_> {
         Some(self.point_of(&name, &human, point).and_then(|name| self.known(&symbol(name, &point.value, true), span)))
     }
 
-    /// The name in the program of the human, where it has a point.
+    /// Name of the human in the program, if it has the point.
     fn point_of<'n>(&mut self, name: &'n str, human: &Human, point: &Spanned<String>) -> Result<&'n str, Failed> {
         if human.points.iter().any(|p| p.0 == point.value) {
             return Ok(target(name));
@@ -84,7 +84,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// One number of each point that `operator` or `operator.chest` means; none where it means no human.
+    /// One number for each point of `operator`, or for the point `operator.chest`; `None` if `who` is not a human.
     pub(super) fn numbers_of_human(
         &mut self,
         who: &Value,
@@ -102,7 +102,7 @@ impl Lowering<'_> {
         Some(found.map(|_| human.points.iter().filter(|p| p.0 == point.value).map(number).collect()))
     }
 
-    /// `uncertainty(operator)`, `uncertainty(operator.chest)`
+    /// Lowers `uncertainty(operator)` and `uncertainty(operator.chest)`.
     pub(super) fn uncertainty(&mut self, args: &[Value], span: Span) -> Result<Typed, Failed> {
         let [who] = args else {
             let d = Diagnostic::error(

@@ -1,7 +1,7 @@
-//! Intervals of numbers: between which two numbers the value of an operation lies, whatever its operands are within theirs.
+//! Interval arithmetic: bounds of the value of an operation, for all operands within their intervals.
 //!
-//! Source: Moore, Kearfott, Cloud, Introduction to Interval Analysis (2009), ch. 2 and 5. Ends are widened by more than
-//! rounding can move them.
+//! Source: Moore, Kearfott, Cloud, Introduction to Interval Analysis (2009), ch. 2 and 5. The ends are widened by more
+//! than the rounding error.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -10,73 +10,73 @@ use runtime::program::Op;
 /// All numbers from `low` to `high`, both included; ends may be infinite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// The smallest.
+    /// Lower end.
     pub low: f64,
-    /// The largest.
+    /// Upper end.
     pub high: f64,
 }
 
-/// Zero times infinity is zero: an infinite end stands for numbers as large as you like, and each is finite.
+/// Product with zero times infinity equal to zero: an infinite end means arbitrarily large, but finite numbers.
 fn times(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
 }
 
 impl Interval {
-    /// Every number.
+    /// All numbers.
     pub const ALL: Interval = Interval { low: f64::NEG_INFINITY, high: f64::INFINITY };
 
-    /// From one number to another; all numbers where these are none.
+    /// Interval from `low` to `high`; all numbers if the ends are NaN or in the wrong order.
     pub fn new(low: f64, high: f64) -> Self {
         if low <= high { Interval { low, high } } else { Interval::ALL }
     }
 
-    /// One number.
+    /// Interval of one number.
     pub fn point(x: f64) -> Self {
         Interval::new(x, x)
     }
 
-    /// Numbers of at most this size.
+    /// Numbers of at most this absolute value.
     pub fn within(size: f64) -> Self {
         Interval::new(-size, size)
     }
 
-    /// The numbers that both contain; `self` where rounding has torn them apart.
+    /// Intersection; `self` if rounding made the intervals disjoint.
     pub fn meet(self, other: Interval) -> Interval {
         let (low, high) = (self.low.max(other.low), self.high.min(other.high));
         if low <= high { Interval { low, high } } else { self }
     }
 
-    /// The smallest interval around both.
+    /// Smallest interval that contains both.
     pub fn hull(self, other: Interval) -> Interval {
         Interval { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// How far apart the two are; not above zero where they share a number.
+    /// Distance between the two intervals; zero or negative if they overlap.
     pub fn gap(self, other: Interval) -> f64 {
         (self.low - other.high).max(other.low - self.high)
     }
 
-    /// The largest size of its numbers.
+    /// Largest absolute value.
     pub fn size(self) -> f64 {
         self.low.abs().max(self.high.abs())
     }
 
-    /// The smallest size of its numbers.
+    /// Smallest absolute value.
     pub fn smallest(self) -> f64 {
         self.low.max(-self.high).max(0.0)
     }
 
-    /// The interval of sums.
+    /// Interval of the sum.
     pub fn plus(self, other: Interval) -> Interval {
         Interval::new(self.low + other.low, self.high + other.high)
     }
 
-    /// The interval of opposites.
+    /// Interval of the negation.
     pub fn negated(self) -> Interval {
         Interval { low: -self.high, high: -self.low }
     }
 
-    /// The interval of products.
+    /// Interval of the product.
     pub fn by(self, other: Interval) -> Interval {
         let all = [
             times(self.low, other.low),
@@ -87,12 +87,12 @@ impl Interval {
         Interval::new(all.into_iter().fold(f64::INFINITY, f64::min), all.into_iter().fold(f64::NEG_INFINITY, f64::max))
     }
 
-    /// The interval of inverses; all numbers where zero is among them.
+    /// Interval of the inverse; all numbers if the interval contains zero.
     fn inverse(self) -> Interval {
         if self.low > 0.0 || self.high < 0.0 { Interval::new(1.0 / self.high, 1.0 / self.low) } else { Interval::ALL }
     }
 
-    /// The interval of a function that never falls.
+    /// Image under a monotone, non-decreasing function.
     fn through(self, f: impl Fn(f64) -> f64) -> Interval {
         Interval::new(f(self.low), f(self.high))
     }
@@ -102,7 +102,7 @@ impl Interval {
         if !(self.size() < 1e6 && self.high - self.low < turn) {
             return Interval::within(1.0);
         }
-        // Whether a number of the form `at + k 2 pi` lies within, up to rounding.
+        // True if a number `at + k 2 pi` is inside, up to rounding.
         let meets = |at: f64| ((self.low - at) / turn - 1e-9).ceil() <= ((self.high - at) / turn + 1e-9).floor();
         let (a, b) = (self.low.sin(), self.high.sin());
         let high = if meets(FRAC_PI_2) { 1.0 } else { a.max(b) };
@@ -121,13 +121,13 @@ impl Interval {
         }
     }
 
-    /// Widened by more than rounding.
+    /// Interval widened by more than the rounding error.
     fn outward(self) -> Interval {
         let out = |x: f64| if x.is_finite() { 4.0 * f64::EPSILON * x.abs() } else { 0.0 };
         Interval { low: self.low - out(self.low), high: self.high + out(self.high) }
     }
 
-    /// True, false, or either, as numbers.
+    /// Interval of a truth value: true, false, or either.
     fn truth(yes: bool, no: bool) -> Interval {
         match (yes, no) {
             (true, _) => Interval::point(1.0),
@@ -136,8 +136,8 @@ impl Interval {
         }
     }
 
-    /// The interval of an operation, from those of its operands (`r`) and of what comes from outside (`leaf`). Where the
-    /// operation has no value (the root of a negative number) nothing is counted: a controller stops there.
+    /// Interval of an operation, from those of its operands (`r`) and of values from outside of the graph (`leaf`).
+    /// Undefined values (the root of a negative number) are ignored, because the controller stops there.
     pub fn of(op: Op, r: impl Fn(usize) -> Interval, leaf: impl Fn(Op) -> Interval) -> Interval {
         let found = match op {
             Op::Const(x) => return Interval::point(x),

@@ -1,4 +1,4 @@
-//! From a written value to a typed expression, with every mistake said where it was made.
+//! Lowers values of the syntax tree to typed expressions, and reports each mistake at its place.
 
 use dsl::tree::{BinaryOp, Value, ValueKind};
 use dsl::{Diagnostic, Span};
@@ -13,11 +13,11 @@ use crate::units;
 
 /// Lowers values into a graph.
 pub struct Lowering<'a> {
-    /// Where nodes go.
+    /// Receives the nodes.
     pub graph: &'a mut Graph,
-    /// What names mean.
+    /// Meaning of names.
     pub scope: &'a mut dyn Scope,
-    /// Where mistakes go.
+    /// Receives the diagnostics.
     pub diagnostics: &'a mut Vec<Diagnostic>,
 }
 
@@ -27,10 +27,10 @@ impl Lowering<'_> {
         Err(Failed)
     }
 
-    /// Types a value and brings it to SI.
+    /// Types a value and converts it to SI.
     ///
     /// # Errors
-    /// It has no type; the diagnostics say why.
+    /// The value has no type; the diagnostics report the reason.
     pub fn value(&mut self, value: &Value) -> Result<Typed, Failed> {
         let span = value.span;
         let scalar = |node: usize, dimension: Dimension, bare: bool| Typed {
@@ -46,7 +46,7 @@ impl Lowering<'_> {
             ValueKind::Number(n) => Ok(scalar(self.graph.number(n.value), NONE, true)),
             ValueKind::Unit(inner, unit) => {
                 let inner = self.value(inner)?;
-                // A bare angle was warned of where it was given.
+                // The argument already had the warning for a bare angle.
                 if units::is_assumed(unit) && !inner.bare {
                     return Ok(Typed { span, ..inner });
                 }
@@ -92,7 +92,7 @@ impl Lowering<'_> {
                 let (a, b) = (self.value(left), self.value(right));
                 let (a, b) = (a?, b?);
                 let result = self.binary(op, &a, &b, span);
-                // `2^2 m`: the unit was meant for the whole.
+                // `2^2 m`: the unit was probably meant for the whole.
                 let meant = bracketed(op.value, left, right).filter(|_| op.value == BinaryOp::Pow && result.is_err());
                 if let (Some(meant), Some(d)) = (meant, self.diagnostics.last_mut()) {
                     d.help = Some(format!("a unit behind an exponent is the exponent's: write `{meant}`"));

@@ -1,4 +1,4 @@
-//! Expressions: typing with dimensions, lowering to operations on numbers, exact differentiation in time.
+//! Expressions: types with dimensions, lowering to operations on numbers, and exact differentiation in time.
 
 mod arithmetic;
 mod calls;
@@ -44,7 +44,7 @@ pub use trajectories::{Named, Start, TRAJECTORIES, Trajectory, needs_from};
 use dsl::Span;
 use stdlib_tasks::dimension::Dimension;
 
-/// What kind of thing an expression is.
+/// Kind of an expression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// One number.
@@ -60,7 +60,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// How many numbers it has.
+    /// Number of nodes.
     pub fn width(self) -> usize {
         match self {
             Kind::Scalar | Kind::Truth => 1,
@@ -70,7 +70,7 @@ impl Kind {
         }
     }
 
-    /// What a person calls it.
+    /// Description in messages.
     pub fn describe(self) -> &'static str {
         match self {
             Kind::Scalar => "a number",
@@ -85,16 +85,16 @@ impl Kind {
 /// A typed expression: nodes of a [`Graph`], in SI.
 #[derive(Clone, Debug)]
 pub struct Typed {
-    /// Its kind.
+    /// Kind.
     pub kind: Kind,
-    /// Its dimension; none for rotations and poses.
+    /// Dimension; `NONE` for rotations and poses.
     pub dimension: Dimension,
     /// 1, 3, 4 or 7 nodes.
     pub nodes: Vec<usize>,
-    /// A bare number was written where nothing says what it counts: no unit, no `pi`, no name.
+    /// True for a bare number whose quantity is unknown: without a unit, `pi`, or a name.
     pub bare: bool,
-    /// Of a vector, orientation or pose: the axes that its numbers count along.
+    /// For a vector, orientation or pose: axes in which its numbers are expressed.
     pub axes: Axes,
-    /// Where.
+    /// Source span.
     pub span: Span,
 }

@@ -1,4 +1,4 @@
-//! Names in expressions: what is built in, what the scope knows, and what to write for a name that means nothing.
+//! Names in expressions: built-in names, names of the scope, and helps for unknown names.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
@@ -14,7 +14,7 @@ use crate::forms::{target, written};
 use crate::units;
 
 impl Lowering<'_> {
-    /// The value of a name.
+    /// Lowers a name.
     pub(super) fn name(&mut self, name: &str, span: Span) -> Result<Typed, Failed> {
         let scalar = |node: usize, dimension: Dimension| Typed {
             kind: Kind::Scalar,
@@ -94,7 +94,7 @@ impl Lowering<'_> {
         self.fail(d)
     }
 
-    /// A name before a dot that means nothing, and is nearly that of a person, a signal or a value.
+    /// Diagnostic for an unknown name before a dot that is similar to that of a person, a signal or a value.
     pub(super) fn misspelt(&mut self, inner: &Value) -> Option<Diagnostic> {
         let ValueKind::Name(name) = &inner.kind else { return None };
         if !matches!(self.scope.name(name), Meaning::Unknown) {

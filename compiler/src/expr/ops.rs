@@ -1,4 +1,4 @@
-//! Operations on typed expressions, with their dimensions: sums, products, quaternions.
+//! Operations on typed expressions and their dimensions: sums, products, quaternions.
 
 use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE};
@@ -7,15 +7,15 @@ use super::facts::Fact;
 use super::{Graph, Kind, Typed, poses};
 use dsl::Span;
 
-/// Why two operands do not go together.
+/// Mismatch of two operands.
 pub(super) enum Mismatch {
-    /// Kinds that the operator does not join.
+    /// The operator is not defined for these kinds.
     Kinds,
-    /// Dimensions that the operator does not join.
+    /// The operator is not defined for these dimensions.
     Dimensions,
-    /// Exponents beyond anything meant.
+    /// The exponents of the units are too large.
     TooLarge,
-    /// Axes that do not go together.
+    /// The axes are incompatible.
     Axes,
 }
 
@@ -23,14 +23,14 @@ fn zip(g: &mut Graph, a: &[usize], b: &[usize], op: fn(usize, usize) -> Op) -> V
     a.iter().zip(b).map(|(&a, &b)| g.push(op(a, b))).collect()
 }
 
-/// True for an expression that is exactly zero, which has any dimension.
+/// True for an expression that is the constant zero, which is compatible with every dimension.
 pub(super) fn is_zero(g: &Graph, x: &Typed) -> bool {
     !matches!(x.kind, Kind::Rotation | Kind::Pose | Kind::Truth)
         && x.dimension == NONE
         && x.nodes.iter().all(|&n| g.constant(n) == Some(0.0))
 }
 
-/// The dimension of a sum of both, if they may be added.
+/// Dimension of the sum of both, if they may be added.
 pub(super) fn joined(g: &Graph, a: &Typed, b: &Typed) -> Option<Dimension> {
     if is_zero(g, a) {
         Some(b.dimension)
@@ -43,7 +43,7 @@ pub(super) fn joined(g: &Graph, a: &Typed, b: &Typed) -> Option<Dimension> {
     }
 }
 
-/// `a + b` or `a - b`, or another operation that wants equal dimensions, number by number.
+/// Lowers `a + b` or `a - b`, or another componentwise operation on operands of equal dimension.
 pub(super) fn additive(
     g: &mut Graph,
     a: &Typed,
@@ -64,8 +64,8 @@ pub(super) fn additive(
     Ok(Typed { kind: a.kind, dimension, nodes, bare: a.bare && b.bare, axes, span })
 }
 
-/// `a * b`: numbers, a number and a vector, two orientations, an orientation and a vector that it turns, a pose and a
-/// pose or a point in its frame.
+/// Lowers `a * b`: numbers, a number and a vector, two orientations, an orientation and a vector that it rotates, a
+/// pose and a pose or a point in its frame.
 pub(super) fn multiply(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Result<Typed, Mismatch> {
     let dimension = a.dimension.times(b.dimension).ok_or(Mismatch::TooLarge)?;
     let bare = a.bare && b.bare;
@@ -94,7 +94,7 @@ pub(super) fn multiply(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Resul
     Ok(Typed { kind, dimension, nodes, bare, axes, span })
 }
 
-/// `a / b` with a number below.
+/// Lowers `a / b` with a number as divisor.
 pub(super) fn divide(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Result<Typed, Mismatch> {
     if b.kind != Kind::Scalar || matches!(a.kind, Kind::Rotation | Kind::Pose | Kind::Truth) {
         return Err(Mismatch::Kinds);
@@ -110,7 +110,7 @@ pub(super) fn divide(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Result<
     Ok(Typed { kind: a.kind, dimension, nodes, bare: a.bare && b.bare, axes, span })
 }
 
-/// The Hamilton product of two quaternions `w x y z`.
+/// Hamilton product of two quaternions `w x y z`.
 pub(super) fn quaternion_product(g: &mut Graph, p: &[usize], q: &[usize]) -> Vec<usize> {
     // rows of w, x, y, z: (index of p, index of q, sign)
     let table: [[(usize, usize, bool); 4]; 4] = [
@@ -132,14 +132,14 @@ pub(super) fn quaternion_product(g: &mut Graph, p: &[usize], q: &[usize]) -> Vec
     nodes
 }
 
-/// The quaternion of the inverse rotation.
+/// Quaternion of the inverse rotation.
 pub(super) fn conjugate(g: &mut Graph, q: &[usize]) -> Vec<usize> {
     let nodes: Vec<usize> = q.iter().enumerate().map(|(i, &n)| if i == 0 { n } else { g.push(Op::Neg(n)) }).collect();
     g.note(&nodes, Fact::Turned(q.to_vec()));
     nodes
 }
 
-/// A vector turned by a unit quaternion.
+/// Rotates a vector by a unit quaternion.
 pub(super) fn rotate(g: &mut Graph, q: &[usize], v: &[usize]) -> Vec<usize> {
     let zero = g.number(0.0);
     let inverse = conjugate(g, q);
@@ -150,7 +150,7 @@ pub(super) fn rotate(g: &mut Graph, q: &[usize], v: &[usize]) -> Vec<usize> {
     turned
 }
 
-/// The dot product of two vectors, as a node.
+/// Dot product of two vectors, as a node.
 pub(super) fn dot(g: &mut Graph, a: &[usize], b: &[usize]) -> usize {
     let mut sum = g.number(0.0);
     for (&a, &b) in a.iter().zip(b) {
@@ -161,7 +161,7 @@ pub(super) fn dot(g: &mut Graph, a: &[usize], b: &[usize]) -> usize {
     sum
 }
 
-/// The cross product of two vectors.
+/// Cross product of two vectors.
 pub(super) fn cross(g: &mut Graph, a: &[usize], b: &[usize]) -> Vec<usize> {
     let part = |&(i, j): &(usize, usize)| {
         let (plus, minus) = (g.push(Op::Mul(a[i], b[j])), g.push(Op::Mul(a[j], b[i])));
@@ -172,7 +172,7 @@ pub(super) fn cross(g: &mut Graph, a: &[usize], b: &[usize]) -> Vec<usize> {
     nodes
 }
 
-/// The quaternion of a turn by `angle` about the unit axis `axis` of the frame (0 x, 1 y, 2 z).
+/// Quaternion of a rotation by `angle` about the unit axis `axis` (0 x, 1 y, 2 z).
 pub(super) fn turn(g: &mut Graph, axis: usize, angle: usize) -> Vec<usize> {
     let half = g.number(0.5);
     let half = g.push(Op::Mul(half, angle));

@@ -1,5 +1,5 @@
-//! Poses: where something is and how it is turned, together. Seven numbers, the position `x y z` in m and the unit
-//! quaternion `w x y z`.
+//! Poses: position and orientation as one value of seven numbers, the position `x y z` in m and the unit quaternion
+//! `w x y z`.
 //!
 //! ```text
 //! (p, q) (p', q') = (p + q p', q q')        (p, q) v = p + q v        (p, q)⁻¹ = (-q⁻¹ p, q⁻¹)
@@ -16,16 +16,16 @@ use super::present::Now;
 use super::scope::Failed;
 use super::{Axes, Frame, Graph, Kind, Lowering, Meaning, Typed, rotations};
 
-/// How many numbers of a pose are its position.
+/// Number of position components of a pose.
 const POSITION: usize = 3;
 
 fn typed(nodes: Vec<usize>, axes: Axes, span: Span) -> Typed {
-    // Its position is a point.
+    // The position of a pose is a point.
     let axes = Axes { origins: Some(1.0), ..axes };
     Typed { kind: Kind::Pose, dimension: NONE, nodes, bare: false, axes, span }
 }
 
-/// `pose(position, orientation)`
+/// Lowers `pose(position, orientation)`.
 pub(super) fn make(g: &Graph, args: &[Typed], span: Span) -> Result<Typed, CallError> {
     let position = vector(args, 0)?;
     if !(position.bare || is_zero(g, position) || LENGTH.accepts(position.dimension)) {
@@ -37,7 +37,7 @@ pub(super) fn make(g: &Graph, args: &[Typed], span: Span) -> Result<Typed, CallE
     Ok(typed(nodes, Axes::orientation(args[1].axes.from.clone(), to), span))
 }
 
-/// `lerp` of two poses: the positions along a straight line, the orientations the shorter way at a steady rate.
+/// Lowers `lerp` of two poses: positions along a straight line, orientations along the shorter arc at a constant rate.
 pub(super) fn between(g: &mut Graph, args: &[Typed], span: Span) -> Result<Typed, CallError> {
     if let Some(index) = (0..2).find(|&i| args[i].kind != Kind::Pose) {
         return Err(CallError::Argument { index, wanted: "a pose like the other".into() });
@@ -55,13 +55,13 @@ pub(super) fn between(g: &mut Graph, args: &[Typed], span: Span) -> Result<Typed
     Ok(typed(nodes, axes, span))
 }
 
-/// The pose of the second in the first.
+/// Lowers the inverse of a pose.
 pub(super) fn inverse(g: &mut Graph, pose: &Typed, span: Span) -> Typed {
     let axes = Axes::orientation(pose.axes.to.clone(), pose.axes.from.clone());
     typed(inverted(g, &pose.nodes), axes, span)
 }
 
-/// A pose times a pose, or times a vector in m: the place of a point.
+/// Lowers a pose times a pose, or times a vector in m; the latter product is the position of a point.
 pub(super) fn product(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Result<Typed, Mismatch> {
     let mut axes = a.axes.product(&b.axes).ok_or(Mismatch::Axes)?;
     if b.kind == Kind::Pose {
@@ -70,27 +70,27 @@ pub(super) fn product(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Result
     if b.kind != Kind::Vector || !(is_zero(g, b) || LENGTH.accepts(b.dimension)) {
         return Err(Mismatch::Kinds);
     }
-    // A written vector, or a way within the frame, leads from its origin; a point is there already.
+    // The result is a point, whether the vector is a literal, a displacement within the frame, or a point.
     axes.origins = b.axes.origins.filter(|o| *o == 0.0 || *o == 1.0).map(|_| 1.0);
     let nodes = placed(g, &a.nodes, &b.nodes);
     Ok(Typed { kind: Kind::Vector, dimension: LENGTH, nodes, bare: false, axes, span })
 }
 
-/// Where a point of a pose's frame is: `p + q v`.
+/// Position in the outer frame of a point in a pose's frame: `p + q v`.
 fn placed(g: &mut Graph, pose: &[usize], v: &[usize]) -> Vec<usize> {
     let (p, q) = pose.split_at(POSITION);
     let turned = rotate(g, q, v);
     p.iter().zip(turned).map(|(&p, v)| g.push(Op::Add(p, v))).collect()
 }
 
-/// The numbers of one pose after another.
+/// Numbers of the composition of two poses.
 pub(super) fn composed(g: &mut Graph, a: &[usize], b: &[usize]) -> Vec<usize> {
     let mut nodes = placed(g, a, &b[..POSITION]);
     nodes.extend(quaternion_product(g, &a[POSITION..], &b[POSITION..]));
     nodes
 }
 
-/// The numbers of the pose that leads back.
+/// Numbers of the inverse pose.
 pub(super) fn inverted(g: &mut Graph, pose: &[usize]) -> Vec<usize> {
     let (p, q) = pose.split_at(POSITION);
     let back = conjugate(g, q);
@@ -98,7 +98,7 @@ pub(super) fn inverted(g: &mut Graph, pose: &[usize]) -> Vec<usize> {
     [p, back].concat()
 }
 
-/// The name that a value with fields begins with: `goal` of `goal.position.x`.
+/// First name of a value with fields: `goal` of `goal.position.x`.
 pub(crate) fn root(value: &Value) -> Option<&str> {
     match &value.kind {
         ValueKind::Name(name) => Some(name),
@@ -108,7 +108,7 @@ pub(crate) fn root(value: &Value) -> Option<&str> {
 }
 
 impl Lowering<'_> {
-    /// `frame(F).pose`: both parts of it.
+    /// Lowers `frame(F).pose` from position and orientation.
     pub(super) fn frame_pose(&mut self, frame: &Value, at: Span, span: Span) -> Result<Typed, Failed> {
         let part = |name: &str| Spanned::new(name.to_string(), at);
         let position = self.now(&Now::Frame(frame, &part("position")), span)?;
@@ -116,8 +116,8 @@ impl Lowering<'_> {
         Ok(typed([position.nodes, orientation.nodes].concat(), orientation.axes, span))
     }
 
-    /// `.position` or `.orientation` of a value. `None` where the value is no expression, but the name of a value of a
-    /// task.
+    /// Lowers `.position` or `.orientation` of a value. Returns `None` if the value is not an expression, but the name
+    /// of a task's value.
     pub(super) fn pose_field(
         &mut self,
         inner: &Value,
@@ -142,7 +142,7 @@ impl Lowering<'_> {
         }
         let (position, orientation) = of.nodes.split_at(POSITION);
         Some(Ok(if field.value == "position" {
-            // Without axes of its own it is like a written vector, which leads from the origin of what it meets.
+            // Without axes of its own, the position counts as a literal vector, relative to the origin of the context.
             let origins = if of.axes.to == Frame::Any { 0.0 } else { 1.0 };
             let axes = Axes { to: of.axes.to.clone(), origins: Some(origins), ..Axes::default() };
             Typed { kind: Kind::Vector, dimension: LENGTH, nodes: position.to_vec(), axes, span, ..of }

@@ -1,4 +1,4 @@
-//! What the robot does now, as an expression names it: frames, points of frames, joints, distances, the centre of mass, safety fields.
+//! The robot's current state in expressions: frames, points, joints, distances, the centre of mass, safety fields.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
@@ -8,15 +8,15 @@ use super::scope::Failed;
 use super::{Axes, Frame, Kind, Lowering, Typed, frames};
 use crate::expr::constants::fits;
 
-/// The functions that give what the robot does now.
+/// Functions of the robot's current state.
 pub(crate) const PRESENT: &[&str] = &["frame", "point", "joint", "distance", "plane", "com", "field"];
 
-/// Something that the robot does now, with the values that name it.
+/// A part of the robot's current state, with the values that name it.
 #[derive(Clone, Debug)]
 pub enum Now<'v> {
-    /// `frame(F).position`, `frame(F).orientation`: the frame, and what of it.
+    /// `frame(F).position`, `frame(F).orientation`: the frame, and the field.
     Frame(&'v Value, &'v Spanned<String>),
-    /// `point(F, OFFSET)`: the frame, and the offset in its axes in m.
+    /// `point(F, OFFSET)`: the frame, and the offset in its axes (m).
     Point(&'v Value, [f64; 3]),
     /// `joint(J)`.
     Joint(&'v Value),
@@ -30,20 +30,20 @@ pub enum Now<'v> {
     Field(&'v Value),
 }
 
-/// A plane: a point of it in m, its unit normal, and the axes that both count along.
+/// A plane: a point of it (m), its unit normal, and the axes in which both are expressed.
 #[derive(Clone, Debug)]
 pub struct Plane {
-    /// A point of it, in m.
+    /// A point of the plane (m).
     pub point: [f64; 3],
-    /// The unit normal.
+    /// Unit normal.
     pub normal: [f64; 3],
-    /// The axes, which carry the plane along: those of the world, or of a link.
+    /// Axes that carry the plane: those of the world, or of a link.
     pub axes: Frame,
-    /// Where it is written.
+    /// Source span.
     pub span: Span,
 }
 
-/// The arguments of `plane(..)`, where a value is that.
+/// Arguments of `plane(..)`, if the value is such a call.
 fn plane_of(value: &Value) -> Option<(&[Value], Span)> {
     match &value.kind {
         ValueKind::Call(function, args) if function.value == "plane" => Some((args, value.span)),
@@ -51,7 +51,7 @@ fn plane_of(value: &Value) -> Option<(&[Value], Span)> {
     }
 }
 
-/// The frame behind `plane(..) in F`.
+/// Frame of `plane(..) in F`.
 fn carried(value: &Value) -> Option<&Spanned<String>> {
     match &value.kind {
         ValueKind::In(inner, frame) => plane_of(inner).map(|_| frame),
@@ -64,7 +64,7 @@ impl Lowering<'_> {
         self.scope.now(self.graph, what, span, self.diagnostics).ok_or(Failed)
     }
 
-    /// `frame(F).position` and the like; other fields are values of tasks.
+    /// Lowers `frame(F).position` and the like; other fields are values of tasks.
     pub(super) fn field(&mut self, inner: &Value, field: &Spanned<String>, span: Span) -> Result<Typed, Failed> {
         if let ValueKind::Call(function, args) = &inner.kind
             && function.value == "frame"
@@ -118,7 +118,7 @@ impl Lowering<'_> {
         )
     }
 
-    /// A call of one of [`PRESENT`].
+    /// Lowers a call of one of [`PRESENT`].
     pub(super) fn present(&mut self, function: &Spanned<String>, args: &[Value], span: Span) -> Result<Typed, Failed> {
         let form = match (function.value.as_str(), args) {
             ("frame", _) => {
@@ -178,7 +178,7 @@ impl Lowering<'_> {
         self.fail(Diagnostic::error("HQ0310", span, text).help(format!("the form is `{form}`")))
     }
 
-    /// `distance(A, plane(POINT, NORMAL))`, in either order.
+    /// Lowers `distance(A, plane(POINT, NORMAL))`, with the arguments in either order.
     fn above(&mut self, a: &Value, b: &Value, span: Span) -> Result<Typed, Failed> {
         let (part, args, at) = match (plane_of(a), plane_of(b)) {
             (Some((args, at)), None) => (b, args, at),
@@ -201,7 +201,7 @@ impl Lowering<'_> {
         let Some(axes) = p.axes.to.joined(&n.axes.to) else { return self.fail(frames::different(&p, &n, at, true)) };
         let point = self.fixed(&p, Some(LENGTH), &of_point)?;
         let normal = nalgebra::Vector3::from(self.fixed(&n, None, &of_normal)?);
-        // Scaled first: the square of a huge number is not finite.
+        // Scaled first, because the square of a huge number overflows.
         let Some(normal) = (normal / normal.amax()).try_normalize(0.0).filter(|_| normal.amax() > 0.0) else {
             let d = Diagnostic::error("HQ0309", n.span, "the normal of a plane needs a direction");
             return self.fail(d.help("write the direction that leads away from the plane, such as `[0, 0, 1]`"));
@@ -210,7 +210,7 @@ impl Lowering<'_> {
         self.now(&Now::Above(part, Plane { point, normal: normal.into(), axes, span: at }), span)
     }
 
-    /// A vector, of any unit and in any axes.
+    /// Lowers a vector of any dimension and in any axes.
     fn vector(&mut self, value: &Value, what: &Fixed) -> Result<Typed, Failed> {
         let typed = self.value(value)?;
         if typed.kind == Kind::Vector {
@@ -221,7 +221,7 @@ impl Lowering<'_> {
         self.fail(Diagnostic::error("HQ0304", value.span, text).here(is).help(format!("write `{}`", what.form)))
     }
 
-    /// The numbers of a vector that is constant, in SI.
+    /// Evaluates a constant vector, in SI.
     fn fixed(&mut self, typed: &Typed, dimension: Option<Dimension>, what: &Fixed) -> Result<[f64; 3], Failed> {
         if let Some(d) = dimension.and_then(|wanted| fits(self.graph, typed, wanted, what.what)) {
             return self.fail(d);
@@ -237,14 +237,14 @@ impl Lowering<'_> {
     }
 }
 
-/// What a vector is that must not move.
+/// Messages for a vector that must be constant.
 struct Fixed {
-    /// What it is called.
+    /// Name of the vector.
     what: &'static str,
-    /// How it is written.
+    /// Syntax of the vector.
     form: &'static str,
-    /// Why it must not move.
+    /// Reason why it must be constant.
     moves: &'static str,
-    /// What to write where it should.
+    /// Help if it is not.
     help: &'static str,
 }

@@ -1,4 +1,4 @@
-//! The functions that make orientations: unit quaternions `w x y z`.
+//! Functions that construct orientations: unit quaternions `w x y z`.
 
 use dsl::Span;
 use runtime::program::Op;
@@ -8,10 +8,10 @@ use super::functions::{CallError, angle, number, vector};
 use super::ops::{conjugate, dot, quaternion_product, turn};
 use super::{Axes, Graph, Kind, Typed};
 
-/// Below this half of a sine, a turn is small: the share of it is taken along a straight line.
+/// Sine of half an angle below which `slerp` interpolates linearly.
 const SMALL: f64 = 1e-9;
 
-/// Applies a function to as many arguments as its arity asks for.
+/// Applies a function; the number of arguments is within its arity.
 pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Result<Typed, CallError> {
     let mut axes = Axes::default();
     let nodes = match name {
@@ -47,7 +47,7 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
             slerp(g, from, to, share)
         }
         _ => {
-            // quaternion(w, x, y, z), brought to unit length
+            // quaternion(w, x, y, z), normalised
             let nodes: Vec<usize> = (0..4).map(|i| number(args, i)).collect::<Result<_, _>>()?;
             let square = dot(g, &nodes, &nodes);
             if g.constant(square).is_some_and(|x| x < 1e-24) {
@@ -60,8 +60,8 @@ pub(super) fn call(g: &mut Graph, name: &str, args: &[Typed], span: Span) -> Res
     Ok(Typed { kind: Kind::Rotation, dimension: NONE, nodes, bare: false, axes, span })
 }
 
-/// `from exp(share log(from⁻¹ to))`, the shorter way. With `from⁻¹ to = ±(c, v)`, `c >= 0`, half the angle is
-/// `atan2(|v|, c)`: well conditioned for all turns.
+/// Computes `from exp(share log(from⁻¹ to))` along the shorter arc. With `from⁻¹ to = ±(c, v)`, `c >= 0`, half of the
+/// angle is `atan2(|v|, c)`, which is well conditioned for all rotations.
 pub(super) fn slerp(g: &mut Graph, from: &[usize], to: &[usize], share: usize) -> Vec<usize> {
     let back = conjugate(g, from);
     let between = quaternion_product(g, &back, to);
@@ -73,7 +73,7 @@ pub(super) fn slerp(g: &mut Graph, from: &[usize], to: &[usize], share: usize) -
     let half = g.push(Op::Atan2(sine, between[0]));
     let part = g.push(Op::Mul(share, half));
     let (c, s) = (g.push(Op::Cos(part)), g.push(Op::Sin(part)));
-    // sin(share half) / sin(half), which tends to the share
+    // sin(share half) / sin(half), whose limit for small angles is the share
     let scale = g.push(Op::Div(s, sine));
     let small = g.number(SMALL);
     let over = g.push(Op::Sub(sine, small));

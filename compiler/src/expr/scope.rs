@@ -1,4 +1,4 @@
-//! What surrounds an expression: what names mean where it stands, and what may be asked there.
+//! Scope of an expression: the meaning of names, and the permitted operations.
 
 use dsl::tree::Value;
 use dsl::{Diagnostic, Span, Spanned};
@@ -8,57 +8,58 @@ use super::trajectories::needs_from;
 use super::{Frame, Graph, Start, Typed};
 use crate::expr::constants::Human;
 
-/// Something that a name in an expression can mean.
+/// A value that a name in an expression refers to.
 #[derive(Clone, Debug)]
 pub struct Symbol {
-    /// Its value.
+    /// Value.
     pub value: Typed,
-    /// Where it was declared.
+    /// Span of the declaration.
     pub declared: Span,
 }
 
-/// What a name means.
+/// Meaning of a name.
 #[derive(Clone, Debug)]
 pub enum Meaning {
     /// A value.
     Value(Symbol),
-    /// A declaration that was wrong, and reported; who uses it stays silent.
+    /// A declaration with a reported error; its uses are not reported.
     Failed,
-    /// A named expression of what the robot does, which has no value before the robot is known.
+    /// A named expression of the robot's state, which has no value before the robot is bound.
     Later,
     /// A signal with a force and a moment.
     Wrench,
-    /// A person, whose points are tracked.
+    /// A person with tracked points.
     Human(Human),
-    /// A safety field, whose value is asked for by `field(NAME)`.
+    /// A safety field; `field(NAME)` is its value.
     Field,
-    /// An event, which is no value.
+    /// An event, which is not a value.
     Event,
-    /// Nothing.
+    /// Unknown name.
     Unknown,
 }
 
-/// What names mean where an expression stands.
+/// Scope of an expression.
 pub trait Scope {
-    /// What a name means that is not built in.
+    /// Meaning of a name that is not built in.
     fn name(&mut self, name: &str) -> Meaning;
-    /// Names that could have been meant.
+    /// Names in scope, for suggestions.
     fn names(&self) -> Vec<String>;
-    /// The number of the table of signals that says whether a signal is present; none where a name is that of no signal.
+    /// Number of a signal's presence in the table of signals; `None` if the name is not that of a signal.
     fn presence(&mut self, name: &str) -> Option<usize>;
-    /// Whether a value may depend on time here.
+    /// True if a value may depend on time.
     fn moves(&self) -> bool {
         true
     }
-    /// Whether what the robot does now may stand here; elsewhere only what it did when the stack was entered.
+    /// True if a value may depend on the robot's current state. Otherwise it may depend only on the state when the
+    /// stack was entered.
     fn follows(&self) -> bool {
         true
     }
-    /// What to write where the name is that of a part of the robot, or no value for another reason.
+    /// Help for a name that is that of a part of the robot, or for another reason not a value.
     fn instead(&self, _name: &str) -> Option<String> {
         None
     }
-    /// The value that `initial(ARGUMENT)` captures. `None` where nothing can be captured; the diagnostics say why.
+    /// Lowers `initial(ARGUMENT)`. Returns `None` if nothing can be captured, with diagnostics.
     fn initial(
         &mut self,
         graph: &mut Graph,
@@ -66,8 +67,8 @@ pub trait Scope {
         span: Span,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Typed>;
-    /// Where a trajectory begins, whose argument `from` is given or not. `None` where that has no meaning here; the
-    /// diagnostics say why.
+    /// Start of a trajectory, with or without the argument `from`. Returns `None` if it is not permitted here, with
+    /// diagnostics.
     fn start(
         &mut self,
         _graph: &mut Graph,
@@ -81,12 +82,12 @@ pub trait Scope {
         diagnostics.push(needs_from(span));
         None
     }
-    /// The axes that a name behind `in` means. `None` where it means none here; the diagnostics say why.
+    /// Axes that the name behind `in` selects. Returns `None` if there are none here, with diagnostics.
     fn frame(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame>;
-    /// What the robot does now. `None` where it has no meaning here; the diagnostics say why.
+    /// Lowers a part of the robot's current state. Returns `None` if that is not permitted here, with diagnostics.
     fn now(&mut self, graph: &mut Graph, what: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed>;
-    /// What a name has behind a dot, `h1.waited`. The outer `None` where a name has no parts of this scope's own, the inner
-    /// one where it has none of that name; the diagnostics say why.
+    /// Lowers a part of a name, `h1.waited`. The outer `None` means that names have no parts in this scope; the inner
+    /// one, that the name has no such part, with diagnostics.
     fn part(
         &mut self,
         _graph: &mut Graph,
@@ -96,8 +97,8 @@ pub trait Scope {
     ) -> Option<Option<Typed>> {
         None
     }
-    /// What is measured in a scenario: a call of one of [`MEASURES`]. `None` where it has no meaning here; the
-    /// diagnostics say why.
+    /// Lowers a call of one of [`MEASURES`], which are measured in a scenario. Returns `None` if that is not permitted
+    /// here, with diagnostics.
     fn measured(
         &mut self,
         _graph: &mut Graph,
@@ -111,7 +112,7 @@ pub trait Scope {
     }
 }
 
-/// The diagnostic for a measure where nothing measures it.
+/// Diagnostic for a measure outside of its context.
 pub(crate) fn not_measured(function: &Spanned<String>, span: Span) -> Diagnostic {
     let d = Diagnostic::error("HQ0312", span, format!("`{}(..)` has no meaning here", function.value));
     if MOTION.contains(&function.value.as_str()) {
@@ -123,11 +124,11 @@ pub(crate) fn not_measured(function: &Spanned<String>, span: Span) -> Diagnostic
         .help("write it behind `expect` in a scenario")
 }
 
-/// The functions that expectations know, of what is measured while a scenario runs.
+/// Functions in expectations that are measured while a scenario runs.
 pub const MEASURES: &[&str] = &["margin", "error", "in", "fault", "speed", "acceleration", "reversals"];
 
-/// Those of [`MEASURES`] that conditions of a machine know too: of the motion that the controller chooses.
+/// Those of [`MEASURES`] that conditions of a machine may use too: measures of the motion that the controller chooses.
 pub const MOTION: &[&str] = &["speed", "acceleration", "reversals"];
 
-/// A value cannot be typed; the diagnostics say why.
+/// A value that cannot be typed; the diagnostics report the reason.
 pub struct Failed;

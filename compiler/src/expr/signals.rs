@@ -1,4 +1,4 @@
-//! Signals in expressions: whether one is present, and the parts of a wrench.
+//! Signals in expressions: their presence, and the parts of a wrench.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
@@ -8,16 +8,16 @@ use stdlib_tasks::dimension::NONE;
 use super::scope::{Failed, Meaning};
 use super::{Axes, Kind, Lowering, Typed};
 
-/// The parts of a wrench.
+/// Parts of a wrench.
 const PARTS: [&str; 2] = ["force", "moment"];
 
 impl Lowering<'_> {
-    /// `present(SIGNAL)`
+    /// Lowers `present(SIGNAL)`.
     pub(super) fn presence(&mut self, args: &[Value], span: Span) -> Result<Typed, Failed> {
         if let [who] = args
             && let Some(numbers) = self.numbers_of_human(who, |p| p.1)
         {
-            // All of them: `if a then b else a`, as `and` is.
+            // All points must be present: `if a then b else a`, the same as `and`.
             let nodes = numbers?.into_iter().map(|at| self.graph.push(Op::Signal(at))).collect::<Vec<usize>>();
             let all = nodes.into_iter().reduce(|a, b| self.graph.push(Op::Select(a, b, a)));
             let nodes = all.into_iter().collect();
@@ -45,7 +45,7 @@ impl Lowering<'_> {
         Ok(Typed { kind: Kind::Truth, dimension: NONE, nodes, bare: false, axes: Axes::default(), span })
     }
 
-    /// `right_ft.force`, where the name is that of a wrench.
+    /// Lowers `right_ft.force`, if the name is that of a wrench.
     pub(super) fn part_of_wrench(
         &mut self,
         inner: &Value,

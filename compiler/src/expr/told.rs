@@ -1,4 +1,4 @@
-//! What a task tells of itself while it runs: `guard.scaling` of a safety planner, `separation.room`.
+//! Outputs of a running task: `guard.scaling` of a safety planner, `separation.room`.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
@@ -9,13 +9,13 @@ use super::scope::{Failed, Meaning};
 use super::{Lowering, Typed};
 use crate::forms::{target, written};
 
-/// The name under which something that a task tells stands among the values. Nobody can write it.
+/// Name of the symbol for a task's output. Users cannot write it.
 pub(crate) fn told(task: &str, output: &str) -> String {
     format!("{task}.#{output}")
 }
 
 impl Lowering<'_> {
-    /// `guard.scaling`, where the first name is that of a task that tells something.
+    /// Lowers `guard.scaling`, if the first name is that of a task with outputs.
     pub(super) fn told_by_task(
         &mut self,
         inner: &Value,
@@ -26,7 +26,7 @@ impl Lowering<'_> {
         if let Meaning::Value(symbol) = self.scope.name(&told(target(name), &field.value)) {
             return Some(Ok(Typed { span, ..symbol.value }));
         }
-        // A value of that name is meant before a task.
+        // A value hides a task of the same name.
         if !matches!(self.scope.name(name), Meaning::Unknown) {
             return None;
         }

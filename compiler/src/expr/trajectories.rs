@@ -1,4 +1,4 @@
-//! Trajectories: `trapezoid`, `s_curve` and `waypoints`, whose arguments behind the goal have names.
+//! Trajectories: `trapezoid`, `s_curve` and `waypoints`, with named arguments after the goal.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
@@ -12,27 +12,27 @@ use super::{Axes, Frame, Kind, Lowering, Typed, frames, ops};
 use crate::expr::constants::{fits, wrong_dimension};
 use crate::units;
 
-/// An argument that has a name.
+/// A named argument.
 #[derive(Debug)]
 pub struct Named {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// What it says, for people.
+    /// Description for users.
     pub text: &'static str,
-    /// It can be left out.
+    /// True if it can be omitted.
     pub optional: bool,
 }
 
-/// A function that gives a trajectory.
+/// A function that computes a trajectory.
 #[derive(Debug)]
 pub struct Trajectory {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// How a call looks.
+    /// Syntax of a call.
     pub form: &'static str,
-    /// What it does, for people.
+    /// Description for users.
     pub text: &'static str,
-    /// Its arguments that have names.
+    /// Named arguments.
     pub named: &'static [&'static Named],
     motion: Motion,
 }
@@ -57,7 +57,7 @@ static FROM: Named = named(
     true,
 );
 
-/// All of them.
+/// All trajectories.
 pub static TRAJECTORIES: &[Trajectory] = &[
     Trajectory {
         name: "trapezoid",
@@ -82,15 +82,15 @@ pub static TRAJECTORIES: &[Trajectory] = &[
     },
 ];
 
-/// What a trajectory starts from.
+/// Start of a trajectory.
 pub enum Start {
-    /// What is written is lowered like any value.
+    /// The argument `from`, lowered as any value.
     Written,
-    /// A value, and the nodes of its velocity where it may move.
+    /// A value, and the nodes of its velocity if it may move.
     At(Typed, Vec<usize>),
 }
 
-/// The kinds of what moves.
+/// Shape of a trajectory for values of a kind; `None` for truth values.
 fn shape(kind: Kind) -> Option<Shape> {
     match kind {
         Kind::Scalar => Some(Shape::Number),
@@ -101,11 +101,11 @@ fn shape(kind: Kind) -> Option<Shape> {
     }
 }
 
-/// A call, sorted.
+/// A call with its arguments assigned.
 struct Call<'v> {
     of: &'static Trajectory,
     goals: Vec<&'v Value>,
-    /// For each argument that has a name what is given.
+    /// Argument for each named parameter.
     given: Vec<Option<&'v Value>>,
 }
 
@@ -116,18 +116,18 @@ impl<'v> Call<'v> {
     }
 }
 
-/// Where a trajectory begins.
+/// Lowered start of a trajectory.
 struct Begun {
-    /// Its value there.
+    /// Value at the start.
     value: Vec<usize>,
-    /// Its velocity there; nothing for zero.
+    /// Velocity at the start; empty for zero.
     velocity: Vec<usize>,
-    /// The axes that beginning and goal share.
+    /// Common axes of start and goal.
     to: Frame,
 }
 
 impl Lowering<'_> {
-    /// The arguments of a call by their names.
+    /// Assigns the arguments of a call to goals and named parameters.
     fn sorted<'v>(&mut self, of: &'static Trajectory, args: &'v [Value], span: Span) -> Result<Call<'v>, Failed> {
         let mut call = Call { of, goals: Vec::new(), given: vec![None; of.named.len()] };
         let before = self.diagnostics.len();
@@ -175,7 +175,7 @@ impl Lowering<'_> {
         if self.diagnostics.len() > before { Err(Failed) } else { Ok(call) }
     }
 
-    /// A call of one of [`TRAJECTORIES`].
+    /// Lowers a call of one of [`TRAJECTORIES`].
     pub(super) fn trajectory(&mut self, of: &'static Trajectory, args: &[Value], span: Span) -> Result<Typed, Failed> {
         let call = self.sorted(of, args, span)?;
         let goals = self.goals(&call, span)?;
@@ -191,7 +191,7 @@ impl Lowering<'_> {
         let first = [&SPEED, &ACCELERATION, &JERK].into_iter().enumerate();
         for (order, of) in first.filter(|(_, n)| call.of.named.iter().any(|m| m.name == n.name)) {
             let Some(value) = call.get(of) else { continue };
-            // What a bare goal counts is said by how fast it moves.
+            // The speed determines the dimension of a bare goal.
             if order == 0 && last.bare && last.kind != Kind::Pose {
                 let speed = self.value(value)?;
                 dimension = if speed.bare { NONE } else { speed.dimension.times(TIME).unwrap_or(NONE) };
@@ -248,7 +248,7 @@ impl Lowering<'_> {
         Ok(Typed { nodes, dimension, bare: false, span, axes, ..last })
     }
 
-    /// Goals of one kind and dimension, in the same axes, which do not follow the robot.
+    /// Lowers the goals. They have one kind and dimension and the same axes, and do not depend on the robot's state.
     fn goals(&mut self, call: &Call, span: Span) -> Result<Vec<Typed>, Failed> {
         let typed: Vec<Result<Typed, Failed>> = call.goals.iter().map(|g| self.value(g)).collect();
         let mut goals: Vec<Typed> = typed.into_iter().collect::<Result<_, _>>()?;
@@ -287,7 +287,7 @@ impl Lowering<'_> {
         )
     }
 
-    /// A limit: positive, of a dimension per so many powers of a second.
+    /// Lowers a limit: positive, with the dimension `base` per second to the power of `order`.
     fn limit(&mut self, of: &Named, value: &Value, (base, order): (Dimension, usize)) -> Result<usize, Failed> {
         let per = Dimension { s: -(order as i8), ..NONE };
         let Some(dimension) = base.times(per) else {
@@ -296,7 +296,7 @@ impl Lowering<'_> {
         self.number_of(of, value, dimension, false)
     }
 
-    /// A size: zero or more.
+    /// Lowers a size: zero or more.
     fn size(&mut self, of: &Named, value: &Value, dimension: Dimension) -> Result<usize, Failed> {
         self.number_of(of, value, dimension, true)
     }
@@ -330,7 +330,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Where a trajectory to `goal` begins, and its velocity there.
+    /// Lowers the start of a trajectory to `goal`, with its velocity.
     fn start(&mut self, call: &Call, goal: &Typed, span: Span) -> Result<Begun, Failed> {
         let from = call.get(&FROM);
         let start = self.scope.start(self.graph, from, span, self.diagnostics).ok_or(Failed)?;
@@ -355,14 +355,14 @@ impl Lowering<'_> {
     }
 }
 
-/// The diagnostic for a trajectory that begins nowhere.
+/// Diagnostic for a trajectory without a start.
 pub fn needs_from(span: Span) -> Diagnostic {
     Diagnostic::error("HQ0214", span, "this trajectory begins nowhere")
         .note("only one that is the whole value of a task's own target begins where the task is when its stack is entered")
         .help("write `from: VALUE` in it, such as `from: initial(frame(F).position)`, or `from: frame(F).position`")
 }
 
-/// The diagnostic for arguments with names in a call that takes none.
+/// Diagnostic for named arguments of a function that takes none.
 pub(super) fn no_names(function: &Spanned<String>, arg: &Value, form: Option<&str>) -> Diagnostic {
     let d = Diagnostic::error("HQ0214", arg.span, format!("the arguments of `{}` have no names", function.value));
     d.help(form.map_or_else(|| "leave the name out".to_string(), |form| format!("write `{form}`")))

@@ -1,4 +1,4 @@
-//! What a state can ask the outside world to do.
+//! Actions of a state, addressed to the outside world or to the controller itself.
 
 use dsl::Diagnostic;
 use dsl::tree::Action;
@@ -6,24 +6,24 @@ use names::{list, suggest};
 
 use crate::diagnostics::refused::Refused;
 
-/// A verb.
+/// A verb of actions.
 #[derive(Debug)]
 pub struct Verb {
-    /// As it is written.
+    /// Name.
     pub name: &'static str,
-    /// What it is said with, for messages.
+    /// Syntax, for messages.
     pub form: &'static str,
-    /// How many arguments it takes.
+    /// Number of arguments.
     pub takes: std::ops::RangeInclusive<usize>,
-    /// The words for how it came out, which are events.
+    /// Names of the outcomes, which are events.
     pub outcomes: &'static [&'static str],
-    /// The controller itself raises the event that it names.
+    /// True if the controller itself raises the event that the action names.
     pub raises: bool,
-    /// The controller itself does it.
+    /// True if the controller itself performs the action.
     pub own: bool,
-    /// What it does.
+    /// Description for users.
     pub doc: &'static str,
-    /// What its first argument may be, where that is one of some words.
+    /// Permitted words of the first argument, if it is restricted to some words.
     pub words: &'static [&'static str],
 }
 
@@ -131,10 +131,10 @@ pub static VERBS: &[Verb] = &[
     },
 ];
 
-/// The verb of an action.
+/// Looks up the verb of an action and checks its arguments.
 ///
 /// # Errors
-/// There is none, or it is said with something else; nothing where that was reported.
+/// The verb is unknown or has wrong arguments; `None` if that was reported.
 pub(super) fn verb(a: &Action) -> Result<&'static Verb, Refused> {
     if a.verb.value.is_empty() {
         return Err(None);

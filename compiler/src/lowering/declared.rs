@@ -1,4 +1,4 @@
-//! The declarations of a spec by kind, values given on the command line, and what nothing uses.
+//! Declarations of a spec by kind, values from the command line, and unused declarations.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,7 +10,7 @@ use super::Lowerer;
 use super::in_place::names;
 use crate::expand::{Class, Expanded, Named};
 
-/// The declarations of a spec by kind.
+/// Declarations of a spec by kind.
 pub(super) struct Declared<'t> {
     pub params: Vec<&'t Param>,
     pub robots: Vec<&'t Robot>,
@@ -18,7 +18,7 @@ pub(super) struct Declared<'t> {
     pub stacks: Vec<&'t Stack>,
     pub machine: Option<&'t Machine>,
     pub runs: Vec<(&'t Run, Span)>,
-    /// False where something of the spec is missing.
+    /// False if a part of the spec is missing.
     pub whole: bool,
     /// Stacks with parameters.
     pub patterns: &'t BTreeMap<String, Span>,
@@ -59,7 +59,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Values given with `--set`.
+    /// Parses the values given with `--set`.
     pub(super) fn overrides(&mut self, declared: &Declared) -> BTreeMap<String, Value> {
         let mut out = BTreeMap::new();
         for (name, text) in self.input.set {
@@ -75,7 +75,7 @@ impl Lowerer<'_> {
             if declared.params.iter().any(|p| p.name.value == *name) {
                 out.insert(name.clone(), param.value);
             } else {
-                // Those of other files that are not imported by name have a name that cannot be written.
+                // Params of other files that are not imported by name have names that users cannot write.
                 let names = declared.params.iter().map(|p| p.name.value.as_str()).filter(|n| !n.contains('.'));
                 let d = Diagnostic::error("HQ0201", param.name.span, format!("the spec has no param `{name}`"));
                 let d = match suggest(name, names.clone()) {
@@ -91,15 +91,15 @@ impl Lowerer<'_> {
         out
     }
 
-    /// Warns of what nothing uses. `complete` says that all tasks could be bound; otherwise a parameter may be used in
-    /// what was not looked at.
+    /// Warns of unused declarations. `complete` is true if all tasks were bound; otherwise, a parameter may be used in
+    /// a part that was not examined.
     pub(super) fn unused(&mut self, declared: &Declared, expanded: &Expanded, complete: bool) {
-        // What another file brings along is its own affair.
+        // Unused declarations of another file are not reported.
         let place = |class: Class, name: &Spanned<String>| match expanded.imported.get(&(class, name.value.clone())) {
             Some(at) => Some((*at, true)),
             None => (!name.value.contains('.')).then_some((name.span, false)),
         };
-        // What a stack made from another one replaces or removes was written for the other one, and is no slip.
+        // Levels that a derived stack replaces or removes are written for the base, so their contents count as used.
         let discarded: Vec<&MemberTask> = expanded.discarded.iter().flat_map(|l| &l.members).map(|m| &m.task).collect();
         let mentioned: BTreeSet<String> = (discarded.iter())
             .flat_map(|task| match task {

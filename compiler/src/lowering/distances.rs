@@ -1,4 +1,4 @@
-//! The function of the distance that a safety field averages: a word, or an expression in `d` that does not fall.
+//! Function of the distance in a safety field: a word, or a non-decreasing expression in `d`.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
@@ -12,11 +12,11 @@ use crate::expr::{Axes, Kind, Symbol, Typed};
 use crate::forms::text_of;
 use crate::units::shown;
 
-/// The distance in a written function, as a number of the table of signals that no signal has; its rate is the next one.
+/// Number of the table of signals for the distance `d`; no signal has it. Its rate is the next number.
 const DISTANCE: usize = usize::MAX - 1;
 
 impl Lowerer<'_> {
-    /// The function of the distance, and the dimension of what it gives.
+    /// Lowers the function of the distance, and returns it with the dimension of its value.
     pub(super) fn distance(&mut self, value: &Value) -> Option<(DistanceProgram, Dimension)> {
         match &value.kind {
             ValueKind::Name(_) if text_of(value) == Some("identity") => {
@@ -53,7 +53,7 @@ impl Lowerer<'_> {
         Some((DistanceProgram::Written(written), typed.dimension))
     }
 
-    /// A number in which `d` is the distance.
+    /// Types an expression in which `d` is the distance.
     fn function_of_distance(&mut self, value: &Value) -> Option<Typed> {
         let nodes = vec![self.graph.moving_signal(DISTANCE, DISTANCE + 1)];
         let axes = Axes::default();
@@ -76,7 +76,7 @@ impl Lowerer<'_> {
         Some(typed)
     }
 
-    /// The operations of a function of the distance and of its derivative.
+    /// Operations of the function of the distance and of its derivative.
     fn written(&mut self, typed: &Typed, at: Span) -> Option<WrittenDistance> {
         let value = typed.nodes[0];
         let slope = self.graph.rate(value);
@@ -109,7 +109,7 @@ impl Lowerer<'_> {
         Some(WrittenDistance { ops, value: index[&value], slope: index[&slope] })
     }
 
-    /// Makes sure that a function is defined and does not fall, at distances from none to a kilometre.
+    /// Rejects a function that is undefined or decreasing at a distance from zero to a kilometre.
     fn never_falls(&mut self, function: &WrittenDistance, dimension: Dimension, at: Span) -> Option<()> {
         let near = (0..=4000).map(|i| f64::from(i) * 0.005);
         let far = (1..=400).map(|i| 20.0 * (f64::from(i) * 0.01).exp());
@@ -151,7 +151,7 @@ impl Lowerer<'_> {
     }
 }
 
-/// Four digits, for people.
+/// Rounds to four digits, for messages.
 fn round(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
 }

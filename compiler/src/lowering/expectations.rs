@@ -1,4 +1,4 @@
-//! Expectations of a robot that runs its program: what their predicates are told of, and where that has no value.
+//! Expectations of a robot that runs its program: the measures of their predicates, and predicates without a value.
 
 use std::collections::BTreeSet;
 
@@ -17,26 +17,26 @@ use super::watch::Watch;
 use crate::binding::{Known, TaskScope};
 use crate::robot_binding::BoundRobot;
 
-/// What the expectations of a scenario speak of.
+/// Source of predicates for the expectations of a scenario.
 struct OfRobot<'b> {
     robot: &'b BoundRobot,
     program: &'b Program,
-    /// The program as it runs in the scenario.
+    /// The program that runs in the scenario.
     runs: Program,
     shapes: &'b [Option<Shape>],
     scenario: &'b mut ScenarioProgram,
-    /// Everything that was measured anywhere in the program.
+    /// All measures of the program.
     measures: &'b mut Vec<Measure>,
-    /// Nodes of which only the sign means something.
+    /// Nodes whose sign alone is meaningful.
     mixed: BTreeSet<usize>,
-    /// Predicates of this expectation that look at a task, each with where it was written.
+    /// Tasks that the predicates of this expectation measure, with the spans of the predicates.
     tasks: Vec<(usize, Span)>,
-    /// It speaks of states.
+    /// True if this expectation refers to states.
     of_states: bool,
 }
 
 impl Lowerer<'_> {
-    /// The expectations of a scenario whose run is known.
+    /// Lowers the expectations of a scenario whose run is known.
     pub(super) fn expectations(
         &mut self,
         written: (&[Expect], &[String]),
@@ -54,7 +54,7 @@ impl Lowerer<'_> {
     }
 }
 
-/// A task that has a value only while its stack runs, and that not at all ticks of a run.
+/// Diagnostic for a measured task that has a value only while its stack runs, if the stack does not run at every tick.
 fn no_value(program: &Program, task: usize, at: Span, of_states: bool) -> Option<Diagnostic> {
     let holds = |s: &usize| program.stacks[*s].levels.iter().flat_map(|l| &l.members).any(|m| m.task == task);
     let stacks = program.run_stacks();
@@ -80,7 +80,7 @@ fn no_value(program: &Program, task: usize, at: Span, of_states: bool) -> Option
     Some(d.here(where_).help("say for which states it is meant: `always (in(STATE) implies ..)`"))
 }
 
-/// A named value that belongs to a stack: one that moves along a trajectory, or was captured.
+/// Diagnostic for a named value that belongs to a stack: a trajectory, or a captured value.
 pub(super) fn of_a_stack(moves: bool, at: Span) -> Diagnostic {
     let help = "a `let` that holds it belongs into the parameters of tasks";
     if moves {
@@ -120,7 +120,7 @@ impl Source for OfRobot<'_> {
             capturing: false,
         };
         let found = number(value, graph, &mut scope, diagnostics);
-        // Who is watched is used.
+        // Measured tasks count as used.
         meant.extend(named.iter().map(|&t| self.program.tasks[t].name.clone()));
         self.tasks.extend(named.into_iter().map(|t| (t, value.span)));
         let found = mixed(graph, found?, &self.mixed);

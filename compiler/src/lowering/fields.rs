@@ -1,4 +1,4 @@
-//! Safety fields: whose distance counts, which part of the robot, and how distances make one number.
+//! Safety fields: the points of people, the links of the robot, and the combination of distances to one number.
 
 use std::collections::BTreeSet;
 
@@ -19,14 +19,14 @@ use crate::robot_binding::{BoundRobot, unknown_geometry};
 use crate::sections::SAFETY_FIELD;
 use crate::units::shown;
 
-/// Most points of one field.
+/// Maximum number of points in a field.
 const MAX_POINTS: usize = 256;
 
-/// A point of a field: its three nodes.
+/// Nodes of a point in a field.
 type Point = [usize; 3];
 
 impl Lowerer<'_> {
-    /// Makes the name of a field known.
+    /// Declares the name of a field.
     pub(super) fn declare_field(&mut self, f: &SafetyField) {
         let name = &f.name;
         if is_word(&name.value) {
@@ -96,7 +96,7 @@ impl Lowerer<'_> {
         Some(())
     }
 
-    /// The points of people.
+    /// Points of people.
     fn people(&mut self, value: &Value) -> Option<Vec<Point>> {
         let alone = match &value.kind {
             ValueKind::List(items) => items.first().is_some_and(|item| self.is_number(item)),
@@ -126,7 +126,7 @@ impl Lowerer<'_> {
         Some(points)
     }
 
-    /// True for what can only be one number of a vector.
+    /// True for a value that can only be one component of a vector.
     fn is_number(&mut self, value: &Value) -> bool {
         match &value.kind {
             ValueKind::Number(_) => true,
@@ -138,7 +138,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// The points that one item means: all of a person, or one.
+    /// Points of one item: all points of a person, or one point.
     fn points_of(&mut self, value: &Value) -> Option<Vec<Point>> {
         if let ValueKind::Name(name) = &value.kind
             && let Meaning::Human(human) = self.params.meaning(name)
@@ -172,7 +172,7 @@ impl Lowerer<'_> {
         Some(vec![Point::try_from(typed.nodes).ok()?])
     }
 
-    /// The links that names mean.
+    /// Links of the given names.
     fn links_of(&mut self, value: &Value, robot: &BoundRobot) -> Option<Vec<LinkId>> {
         let mut links: Vec<LinkId> = Vec::new();
         let mut good = true;
@@ -219,7 +219,7 @@ impl Lowerer<'_> {
         good.then_some(links)
     }
 
-    /// How points make one number.
+    /// Lowers the combination of distances to one number.
     fn over(&mut self, value: &Value, dimension: Dimension) -> Option<Over> {
         const WORDS: [&str; 3] = ["mean", "minimum", "soft_minimum"];
         let said = match &value.kind {
@@ -264,20 +264,20 @@ impl Lowerer<'_> {
     }
 }
 
-/// True for a link that a joint moves.
+/// True for a link that is moved by a joint.
 fn is_moved(model: &Model, link: LinkId) -> bool {
     let joint = model.link_ref(link).parent_joint;
     joint.is_some_and(|j| matches!(model.joint_ref(j).drive, Drive::Dof(_) | Drive::Mimic { .. }))
 }
 
-/// The links that stand for the whole robot: those that joints move, and the one that the base moves.
+/// Links that represent the whole robot: those moved by joints, and the root if the base moves.
 fn whole(model: &Model) -> Vec<LinkId> {
     let base = (model.base.nv() > 0).then(|| model.root());
     let all = (0..model.links.len() as u32).map(LinkId);
     base.into_iter().chain(all.filter(|l| is_moved(model, *l))).collect()
 }
 
-/// The links that a name means: a link, those that joints move along an arm, or those that carry points and segments.
+/// Links of a name: a link, the moved links of an arm, or the links that carry points and segments.
 fn named_links(path: &str, robot: &BoundRobot) -> Option<Vec<LinkId>> {
     let model = &robot.model;
     if let Some(link) = model.link(path) {
@@ -298,7 +298,7 @@ fn named_links(path: &str, robot: &BoundRobot) -> Option<Vec<LinkId>> {
     names.iter().map(one).collect()
 }
 
-/// The links that joints move from a shoulder, or else from the root, to a tip.
+/// Links from the shoulder, or else the root, to the tip that are moved by joints; the tip alone if there are none.
 fn along(model: &Model, shoulder: Option<LinkId>, tip: LinkId) -> Vec<LinkId> {
     let mut chain = Vec::new();
     let mut link = Some(tip);

@@ -1,5 +1,5 @@
-//! Expectations: formulas over predicates, their windows in ticks. What a predicate may speak of is the matter of a
-//! [`Source`]: a robot that runs its program, or a mission that is executed.
+//! Expectations: formulas over predicates, with windows in ticks. A [`Source`] defines the predicates: a robot that
+//! runs its program, or a mission under execution.
 
 use dsl::tree::{Expect, Formula as Written, FormulaKind, Value, Window as Times};
 use dsl::{Diagnostic, Span};
@@ -10,36 +10,36 @@ use stdlib_tasks::dimension::TIME;
 use super::Lowerer;
 use crate::expr::constants::Constants;
 
-/// The most parts that all expectations of a spec may have.
+/// Maximum number of parts of all expectations in a spec.
 const MAX_PARTS: usize = 3000;
 
-/// The ticks at which the expectations of a scenario are judged.
+/// Ticks at which the expectations of a scenario are judged.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ticks {
-    /// The time from one to the next, in s.
+    /// Period (s).
     pub period: f64,
-    /// How many there are at most.
+    /// Maximum number of ticks.
     pub count: u32,
-    /// Where the period was written.
+    /// Span of the period.
     pub at: Span,
 }
 
-/// Where the predicates of a scenario come from.
+/// Source of the predicates of a scenario.
 pub(super) trait Source {
-    /// The place of a predicate among those of the scenario. `None` where it has no meaning; the diagnostics say why.
+    /// Returns the index of a predicate among those of the scenario. Returns `None` if it is invalid, with diagnostics.
     fn predicate(&mut self, lowerer: &mut Lowerer, value: &Value) -> Option<usize>;
 
-    /// What the numbers of the predicates so far are.
+    /// Units of the predicates so far.
     fn units(&self) -> Vec<Unit>;
 
-    /// Looks at a formula when all of its predicates are known; what is wrong with it as a whole.
+    /// Checks a formula as a whole, after all its predicates are lowered.
     fn whole(&mut self) -> Option<Diagnostic> {
         None
     }
 }
 
 impl Lowerer<'_> {
-    /// The expectations of a scenario, each with its text.
+    /// Lowers the expectations of a scenario; `texts` are their source texts.
     pub(super) fn formulas(
         &mut self,
         (expects, texts): (&[Expect], &[String]),
@@ -96,7 +96,7 @@ struct Builder<'b, 'l> {
 }
 
 impl Builder<'_, '_> {
-    /// Adds a formula; gives its index.
+    /// Adds a formula and returns its index.
     fn formula(&mut self, f: &Written, out: &mut Formula) -> Option<usize> {
         use FormulaKind as F;
         self.lowerer.expected += 1;

@@ -1,4 +1,4 @@
-//! What was given for the parameters of tasks and stacks: its kind and dimension are those of the parameter.
+//! Types of arguments: a value given for a parameter of a task or stack must have the parameter's kind and dimension.
 
 use dsl::tree::Value;
 use dsl::{Diagnostic, Span, Spanned};
@@ -8,7 +8,7 @@ use crate::expand::{Given, quantity};
 use crate::expr::constants::{Params, fits};
 use crate::expr::{Frame, Graph, Lowering, Meaning, Now, Scope, Typed};
 
-/// The scope of what is given: what only a task knows is left to the task.
+/// Scope of arguments. Names that only a task knows are left to the task.
 struct Outside<'s>(&'s mut Params);
 
 impl Scope for Outside<'_> {
@@ -38,12 +38,12 @@ impl Scope for Outside<'_> {
 }
 
 impl Lowerer<'_> {
-    /// Checks what was given; returns the places of what was refused.
+    /// Checks arguments; returns the spans of the rejected ones.
     pub(super) fn given(&mut self, given: &[Given]) -> Vec<Span> {
         let mut refused = Vec::new();
         for g in given {
             let Some((kind, dimension)) = quantity(&g.ty.value) else { continue };
-            // Other mistakes in it are found again where it is used.
+            // Other mistakes are reported at the use.
             let mut found = Vec::new();
             let mut scope = Outside(&mut self.params);
             let typed = Lowering { graph: &mut self.graph, scope: &mut scope, diagnostics: &mut found }.value(&g.value);
@@ -56,7 +56,7 @@ impl Lowerer<'_> {
                 dimension.and_then(|d| fits(&self.graph, &typed, d, &g.what))
             };
             if let Some(d) = wrong {
-                // A bare number is in SI from here on: what is to say of a bare angle is said here.
+                // From here on, a bare number is in SI, so the warning for a bare angle has to come here.
                 if d.severity == dsl::Severity::Error {
                     refused.push(g.value.span);
                 }

@@ -1,5 +1,4 @@
-//! Humans: points of a person that are tracked, each a signal with a velocity, and what becomes of them when nobody sees
-//! them.
+//! Humans: tracked points of a person. Each is a signal with a velocity and rules for the time when it is not seen.
 
 use std::collections::BTreeMap;
 
@@ -17,14 +16,14 @@ use crate::forms::{check_keys, items_of, text_of};
 use crate::sections::HUMAN;
 use crate::units;
 
-/// Most points of a person.
+/// Maximum number of points of a person.
 const MAX_POINTS: usize = 64;
 
-/// How long a reading counts where nothing is said, in s.
+/// Default validity of a reading (s).
 const TIMEOUT: f64 = 0.2;
-/// The cutoff of an estimated velocity where nothing is said, in Hz.
+/// Default cutoff of an estimated velocity (Hz).
 const CUTOFF: f64 = 5.0;
-/// How fast a person who is not seen is taken to move where nothing is said, in m/s: the walking speed of ISO 13855.
+/// Default speed of a person who is not seen (m/s): the walking speed of ISO 13855.
 const GROWTH: f64 = 1.6;
 
 impl Lowerer<'_> {
@@ -73,7 +72,7 @@ impl Lowerer<'_> {
         self.params.humans.insert(name.value.clone(), known);
     }
 
-    /// The values of a point: where it is, and how fast it moves.
+    /// Declares the values of a point: position and velocity.
     fn point(&mut self, human: &str, point: &Spanned<String>, signal: &SignalProgram) {
         let (at, rate) = (signal.at + 1, signal.velocity_at());
         let moves = signal.motion.is_some_and(|m| m.velocity != Velocity::None);
@@ -97,7 +96,7 @@ impl Lowerer<'_> {
         self.params.put(&put(true), Some(typed(VELOCITY, velocity, Axes::direction(Frame::World))));
     }
 
-    /// The names of the points.
+    /// Names of the points.
     fn points(&mut self, h: &Human) -> Vec<Spanned<String>> {
         let Some(entry) = h.body.get("points") else {
             let d = Diagnostic::error("HQ0206", h.name.span, format!("`{}` has no points", h.name.value));
@@ -135,11 +134,11 @@ impl Lowerer<'_> {
         all
     }
 
-    /// Segments between points, by their places.
+    /// Segments between points, by their indices.
     fn links(&mut self, body: &Block, points: &[Spanned<String>]) -> Vec<(usize, usize)> {
         let Some(entry) = body.get("links") else { return Vec::new() };
         let mut all = Vec::new();
-        // A list of pairs; one pair may stand alone.
+        // A list of pairs; a single pair needs no outer list.
         let alone = matches!(&entry.value.kind, ValueKind::List(items) if items.iter().all(|i| text_of(i).is_some()));
         let pairs: &[Value] = if alone { std::slice::from_ref(&entry.value) } else { items_of(&entry.value) };
         for pair in pairs {
@@ -185,7 +184,7 @@ impl Lowerer<'_> {
         found
     }
 
-    /// A number above zero.
+    /// A positive number.
     fn positive(&mut self, body: &Block, key: &str, dimension: Dimension) -> Option<f64> {
         let entry = body.get(key)?;
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
@@ -218,7 +217,7 @@ impl Lowerer<'_> {
         found
     }
 
-    /// Reports a setting that belongs to another choice.
+    /// Reports a setting that applies only to another choice.
     fn out_of_place(&mut self, body: &Block, key: &str, belongs: &str) {
         if let Some(entry) = body.get(key) {
             let d = Diagnostic::error("HQ0205", entry.key.span, format!("`{key}` belongs to `{belongs}`"));
@@ -250,7 +249,7 @@ impl Lowerer<'_> {
     }
 }
 
-/// True for a name that can stand behind a dot.
+/// True for a name that can follow a dot.
 pub(super) fn is_plain(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')

@@ -1,7 +1,7 @@
-//! Tasks that are written in place, on a level: their definitions and their names.
+//! Inline tasks of levels: their definitions and names.
 //!
-//! A name is the type, and where several tasks of a type say different things, what the task is about:
-//! `track.left_tool`, `keep.elbow.chest`. Where that is taken, the level and the stack stand before it.
+//! The name is that of the type. If inline tasks of one type differ, the subject of the task follows:
+//! `track.left_tool`, `keep.elbow.chest`. If that name is taken, the level and the stack precede it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,10 +12,10 @@ use super::declared::Declared;
 use crate::expr::constants::is_word;
 use crate::forms::{target, written};
 
-/// Most names of what a task is about.
+/// Maximum number of names in the subject of a task.
 const NAMES: usize = 2;
 
-/// All tasks in the order of the program: declared ones, then those written in place, each with its name.
+/// Definitions of all tasks with their names, in program order: declared tasks, then inline tasks.
 pub(super) fn definitions(declared: &Declared) -> Vec<(String, TaskDefinition)> {
     let mut all: Vec<(String, TaskDefinition)> =
         declared.tasks.iter().map(|t| (t.name.value.clone(), t.definition.clone())).collect();
@@ -24,7 +24,7 @@ pub(super) fn definitions(declared: &Declared) -> Vec<(String, TaskDefinition)> 
         .flat_map(|(s, l)| l.members.iter().map(move |m| (s, l, m)))
         .filter_map(|(s, l, m)| Some((s.name.value.as_str(), l, in_place(&m.task, &declared.tasks)?)))
         .collect();
-    // Types of which tasks written in place say different things.
+    // Types with different inline tasks.
     let mut first: BTreeMap<&str, &TaskDefinition> = BTreeMap::new();
     let mut several: Vec<&str> = Vec::new();
     for (_, _, d) in &found {
@@ -42,13 +42,13 @@ pub(super) fn definitions(declared: &Declared) -> Vec<(String, TaskDefinition)> 
     all
 }
 
-/// The definition of a task that is written in place: with parameters, or just the name of its type.
+/// Definition of an inline task: with parameters, or the bare name of its type.
 pub(super) fn in_place(task: &MemberTask, declared: &[&Task]) -> Option<TaskDefinition> {
     match task {
         MemberTask::Inline(d) => Some(d.clone()),
         MemberTask::For(_) => None,
         MemberTask::Name(n) => {
-            // Few names are those of types: only these are looked for among all that is declared.
+            // Look up the type first: few names are those of types, and only for these the declared tasks are searched.
             let kind = stdlib_tasks::find(&n.value).filter(|_| !declared.iter().any(|t| t.name == *n))?;
             let kind = Spanned::new(kind.name.to_string(), n.span);
             let body = dsl::tree::Block { span: n.span, ..Default::default() };
@@ -57,7 +57,7 @@ pub(super) fn in_place(task: &MemberTask, declared: &[&Task]) -> Option<TaskDefi
     }
 }
 
-/// The first free name of a task written in place; `names` counts those that are taken.
+/// First free name for an inline task; `names` counts the uses of names.
 fn name(stack: &str, level: &Level, d: &TaskDefinition, several: bool, names: &mut BTreeMap<String, usize>) -> String {
     let kind = &d.kind.value;
     let about = if several { subject(d) } else { String::new() };
@@ -78,8 +78,7 @@ fn name(stack: &str, level: &Level, d: &TaskDefinition, several: bool, names: &m
     format!("{last}.{count}")
 }
 
-/// What a task is about, each name behind a point: the parts of the robot and the values that its argument names, and
-/// which of their numbers.
+/// Subject of a task, each name after a dot: parts of the robot and values that its argument names, and the component.
 fn subject(d: &TaskDefinition) -> String {
     let in_body = d.named.iter().chain(&d.body.entries).find(|e| e.key.value == "value").map(|e| &e.value);
     let mut names: Vec<String> = Vec::new();
@@ -99,7 +98,7 @@ fn subject(d: &TaskDefinition) -> String {
     names.map(|n| format!(".{n}")).collect()
 }
 
-/// The names of values that a definition mentions, as they are declared.
+/// Names of values that a definition mentions, as declared.
 pub(super) fn names(d: &TaskDefinition) -> BTreeSet<String> {
     let mut all = BTreeSet::new();
     for value in d.args.iter().chain(d.named.iter().chain(&d.body.entries).map(|e| &e.value)) {
@@ -110,7 +109,7 @@ pub(super) fn names(d: &TaskDefinition) -> BTreeSet<String> {
     all
 }
 
-/// Visits the names that a value mentions.
+/// Visits all names in a value.
 fn mentions(value: &Value, visit: &mut dyn FnMut(&str)) {
     match &value.kind {
         ValueKind::Name(name) => visit(name),

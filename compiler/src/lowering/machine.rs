@@ -1,4 +1,4 @@
-//! Machines: the tree of states flattened, names become indices.
+//! Machines: flattens the tree of states and converts names to indices.
 
 use std::collections::BTreeMap;
 
@@ -15,17 +15,17 @@ use crate::robot_binding::BoundRobot;
 use crate::sections::{MACHINE, STATE};
 use crate::source_map::MachinePlaces;
 
-/// A state of the tree, flattened.
+/// A flattened state.
 pub(super) struct Flat<'m> {
-    /// Its path, `OUTER.INNER`.
+    /// Path, `OUTER.INNER`.
     pub name: String,
-    /// Where its name was written.
+    /// Span of the name.
     pub at: Span,
-    /// The state around it; none for the machine itself.
+    /// Enclosing state; `None` for the machine itself.
     pub parent: Option<usize>,
-    /// Whether the machine ends in it.
+    /// True if the machine ends in this state.
     pub is_final: bool,
-    /// What stands in it.
+    /// Body.
     pub body: &'m StateBody,
 }
 
@@ -39,22 +39,22 @@ fn flatten<'m>(body: &'m StateBody, parent: usize, out: &mut Vec<Flat<'m>>) {
     }
 }
 
-/// What a machine is lowered with.
+/// Context of a machine.
 pub(super) struct Surroundings<'s> {
     /// Names of the stacks, in the order of the program.
     pub stacks: Vec<&'s str>,
     /// Names of the tasks, in the order of the program.
     pub tasks: Vec<&'s str>,
-    /// The levels of all stacks, and whether each is hard; none where some are not known.
+    /// Names of the levels of all stacks, with `true` for hard ones; `None` if some are unknown.
     pub levels: Option<Vec<(&'s str, bool)>>,
-    /// The tasks.
+    /// Bound tasks; `None` for tasks that failed.
     pub bound: &'s [Option<BoundTask>],
     /// The robot.
     pub robot: &'s BoundRobot,
 }
 
 impl Lowerer<'_> {
-    /// Lowers a machine. `None` where something in it is wrong; the diagnostics say what.
+    /// Lowers a machine. Returns `None` if a part of it is wrong, with diagnostics.
     pub(super) fn machine(&mut self, m: &Machine, around: &Surroundings) -> Option<(MachineProgram, MachinePlaces)> {
         let before = self.errors();
         let root = Flat { name: m.name.value.clone(), at: m.name.span, parent: None, is_final: false, body: &m.body };
@@ -63,7 +63,7 @@ impl Lowerer<'_> {
         self.twice(&flat);
         let mut places = MachinePlaces::default();
         let mut program = MachineProgram { states: Vec::new(), actions: Vec::new(), measured: Vec::new() };
-        // Actions first: the events that they raise must be known to the transitions.
+        // Actions come first, because transitions may refer to the events that they raise.
         let actions: Vec<[Vec<usize>; 3]> =
             flat.iter().map(|f| self.actions(f.body, &mut program.actions, around)).collect();
         for (i, (f, [enter, activities, exit])) in flat.iter().zip(actions).enumerate() {
@@ -95,7 +95,7 @@ impl Lowerer<'_> {
     fn twice(&mut self, flat: &[Flat]) {
         let mut seen: BTreeMap<(usize, &str), Span> = BTreeMap::new();
         for f in flat {
-            // The machine itself stands in no state.
+            // The machine itself has no enclosing state.
             let Some(parent) = f.parent else { continue };
             match seen.get(&(parent, f.name.as_str())) {
                 Some(first) => {
@@ -108,7 +108,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// The state that is entered with a state that holds others.
+    /// Initial inner state of a state or machine.
     fn initial(&mut self, i: usize, flat: &[Flat]) -> Option<usize> {
         let own: Vec<usize> = (0..flat.len()).filter(|&k| flat[k].parent == Some(i)).collect();
         let entry = flat[i].body.settings.get("initial");
@@ -147,7 +147,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Says that there is no state of a name among some.
+    /// Reports an unknown state.
     pub(super) fn unknown_state(&mut self, name: &str, at: Span, names: &[&str]) {
         let d = Diagnostic::error("HQ0201", at, format!("there is no state `{name}` here"));
         self.push(match suggest(name, names.iter().copied()) {
@@ -156,7 +156,7 @@ impl Lowerer<'_> {
         });
     }
 
-    /// The actions of a state: on entering, while there, on leaving.
+    /// Lowers the actions of a state: on entry, during the state, and on exit.
     fn actions(&mut self, body: &StateBody, out: &mut Vec<ActionProgram>, around: &Surroundings) -> [Vec<usize>; 3] {
         Moment::ALL.map(|moment| {
             let own: Vec<&Action> = body.actions_at(moment).collect();
@@ -189,7 +189,7 @@ impl Lowerer<'_> {
         Some(out.len() - 1)
     }
 
-    /// The index of an event, which is added where it is new.
+    /// Index of an event; a new event is added.
     fn event_index(&mut self, name: &str) -> usize {
         self.interface.event(name).unwrap_or_else(|| {
             self.interface.events.push(name.to_string());

@@ -1,4 +1,4 @@
-//! The errors that a bound task will report.
+//! Errors that a bound task measures.
 
 use stdlib_tasks::task::{Context, Measure};
 
@@ -7,7 +7,7 @@ use super::machine::Surroundings;
 use crate::binding::BoundTask;
 
 impl Lowerer<'_> {
-    /// The errors of a task, from building it; `None` where it cannot be built, which is said elsewhere.
+    /// Returns the errors that a task measures, by building it; `None` if that fails, which is reported elsewhere.
     pub(super) fn measures(&mut self, bound: &BoundTask, around: &Surroundings) -> Option<Vec<Measure>> {
         let values = self.values_so_far();
         let model = &around.robot.model;
@@ -16,7 +16,7 @@ impl Lowerer<'_> {
         (bound.kind.build)(&bound.params, &context).ok().map(|task| task.measures())
     }
 
-    /// The table of values as far as it is constant; zero elsewhere.
+    /// Table of values with its constants; zero for all others.
     fn values_so_far(&self) -> Vec<f64> {
         self.table.nodes.iter().map(|&n| self.graph.constant(n).unwrap_or(0.0)).collect()
     }

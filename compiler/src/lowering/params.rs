@@ -1,4 +1,4 @@
-//! Values with a name: params, lets, signals, humans and safety fields in the order written; and what each param of a spec is worth.
+//! Named values in source order: params, lets, signals, humans and safety fields; and the values of a spec's params.
 
 use dsl::tree::Let;
 use dsl::{Diagnostic, Sources};
@@ -11,26 +11,26 @@ use crate::expr::constants::Constants;
 use crate::units;
 use stdlib_tasks::dimension::NONE;
 
-/// What a param of a spec is worth.
+/// Value of a param.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParamValue {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its number in SI; none for a vector, an orientation, a pose or a truth value.
+    /// Number in SI; `None` for a vector, an orientation, a pose or a truth value.
     pub number: Option<f64>,
-    /// What it is: `a number`, `a vector` ..
+    /// Description of the kind: `a number`, `a vector` ..
     pub kind: &'static str,
-    /// The SI unit of its numbers, as one writes it: `m`, `/s`; empty for a bare number.
+    /// SI unit of the numbers, as in a spec: `m`, `/s`; empty for a bare number.
     pub unit: String,
 }
 
 impl Lowerer<'_> {
-    /// Declares all values with a name. Gives the lets that wait until the robot is known.
+    /// Declares all named values. Returns the lets that have to wait until the robot is bound.
     pub(super) fn named_values<'t>(&mut self, expanded: &'t Expanded, declared: &Declared) -> Vec<&'t Let> {
         let overrides = self.overrides(declared);
         let (mut later, mut told) = (Vec::new(), false);
         for value in &expanded.values {
-            // What tasks tell stands behind the signals, and before what may read it.
+            // Outputs of tasks come after the signals and before the lets, which may use them.
             if matches!(value, Named::Let(_)) && !std::mem::replace(&mut told, true) {
                 self.told(&declared.tasks);
             }
@@ -56,7 +56,7 @@ impl Lowerer<'_> {
     }
 }
 
-/// What the params of an expanded spec are worth, in the order written; without those that are wrong.
+/// Evaluates the params of an expanded spec, in source order; params with errors are left out.
 pub(crate) fn params(
     context: &Context,
     expanded: &Expanded,

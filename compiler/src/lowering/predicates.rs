@@ -1,5 +1,5 @@
-//! The least parts of expectations: numbers that say by how much something is true, of what is measured while a scenario
-//! runs and of what expressions know anyway.
+//! Predicates, the atoms of expectations: numbers that are positive if a condition holds, computed from measures of the
+//! scenario and from expressions.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use stdlib_tasks::dimension::NONE;
 use crate::binding::{Table, whole};
 use crate::expr::{Graph, Kind, Lowering, Scope, Typed};
 
-/// The number of a measure in the graph; `width` is that of the table of signals, behind which measures stand.
+/// Returns the node of a measure. Measures follow the `width` numbers of the table of signals.
 pub(super) fn measure<M: PartialEq>(graph: &mut Graph, width: usize, measures: &mut Vec<M>, wanted: M) -> usize {
     let k = measures.iter().position(|m| *m == wanted).unwrap_or_else(|| {
         measures.push(wanted);
@@ -21,7 +21,7 @@ pub(super) fn measure<M: PartialEq>(graph: &mut Graph, width: usize, measures: &
     graph.push(Op::Signal(width + k))
 }
 
-/// A number and what it is: of a comparison the difference of its sides, positive where it holds.
+/// Lowers a predicate to a number with its unit. A comparison becomes the difference of its sides, positive if true.
 pub(super) fn number(
     value: &Value,
     graph: &mut Graph,
@@ -42,7 +42,7 @@ pub(super) fn number(
     if !op.value.compares() {
         return Some((whole.nodes[0], Unit::Truth));
     }
-    // What is to be said of the sides was said of the whole.
+    // Mistakes in the sides were reported with the whole comparison.
     let mut said = Vec::new();
     let (a, b) = (lower(left, &mut said)?, lower(right, &mut said)?);
     let (more, less) = match op.value {
@@ -59,7 +59,7 @@ pub(super) fn number(
     Some((node, Unit::Quantity(dimension)))
 }
 
-/// The same number where it is made of what only the sign means something of.
+/// Marks the number as [`Unit::Mixed`] if it depends on nodes whose sign alone is meaningful.
 pub(super) fn mixed(graph: &Graph, (node, unit): (usize, Unit), of: &BTreeSet<usize>) -> (usize, Unit) {
     let mixed = matches!(unit, Unit::Quantity(_)) && !of.is_empty() && {
         let (_, index) = graph.extract(&[node]);
@@ -68,19 +68,19 @@ pub(super) fn mixed(graph: &Graph, (node, unit): (usize, Unit), of: &BTreeSet<us
     (node, if mixed { Unit::Mixed } else { unit })
 }
 
-/// What nodes stand in.
+/// Graph of a predicate's nodes.
 #[derive(Clone, Copy)]
 pub(super) struct Graphs<'g> {
     /// The graph.
     pub graph: &'g Graph,
-    /// The robot's state in it.
+    /// Leaves of the robot's state in the graph.
     pub table: &'g Table,
-    /// Numbers of the table of signals.
+    /// Width of the table of signals.
     pub width: usize,
 }
 
-/// A predicate of a node, over a table without the measures; `used` are those that predicates read, in the order of
-/// their numbers. `None` where something stands in it that the table has not.
+/// Extracts the predicate of a node, over a table with the measures in `used` only, to which new ones are appended.
+/// Returns `None` if the node depends on something that this table does not contain.
 pub(super) fn predicate<M: Clone + PartialEq>(
     (node, unit): (usize, Unit),
     Graphs { graph, table, width }: Graphs,

@@ -1,4 +1,4 @@
-//! What a `run` block says, and which stack it runs.
+//! Lowers `run` blocks, and selects the stack or machine to run.
 
 use dsl::tree::{Block, Entry, Run};
 use dsl::{Diagnostic, Span, Spanned};
@@ -15,7 +15,7 @@ use crate::robot_binding::BoundRobot;
 use crate::sections::{RUN, SIMULATOR};
 use crate::units;
 
-/// What a `run` block says.
+/// Settings of a `run` block.
 #[derive(Debug, Default)]
 pub(super) struct RunSettings {
     stack: Option<Spanned<String>>,
@@ -123,7 +123,7 @@ fn simulator(block: &Block, constants: &mut Constants, diagnostics: &mut Vec<Dia
                 .push(Diagnostic::error("HQ0308", e.value.span, text).help(format!("write {wanted}, or leave it out")));
             continue;
         }
-        // Beyond any robot that a controller of velocities is written for.
+        // Larger values exceed those of any robot with a velocity controller.
         let (usual, help) = match e.key.value.as_str() {
             "lag" => (1.0, "actuators lag by 1 ms to 200 ms; write `ms` behind the number if milliseconds are meant"),
             "noise" => {
@@ -146,7 +146,7 @@ fn simulator(block: &Block, constants: &mut Constants, diagnostics: &mut Vec<Dia
     s
 }
 
-/// A limit of what actuators can do: a number above zero.
+/// Positive limit of an actuator.
 pub(super) fn limit_of_actuators(
     e: &Entry,
     wanted: Dimension,
@@ -186,7 +186,7 @@ impl Lowerer<'_> {
                     self.push(d.help(help));
                     return None;
                 }
-                // A stack in which something was wrong may be the one that is meant.
+                // The stack may be one that failed to expand.
                 None if stacks.is_empty() && !declared.whole => return None,
                 None => {
                     let names = stacks.iter().map(|s| s.name.value.as_str());
@@ -244,7 +244,7 @@ impl Lowerer<'_> {
         ))
     }
 
-    /// Whether the machine that is to run is there, and nothing else is to run too.
+    /// Checks that the machine of the run exists, and that no stack is named as well.
     fn machine_of(&mut self, settings: &RunSettings, declared: &Declared) -> Option<()> {
         let Some(name) = &settings.machine else { return Some(()) };
         if let Some(stack) = &settings.stack {

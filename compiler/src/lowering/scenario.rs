@@ -1,4 +1,4 @@
-//! Scenarios: what runs, from where, for how long.
+//! Scenarios: the stack or machine to run, the start, and the duration.
 
 use std::collections::BTreeMap;
 
@@ -19,10 +19,10 @@ use crate::robot_binding::{BoundRobot, joints};
 use crate::sections::SCENARIO_SIMULATOR;
 use crate::units;
 
-/// The largest seed: from there on not every whole number can be written.
+/// Maximum seed. Larger integers are not all representable as `f64`.
 const MAX_SEED: f64 = 9e15;
 
-/// A number that is zero or more as a seed; none where it is none, which is reported.
+/// Converts a non-negative number to a seed; `None` if it is not a valid seed, which is reported.
 pub(super) fn whole_seed(x: f64, at: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<u64> {
     if x.fract() == 0.0 && x <= MAX_SEED {
         return Some(x as u64);
@@ -33,7 +33,7 @@ pub(super) fn whole_seed(x: f64, at: Span, diagnostics: &mut Vec<Diagnostic>) ->
 }
 
 impl Lowerer<'_> {
-    /// The scenarios of a spec whose program is done but for them.
+    /// Lowers the scenarios of a spec whose program is otherwise complete.
     pub(super) fn scenarios(
         &mut self,
         expanded: &Expanded,
@@ -53,7 +53,7 @@ impl Lowerer<'_> {
         all
     }
 
-    /// Reports scenarios that are called as one before them, of a robot or of a mission.
+    /// Reports duplicate names of scenarios, including those of missions.
     pub(super) fn scenario_names(&mut self, expanded: &Expanded) {
         let mut names: BTreeMap<&str, Span> = BTreeMap::new();
         for (s, _) in &expanded.scenarios {
@@ -66,7 +66,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// A scenario without its expectations.
+    /// Lowers a scenario without its expectations.
     fn scenario(&mut self, s: &Scenario, program: &Program, robot: &BoundRobot) -> Option<ScenarioProgram> {
         check_scenario_keys(&s.body, false, self.diagnostics);
         let mut run = program.run.clone();
@@ -105,7 +105,7 @@ impl Lowerer<'_> {
         })
     }
 
-    /// What runs. `None` where it cannot be had; the diagnostics say why.
+    /// Stack or machine that runs. Returns `None` if it is invalid, with diagnostics.
     fn subject(&mut self, body: &Block, program: &Program) -> Option<Subject> {
         let name = |key: &str| body.get(key).map(|e| (e.key.span, &e.value));
         match (name("stack"), name("machine")) {
@@ -165,7 +165,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// A constant number above zero.
+    /// A positive constant number.
     fn above_zero(&mut self, e: &dsl::tree::Entry, wanted: Dimension) -> Option<f64> {
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         super::run::limit_of_actuators(e, wanted, &mut constants, self.diagnostics)
@@ -196,7 +196,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Where the robot stands at the beginning.
+    /// Start configuration of the robot.
     fn start(&mut self, body: &Block, robot: &BoundRobot) -> Vec<f64> {
         let mut q = robot.home.clone();
         let Some(block) = body.get("start").and_then(|e| block_of(&e.value, "`start`", self.diagnostics)) else {
@@ -238,7 +238,7 @@ impl Lowerer<'_> {
         q
     }
 
-    /// What the world does.
+    /// Lowers the behaviour of the world.
     fn world(&mut self, body: &Block, program: &Program, robot: &BoundRobot) -> WorldProgram {
         WorldProgram {
             signals: self.signal_scripts(body, program),

@@ -1,5 +1,5 @@
-//! Sensors: what is done to the value of a signal before expressions see it. The axes of a wrench are those of a link,
-//! which has to wait for the robot.
+//! Sensors: conditioning of a signal before expressions use it. The axes of a wrench are those of a link, so they are
+//! resolved after the robot is bound.
 
 use dsl::tree::{Entry, Signal, Value};
 use dsl::{Diagnostic, Span};
@@ -12,18 +12,18 @@ use crate::forms::{block_of, check_keys, text_of};
 use crate::robot_binding::{BoundRobot, unknown_link};
 use crate::sections::WRENCH;
 
-/// What a signal says that only the robot can answer.
+/// Settings of a signal that depend on the robot.
 #[derive(Debug)]
 pub(super) struct Sensor {
     /// Index of the signal.
     signal: usize,
-    /// The link in whose axes it counts.
+    /// Link in whose axes the signal is measured.
     frame: Option<Value>,
-    /// Its cutoff frequency in Hz, and where it was written.
+    /// Cutoff frequency (Hz), with its span.
     cutoff: Option<(f64, Span)>,
 }
 
-/// What a signal carries, as far as sensors ask.
+/// Content of a signal, as far as the conditioning depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Carried {
     Event,
@@ -35,7 +35,7 @@ pub(super) enum Carried {
 }
 
 impl Lowerer<'_> {
-    /// The conditioning of the signal that is declared next, as far as it needs no robot.
+    /// Conditioning of the signal that is declared next; settings that depend on the robot are postponed.
     pub(super) fn conditioning(&mut self, s: &Signal, carried: Carried) -> Conditioning {
         let mut all = Conditioning::default();
         let ty = &s.ty.value;
@@ -107,7 +107,7 @@ impl Lowerer<'_> {
         Some([f[0], f[1], f[2], m[0], m[1], m[2]])
     }
 
-    /// What signals say of the robot, once it is known.
+    /// Resolves the settings of signals that depend on the robot.
     pub(super) fn sensors(&mut self, robot: &BoundRobot) {
         for sensor in std::mem::take(&mut self.sensors) {
             let Some(signal) = self.interface.signals.get_mut(sensor.signal) else { continue };
@@ -115,7 +115,7 @@ impl Lowerer<'_> {
                 let name = text_of(value).unwrap_or_default();
                 let arm = robot.arms.iter().find(|a| a.name == name).map(|a| a.tip);
                 signal.conditioning.frame = robot.model.link(name).or(arm);
-                // `world` stands for what holds without a frame.
+                // `world` is the default, so it needs no frame.
                 let told = signal.conditioning.frame.is_some() || name == "world" || robot.failed.contains(name);
                 if !told {
                     let d = unknown_link(&robot.model, name, value.span, &robot.arms);

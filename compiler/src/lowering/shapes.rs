@@ -1,22 +1,22 @@
-//! What can be measured of the tasks of a program.
+//! Measures that tasks of a program provide.
 
 use runtime::program::Program;
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::task::{Context, Nature, Task};
 
-/// What can be measured of a task.
+/// Measures that a task provides.
 pub(super) struct Shape {
     /// Target or limit.
     pub nature: Nature,
-    /// The dimension that all rows share, if they do.
+    /// Common dimension of all rows, if they have one.
     pub margin: Option<Dimension>,
-    /// It asks for something that it took from the robot when its stack was entered.
+    /// True if the task depends on a value captured when its stack was entered.
     pub remembers_entry: bool,
-    /// Parts of the error.
+    /// Parts of the error, with their dimensions.
     pub parts: Vec<(String, Dimension)>,
 }
 
-/// What can be measured of the tasks of a program; none for one that cannot be built, which was reported.
+/// Measures of all tasks of a program; `None` for a task that cannot be built, which was reported.
 pub(super) fn shapes(program: &Program) -> Vec<Option<Shape>> {
     let (model, values, period) = (&program.robot.model, &program.values.initial, program.robot.period);
     let shape = |kind: &str, task: &dyn Task| {
@@ -30,7 +30,7 @@ pub(super) fn shapes(program: &Program) -> Vec<Option<Shape>> {
         })
     };
     let mut all: Vec<Option<Shape>> = program.tasks.iter().map(|_| None).collect();
-    // A task is built for the stack that it stands in.
+    // Tasks of stacks are built in the context of their first stack.
     let mut stands = vec![false; all.len()];
     for stack in &program.stacks {
         let built = runtime::build_tasks(program, stack);

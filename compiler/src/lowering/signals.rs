@@ -1,4 +1,4 @@
-//! Signals: what each carries, and the names under which expressions know them.
+//! Signals: their contents, and the names that expressions use for them.
 
 use dsl::tree::Signal;
 use dsl::{Diagnostic, Span};
@@ -14,10 +14,10 @@ use crate::expr::{Axes, Frame, Kind, Typed};
 use crate::forms::check_keys;
 use crate::sections::SIGNAL;
 
-/// Types of signals beside the quantities that parameters can have.
+/// Types of signals in addition to the quantities of parameters.
 const OWN_TYPES: [&str; 3] = ["event", "flag", "wrench"];
 
-/// What a signal carries.
+/// Content of a signal.
 pub(super) enum Carries {
     Event,
     Wrench,
@@ -36,7 +36,7 @@ pub(super) fn carries(ty: &str) -> Option<Carries> {
     }
 }
 
-/// The types that signals may have.
+/// Types that signals may have.
 pub fn signal_types() -> impl Iterator<Item = &'static str> {
     let of_parameters = TYPES.iter().map(|t| t.name).filter(|t| carries(t).is_some());
     OWN_TYPES.into_iter().chain(of_parameters)
@@ -52,7 +52,7 @@ impl Lowerer<'_> {
         }
         check_keys(&s.settings, &SIGNAL, self.diagnostics);
         let Some(carries) = carries(&s.ty.value) else {
-            // A type that could not be read was reported.
+            // The parser reported an unreadable type.
             if !s.ty.value.is_empty() {
                 let d = Diagnostic::error("HQ0201", s.ty.span, format!("no signal has the type `{}`", s.ty.value));
                 self.push(match suggest(&s.ty.value, signal_types()) {
@@ -99,7 +99,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Gives the numbers from `at` on the name under which expressions know them.
+    /// Declares a name for the numbers from `at` on.
     pub(super) fn quantity(&mut self, name: &dsl::Spanned<String>, kind: Kind, dimension: Dimension, at: usize) {
         let nodes = (0..kind.width()).map(|i| self.graph.push(Op::Signal(at + i))).collect();
         let axes = match kind {
@@ -126,7 +126,7 @@ impl Lowerer<'_> {
         self.interface.events.push(s.name.value.clone());
     }
 
-    /// Gives a signal its numbers; gives the first, which says whether it is present.
+    /// Allocates the numbers of a signal; returns the first, which stores whether the signal is present.
     fn place(&mut self, s: &Signal, len: usize, timeout: Option<f64>, conditioning: Conditioning) -> usize {
         let at = self.interface.width();
         self.params.presence.insert(s.name.value.clone(), at);
@@ -144,7 +144,7 @@ impl Lowerer<'_> {
         at
     }
 
-    /// A part of a wrench, under a name that cannot be written.
+    /// Declares a part of a wrench, under a name that users cannot write.
     fn vector(&mut self, s: &Signal, part: &str, at: usize, dimension: Dimension) {
         let nodes = (0..3).map(|i| self.graph.push(Op::Signal(at + i))).collect();
         let axes = Axes::direction(Frame::World);

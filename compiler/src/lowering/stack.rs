@@ -1,4 +1,4 @@
-//! Stacks and their levels, and the tasks that stand in them.
+//! Stacks with their levels and tasks.
 
 use std::collections::BTreeMap;
 
@@ -19,8 +19,8 @@ use crate::robot_binding::{BoundRobot, joints};
 use crate::sections::{LEVEL, STACK};
 
 impl Lowerer<'_> {
-    /// Binds tasks: `None` for one that failed. `later` are named expressions of what the robot does, each behind those
-    /// that it uses; `refused` are values whose mistake is known.
+    /// Binds tasks; `None` for a task that failed. `later` are named expressions of the robot's state, each after those
+    /// that it uses; `refused` are spans of values whose mistakes are reported already.
     pub(super) fn tasks(
         &mut self,
         definitions: &[(String, TaskDefinition)],
@@ -32,7 +32,7 @@ impl Lowerer<'_> {
         for it in later {
             binder.named(it);
         }
-        // A task that names another is bound after it: it wants to know in which axes that one's target counts.
+        // A task that names another one is bound after it, because it needs the axes of the other one's target.
         let names_another = |d: &TaskDefinition| {
             let kind = stdlib_tasks::find(&d.kind.value);
             kind.is_some_and(|k| k.params.iter().any(|p| p.ty == ParamType::Task))
@@ -43,7 +43,7 @@ impl Lowerer<'_> {
                 bound[i] = binder.task(d, i);
             }
         }
-        // What was given for a parameter and refused is not refused again wherever the parameter stands.
+        // The mistake of an argument is reported once, and not at each use of its parameter.
         let again = |d: &Diagnostic| {
             let at = d.primary.span;
             refused.iter().any(|r| r.source == at.source && r.start <= at.start && at.end <= r.end)
@@ -175,11 +175,11 @@ impl Lowerer<'_> {
     }
 
     fn unknown_task(&mut self, name: &Spanned<String>, names: &[&str]) {
-        // Those of other files have a name that cannot be written.
+        // Tasks of other files have names that users cannot write.
         let names: Vec<&str> = names.iter().copied().filter(|n| !n.contains('.')).collect();
         let d = Diagnostic::error("HQ0201", name.span, format!("there is no task `{}`", name.value));
         let d = if let Some(near) = suggest(&name.value, names.iter().copied()) {
-            // The task that was meant is not left over.
+            // The suggested task must not be reported as unused.
             self.meant.push(near.to_string());
             d.help(format!("did you mean `{near}`?"))
         } else if let Some(near) = suggest(&name.value, stdlib_tasks::KINDS.iter().map(|k| k.name)) {
@@ -192,7 +192,7 @@ impl Lowerer<'_> {
         self.push(d);
     }
 
-    /// A bare constant above (or at) a bound.
+    /// A bare constant above `min`, or equal to it if `included`.
     fn constant(&mut self, value: &Value, what: &str, min: f64, included: bool) -> Option<f64> {
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         let x = constants.scalar(value, NONE, self.diagnostics)?;

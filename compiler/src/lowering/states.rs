@@ -1,13 +1,13 @@
-//! States by their paths.
+//! Looks up states by their paths.
 
 use dsl::{Diagnostic, Span};
 use names::{list, suggest};
 use runtime::program::MachineProgram;
 
-/// The index of a state by its path, or by the end of it where that is said of one state only.
+/// Returns the index of a state by its path, or by a suffix of its path if only one state has it.
 ///
 /// # Errors
-/// There is none, or there are several.
+/// No state matches, or several do.
 pub(super) fn state(machine: &MachineProgram, path: &str, at: Span) -> Result<usize, Box<Diagnostic>> {
     let states = &machine.states;
     let names = || states.iter().skip(1).map(|s| s.name.as_str());

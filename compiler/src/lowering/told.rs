@@ -1,4 +1,4 @@
-//! What tasks tell while they run: values that the controller sets at each tick, and nobody else.
+//! Outputs of running tasks: values that only the controller sets, at each tick.
 
 use dsl::tree::Task;
 use runtime::program::Op;
@@ -9,7 +9,7 @@ use crate::expr::constants::is_word;
 use crate::expr::{Axes, Kind, Symbol, Typed, told};
 
 impl Lowerer<'_> {
-    /// Declares what declared tasks tell.
+    /// Declares the outputs of the declared tasks.
     pub(super) fn told(&mut self, tasks: &[&Task]) {
         for task in tasks.iter().filter(|t| !is_word(&t.name.value)) {
             let name = &task.name;

@@ -1,4 +1,4 @@
-//! Transitions: what one waits for, where it leads, and how long the command goes over.
+//! Transitions: trigger, target, and duration of the blend.
 
 use dsl::tree::{Transition, Value, ValueKind};
 use dsl::{Diagnostic, Span};
@@ -18,7 +18,7 @@ use crate::sections::TRANSITION;
 use crate::source_map::TransitionPlace;
 
 impl Lowerer<'_> {
-    /// The transitions of a state, and where they were written.
+    /// Lowers the transitions of a state, and returns them with their spans.
     pub(super) fn transitions(
         &mut self,
         i: usize,
@@ -49,7 +49,7 @@ impl Lowerer<'_> {
         (out, places)
     }
 
-    /// The state that a transition leads to: one beside the state in which it stands, or inside that, or further out.
+    /// Resolves the target of a transition: searched inside its state first, then in each enclosing state.
     fn target(&mut self, i: usize, t: &Transition, flat: &[Flat]) -> Option<usize> {
         let name = t.target.value.as_str();
         if name.is_empty() {
@@ -83,7 +83,8 @@ impl Lowerer<'_> {
         None
     }
 
-    /// How long the command goes over: what the transition says, or the state that it leads from, or those around that. None where nothing does.
+    /// Blend time (s) of the transition, else of its state or of the innermost enclosing state that sets one; `None`
+    /// without any.
     fn blend(&mut self, i: usize, t: &Transition, flat: &[Flat]) -> Option<f64> {
         let mut own = t.settings.get("blend");
         let mut around = Some(i);
@@ -94,7 +95,7 @@ impl Lowerer<'_> {
         let e = own?;
         let before = self.diagnostics.len();
         let found = self.duration(&e.value, "a blend");
-        // One of a state is said once, with the first transition.
+        // A mistake in a state's blend is reported once, with the first transition.
         let repeated =
             (0..before).any(|k| before < self.diagnostics.len() && self.diagnostics[k] == self.diagnostics[before]);
         if repeated {
@@ -103,7 +104,7 @@ impl Lowerer<'_> {
         found
     }
 
-    /// A constant time of zero or more, in s.
+    /// A constant, non-negative time (s).
     fn duration(&mut self, value: &Value, what: &str) -> Option<f64> {
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         let x = constants.scalar(value, TIME, self.diagnostics)?;
@@ -116,7 +117,7 @@ impl Lowerer<'_> {
         Some(x)
     }
 
-    /// The trigger of a transition of state `i`.
+    /// Lowers the trigger of a transition of state `i`.
     fn trigger(
         &mut self,
         i: usize,

@@ -1,4 +1,4 @@
-//! What `fault(..)` and `reached(..)` are said with.
+//! Arguments of `fault(..)` and `reached(..)`.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
@@ -12,19 +12,19 @@ use crate::diagnostics::refused::{Refused, refuse};
 use crate::expr::{Kind, Typed};
 use crate::forms::{path_of, text_of};
 
-/// The names that a pattern may hold.
+/// Names in scope of a pattern of faults.
 pub(super) struct Known<'k> {
     pub signals: Vec<&'k str>,
-    /// People, with the places of their points among the signals.
+    /// People, with the indices of their points among the signals.
     pub humans: Vec<(&'k str, &'k [usize])>,
     pub tasks: &'k [&'k str],
-    /// For each task whether it is a limit.
+    /// For each task, true if it is a limit.
     pub limits: Vec<bool>,
-    /// The levels of all stacks, and whether each is hard; none where some are not known.
+    /// Names of the levels of all stacks, with `true` for hard ones; `None` if some are unknown.
     pub levels: Option<&'k [(&'k str, bool)]>,
 }
 
-/// The faults that `fault(..)` names.
+/// Lowers the argument of `fault(..)`.
 pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPattern, Refused> {
     let [value] = args else {
         let d = Diagnostic::error("HQ0310", at, "`fault` takes one kind of fault");
@@ -93,7 +93,7 @@ pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPa
     }
 }
 
-/// The diagnostic for a level that no stack has, or that is hard in none.
+/// Diagnostic for a level that does not exist, or that is hard in no stack.
 fn no_hard_level(name: &str, at: Span, all: &[(&str, bool)]) -> Option<Diagnostic> {
     if all.contains(&(name, true)) {
         return None;
@@ -114,7 +114,7 @@ fn no_hard_level(name: &str, at: Span, all: &[(&str, bool)]) -> Option<Diagnosti
     })
 }
 
-/// The task that a trigger names.
+/// Index of the task that a trigger names.
 pub(super) fn task_of(value: Option<&Value>, at: Span, tasks: &[&str]) -> Result<usize, Box<Diagnostic>> {
     let Some((value, name)) = value.and_then(|v| Some((v, text_of(v)?))) else {
         let d = Diagnostic::error("HQ0310", at, "the name of a task is needed here");
@@ -130,7 +130,7 @@ pub(super) fn task_of(value: Option<&Value>, at: Span, tasks: &[&str]) -> Result
     }))
 }
 
-/// The tolerance of each error of a task: those given, each for the errors of its dimension.
+/// Returns a tolerance for each error of a task, from the given ones by dimension.
 pub(super) fn tolerances(
     given: &[(Typed, Option<f64>, Span)],
     measures: &[Measure],

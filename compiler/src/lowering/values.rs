@@ -1,4 +1,4 @@
-//! The table of values: constants folded, moving values and their rates on a tape.
+//! Table of values: constants are folded, moving values and their rates are computed by a tape.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use runtime::program::{Op, Output, Tape, TrajectoryProgram, Values};
 use super::Lowerer;
 
 impl Lowerer<'_> {
-    /// The table of values: constants folded, moving values and their rates on a tape.
+    /// Builds the table of values: constants are folded, moving values and their rates are computed by the tape.
     pub(super) fn values(&mut self) -> Values {
         let nodes = std::mem::take(&mut self.table.nodes);
         let mut initial = Vec::with_capacity(nodes.len());
@@ -31,7 +31,7 @@ impl Lowerer<'_> {
         let inputs = vec![0.0; tape.inputs];
         let signals = vec![f64::NAN; self.interface.width()];
         tape.evaluate(Default::default(), &inputs, &signals, &mut registers, &mut initial, &mut rates);
-        // Without a capture it may have no value yet, and a file has no word for that.
+        // A value that depends on a capture is NaN here, which JSON cannot represent.
         for o in tape.outputs.iter().filter(|o| !registers[o.value].is_finite()) {
             initial[o.at] = 0.0;
         }
@@ -41,7 +41,7 @@ impl Lowerer<'_> {
     }
 }
 
-/// Those trajectories that operations read, with numbers that follow one another.
+/// Returns the trajectories that the operations read, with consecutive numbers.
 fn trajectories(all: &[TrajectoryProgram], ops: &mut [Op], index: &BTreeMap<usize, usize>) -> Vec<TrajectoryProgram> {
     let mut used: Vec<TrajectoryProgram> = Vec::new();
     let mut number = BTreeMap::new();

@@ -1,4 +1,5 @@
-//! Variables of the machine: their declaration, and the actions that set them. `tare` stands here too: it sets a bias.
+//! Variables of the machine: their declarations, and the actions that set them. The action `tare`, which sets a bias,
+//! is here as well.
 
 use std::collections::BTreeSet;
 
@@ -16,16 +17,16 @@ use crate::expr::Kind;
 use crate::expr::constants::is_word;
 use crate::forms::{target, text_of};
 
-/// What is known of the variables, by name.
+/// Declared variables of the machine.
 #[derive(Debug, Default)]
 pub(super) struct Variables {
-    /// What each holds.
+    /// Kind and dimension of each variable, by name.
     kinds: std::collections::BTreeMap<String, (Kind, Dimension)>,
-    /// Those that an action sets.
+    /// Variables that an action sets.
     set: BTreeSet<String>,
 }
 
-/// The types that variables may have.
+/// Types that variables may have.
 fn variable_types() -> impl Iterator<Item = &'static str> {
     signal_types().filter(|t| matches!(carries(t), Some(Carries::Quantity(..))))
 }
@@ -39,7 +40,7 @@ impl Lowerer<'_> {
             self.push(d.help("choose another name"));
         }
         let Some(Carries::Quantity(kind, dimension)) = carries(&v.ty.value) else {
-            // A type that could not be read was reported.
+            // The parser reported an unreadable type.
             if !v.ty.value.is_empty() {
                 let d = Diagnostic::error("HQ0201", v.ty.span, format!("no variable has the type `{}`", v.ty.value));
                 self.push(match suggest(&v.ty.value, variable_types()) {
@@ -80,12 +81,12 @@ impl Lowerer<'_> {
         self.quantity(name, kind, dimension, at + 1);
     }
 
-    /// What a variable holds at the start.
+    /// Initial value of a variable.
     fn held(&mut self, signal: &SignalProgram, value: &Value) -> Option<Vec<f64>> {
         self.constant_of(signal, value, &format!("`{}`", signal.name))
     }
 
-    /// The variable that an action is about.
+    /// Variable that an action names.
     fn variable_named(&mut self, verb: &str, value: &Value) -> Option<(usize, String)> {
         let Some(name) = text_of(value).map(|_| named(value)) else {
             let d = Diagnostic::error("HQ0304", value.span, format!("`{verb}` is followed by the name of a variable"));
@@ -113,7 +114,7 @@ impl Lowerer<'_> {
         found.map(|s| (s, name))
     }
 
-    /// What an action does that the controller does itself; `None` where something is wrong, and the diagnostics say what.
+    /// Lowers an action that the controller performs itself. Returns `None` if a part of it is wrong, with diagnostics.
     pub(super) fn own(&mut self, a: &Action, around: &Surroundings) -> Option<OwnAction> {
         let first = a.args.first()?;
         match a.verb.value.as_str() {
@@ -121,7 +122,7 @@ impl Lowerer<'_> {
                 let (variable, name) = self.variable_named("set", first)?;
                 let wanted = *self.variables.kinds.get(&name)?;
                 self.variables.set.insert(name.clone());
-                // What a variable is set from is no use of it: `set(n, n + 1)` alone tells nobody.
+                // The value of `set` is no use of its variable: `set(n, n + 1)` alone does not affect the robot.
                 let used = self.params.used.contains(&name);
                 let what = format!("variable `{}`", text_of(first).unwrap_or_default());
                 let value = self.binder(around.robot).assigned(a.args.get(1)?, wanted, &what);
@@ -188,7 +189,7 @@ impl Lowerer<'_> {
     }
 }
 
-/// The name in the program that stands in an action.
+/// Name in the program that an action refers to.
 fn named(value: &Value) -> String {
     match &value.kind {
         dsl::tree::ValueKind::Name(name) => target(name).to_string(),

@@ -1,4 +1,4 @@
-//! What people do in a scenario: a body that goes along waypoints, points that go by themselves, or a recorded file.
+//! Motion of people in a scenario: a body that moves along waypoints, independent points, or a recorded file.
 
 use dsl::tree::{Block, Entry};
 use dsl::{Diagnostic, Span, Spanned};
@@ -38,7 +38,7 @@ impl Lowerer<'_> {
         all
     }
 
-    /// The way of each point.
+    /// Lowers the path of each point.
     fn tracks(&mut self, block: &Block, of: &HumanProgram, points: &[&str], program: &Program) -> Option<Vec<Track>> {
         let said: Vec<&Entry> = ["value", "path", "points", "file"].iter().filter_map(|k| block.get(k)).collect();
         let (first, second) = (said.first().copied(), said.get(1).copied());
@@ -88,7 +88,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// A body of a fixed shape that goes along a way.
+    /// Lowers a body of fixed shape that moves along a path.
     fn body(
         &mut self,
         way: &Entry,
@@ -97,7 +97,7 @@ impl Lowerer<'_> {
         program: &Program,
     ) -> Option<Vec<Track>> {
         let Some(shape) = block.get("shape") else {
-            // The only point is where the body is.
+            // The position of the body is that of its only point.
             if points.len() == 1 {
                 return self.way(way, of, program).map(|track| vec![track]);
             }
@@ -119,7 +119,7 @@ impl Lowerer<'_> {
         Some(tracks)
     }
 
-    /// A `value` or a `path`.
+    /// Lowers a `value` or a `path`.
     fn way(&mut self, e: &Entry, of: &HumanProgram, program: &Program) -> Option<Track> {
         if e.key.value == "value" {
             return self.vector_of(e, LENGTH).map(|x| Track(vec![(0.0, x)]));
@@ -131,7 +131,7 @@ impl Lowerer<'_> {
         all.map(Track)
     }
 
-    /// The entries of a block, one for each point, in the order of the points.
+    /// Entries of a block, one for each point, in the order of the points.
     fn one_for_each<'b>(
         &mut self,
         block: &'b Block,
@@ -153,7 +153,7 @@ impl Lowerer<'_> {
         good.then(|| points.iter().filter_map(|p| block.get(p)).collect())
     }
 
-    /// A recorded file.
+    /// Reads a recorded file.
     fn recorded(&mut self, e: &Entry, points: &[&str]) -> Option<Vec<Track>> {
         let Some(path) = text_of(&e.value) else {
             let d = Diagnostic::error("HQ0304", e.value.span, "the path of a file, in quotes, is needed here");

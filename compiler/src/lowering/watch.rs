@@ -1,4 +1,4 @@
-//! The scope of an expectation: what is measured while a scenario runs, by name, and what expressions know anyway.
+//! Scope of an expectation: measures of a running scenario, by name, and everything that other expressions may use.
 
 use std::collections::BTreeSet;
 
@@ -22,27 +22,27 @@ use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Start
 
 /// The scope of an expectation.
 pub(super) struct Watch<'s> {
-    /// What every expression may name.
+    /// Scope of ordinary expressions.
     pub inner: TaskScope<'s>,
-    /// The program, but for its scenarios.
+    /// The program, without its scenarios.
     pub program: &'s Program,
     /// See [`super::shapes::shapes`].
     pub shapes: &'s [Option<Shape>],
-    /// What is measured. The numbers of measures stand behind those of signals.
+    /// All measures. Their numbers follow those of the signals.
     pub measures: &'s mut Vec<Measure>,
-    /// Measures of which only the sign means something.
+    /// Nodes of measures whose sign alone is meaningful.
     pub mixed: &'s mut BTreeSet<usize>,
-    /// That there is a fault: a node, for the name `fault`.
+    /// Node of the measure that a fault is present, for the name `fault`.
     pub fault: usize,
-    /// Tasks that were named.
+    /// Tasks that the expectation measures.
     pub named: &'s mut BTreeSet<usize>,
     /// Measures of the scenario, in the order of their numbers.
     pub used: &'s mut Vec<Measure>,
-    /// Inside `initial(..)`.
+    /// True inside `initial(..)`.
     pub capturing: bool,
 }
 
-/// A name that nothing has, with the nearest that something has.
+/// Diagnostic for an unknown name, with a suggestion.
 fn unknown<'n>(what: &str, name: &str, at: Span, names: impl Iterator<Item = &'n str> + Clone) -> Diagnostic {
     let d = Diagnostic::error("HQ0201", at, format!("there is no {what} `{name}`"));
     match suggest(name, names.clone()) {
@@ -57,7 +57,7 @@ fn typed(node: usize, kind: Kind, dimension: Dimension, span: Span) -> Typed {
 }
 
 impl Watch<'_> {
-    /// The task that a path begins with, and what is left of the path.
+    /// Splits a path into the task that it starts with and the rest.
     fn task<'p>(&self, path: &'p str, at: Span) -> Result<(usize, &'p str), Refused> {
         let tasks = &self.program.tasks;
         let rest = |name: &str| {
@@ -113,7 +113,7 @@ impl Watch<'_> {
             let part = (shape.parts.len() == 1).then_some(0);
             return Ok((Measure::Error { task, part }, *first));
         }
-        // The frame may be left out where there is only one: `position` for `tool.position`.
+        // The frame may be omitted if it is unique: `position` for `tool.position`.
         let end = |p: &str| p.rsplit('.').next() == Some(rest);
         let alone = if parts().filter(|p| end(p)).count() == 1 { parts().position(end) } else { None };
         match parts().position(|p| p == rest).or(alone) {
@@ -129,7 +129,7 @@ impl Watch<'_> {
         }
     }
 
-    /// A state by its path, or by the end of it where that is said of one state only.
+    /// Measure of a state, named by its path, or by a suffix that only one state has.
     fn state(&self, path: &str, at: Span) -> Result<Measure, Refused> {
         let Some(machine) = &self.program.machine else {
             let d = Diagnostic::error("HQ0201", at, "there are no states, because this spec has no machine");
@@ -187,7 +187,7 @@ impl Scope for Watch<'_> {
         self.inner.presence(name)
     }
 
-    /// The value at the start of the run: each of its numbers is a measure of its own.
+    /// Value at the start of the run; each of its numbers is a separate measure.
     fn initial(
         &mut self,
         graph: &mut Graph,

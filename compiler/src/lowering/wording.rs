@@ -1,10 +1,10 @@
-//! Triggers in the words of the spec, for people who look at a program.
+//! Formats triggers in the syntax of the spec, for users who inspect a program.
 
 use dsl::tree::{Transition, Trigger, Value, ValueKind};
 
 use crate::forms::written;
 
-/// A trigger as the formatter writes it, the same from both spellings: `when x < 3 N for 3 s`.
+/// Formats a trigger as the formatter does, equally for both syntaxes: `when x < 3 N for 3 s`.
 pub(super) fn trigger(t: &Transition) -> String {
     let mut t = t.clone();
     match &mut t.trigger {
@@ -22,7 +22,7 @@ pub(super) fn trigger(t: &Transition) -> String {
     dsl::trigger_text(&t)
 }
 
-/// Gives tasks, which an expansion names by texts, their place as names.
+/// Restores the names of tasks, which the expansion stores as texts.
 fn tasks(value: &mut Value) {
     let ValueKind::Call(_, args) = &mut value.kind else { return };
     match args.first_mut() {
@@ -36,7 +36,7 @@ fn tasks(value: &mut Value) {
     }
 }
 
-/// Gives names that an expansion has changed what stands in the text.
+/// Restores the source text of names that the expansion changed.
 fn names(value: &mut Value) {
     match &mut value.kind {
         ValueKind::Name(name) => *name = written(name).to_string(),

@@ -1,4 +1,4 @@
-//! What the world of a scenario does, bound to signals, events, actions and joints.
+//! Behaviour of the world in a scenario, bound to signals, events, actions and joints.
 
 use std::collections::BTreeSet;
 
@@ -21,16 +21,16 @@ use crate::sections::{LATE, LOST, OUTCOME, PUSH, SIGNAL_SCRIPT, Section, WAYPOIN
 const STIFFNESS: Dimension = Dimension { m: 0, kg: 1, s: -2, rad: 0 };
 const DAMPING: Dimension = Dimension { m: 0, kg: 1, s: -1, rad: 0 };
 
-/// The word for an action that never ends.
+/// Word for an action without an end.
 const NEVER: &str = "never";
 
-/// Whether what lies between two values of a signal is a value of it.
+/// True if the values of a signal can be interpolated linearly.
 fn is_straight(signal: &SignalProgram) -> bool {
     signal.kind != "flag" && !matches!(quantity(&signal.kind), Some((Kind::Rotation | Kind::Pose | Kind::Truth, _)))
 }
 
 impl Lowerer<'_> {
-    /// A key of a block that must be there.
+    /// A required key of a block.
     pub(super) fn needed<'b>(&mut self, block: &'b Block, key: &str, example: &str) -> Option<&'b Entry> {
         let found = block.get(key);
         if found.is_none() {
@@ -40,7 +40,7 @@ impl Lowerer<'_> {
         found
     }
 
-    /// The blocks behind a key: one, or a list of them.
+    /// Blocks of a key: one, or a list of them.
     pub(super) fn blocks<'v>(&mut self, value: &'v Value, what: &str, section: &Section) -> Vec<&'v Block> {
         let mut all = Vec::new();
         for item in items_of(value) {
@@ -52,25 +52,25 @@ impl Lowerer<'_> {
         all
     }
 
-    /// The entries of a block behind a key of the scenario.
+    /// Entries of the block under a key of the scenario.
     pub(super) fn named_entries<'b>(&mut self, body: &'b Block, key: &str) -> &'b [Entry] {
         let block = body.get(key).and_then(|e| block_of(&e.value, &format!("`{key}`"), self.diagnostics));
         block.map_or(&[], |b| &b.entries)
     }
 
-    /// A number of a block that is zero or more, or what stands for it.
+    /// A non-negative number of a block, or the default.
     pub(super) fn number_of(&mut self, block: &Block, key: &str, dimension: Dimension, default: f64) -> f64 {
         let found = block.get(key).and_then(|e| self.scenario_number(&e.value, dimension));
         found.unwrap_or(default)
     }
 
-    /// Times, one or a list of them.
+    /// One time or a list of times.
     pub(super) fn times(&mut self, value: &Value) -> Vec<f64> {
         let items = crate::expr::constants::with_units(value).unwrap_or_else(|| vec![value.clone()]);
         items.iter().filter_map(|v| self.scenario_number(v, TIME)).collect()
     }
 
-    /// `from` and `to` of a block.
+    /// Keys `from` and `to` of a block.
     pub(super) fn span_of_time(&mut self, block: &Block) -> (f64, Option<f64>) {
         let from = self.number_of(block, "from", TIME, 0.0);
         let to = block.get("to").and_then(|e| Some((e.value.span, self.scenario_number(&e.value, TIME)?)));
@@ -81,7 +81,7 @@ impl Lowerer<'_> {
         (from, to.map(|t| t.1))
     }
 
-    /// A name that must be one of some.
+    /// Index of a name among `names`; reports an unknown one.
     pub(super) fn one_of(&mut self, what: &str, name: &str, at: Span, names: &[&str]) -> Option<usize> {
         let found = names.iter().position(|n| *n == name);
         if found.is_none() {
@@ -106,14 +106,14 @@ impl Lowerer<'_> {
             self.push(Diagnostic::error("HQ0804", key.span, text).help("send a signal on which the machine sets it"));
             return None;
         }
-        // Points of people are sent by `humans`.
+        // The script of `humans` sends the points of people.
         let sent = || signals().filter(|(_, s)| s.motion.is_none() && !s.is_variable());
         let names: Vec<&str> = sent().map(|(_, s)| s.name.as_str()).collect();
         let found = self.one_of("signal", &key.value, key.span, &names)?;
         sent().nth(found).map(|(i, _)| i)
     }
 
-    /// The numbers of a value of a signal.
+    /// Numbers of a signal's value.
     pub(super) fn signal_value(&mut self, signal: &SignalProgram, value: &Value) -> Option<Vec<f64>> {
         if signal.kind == "wrench" {
             let block = block_of(value, "a wrench", self.diagnostics)?;
@@ -133,7 +133,7 @@ impl Lowerer<'_> {
         self.constant_of(signal, value, &format!("a value of signal `{}`", signal.name))
     }
 
-    /// The numbers of a constant value of a signal or variable.
+    /// Numbers of a constant value for a signal or variable.
     pub(super) fn constant_of(&mut self, signal: &SignalProgram, value: &Value, what: &str) -> Option<Vec<f64>> {
         let (kind, dimension) = match quantity(&signal.kind) {
             _ if signal.kind == "flag" => (Kind::Truth, NONE),
@@ -158,7 +158,7 @@ impl Lowerer<'_> {
         typed.nodes.iter().map(|&n| self.graph.constant(n)).collect()
     }
 
-    /// The dimension of the numbers of a signal, for its noise; of a wrench that of the force.
+    /// Dimension of a signal's numbers, for its noise; for a wrench, that of the force.
     fn signal_dimension(signal: &SignalProgram) -> Dimension {
         match signal.kind.as_str() {
             "wrench" => FORCE,
@@ -197,7 +197,7 @@ impl Lowerer<'_> {
         Some(SignalScript { signal, from, to, path: path?, noise, delay, drop, period, nan })
     }
 
-    /// How values are sent; `dimension` is that of their noise.
+    /// Lowers the transmission of values; `dimension` is that of their noise.
     pub(super) fn sending(&mut self, block: &Block, dimension: Dimension) -> Sending {
         let (from, to) = self.span_of_time(block);
         let drop = self.number_of(block, "drop", NONE, 0.0);

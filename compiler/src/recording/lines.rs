@@ -1,16 +1,15 @@
-//! Lines of comma-separated values, cell by cell, each with its place.
+//! Splits comma-separated text into lines and cells, each with its span.
 //!
-//! A cell may stand in quotes, and then holds commas, ends of lines, and quotes that are written twice. Spaces around
-//! cells, and lines without a word, are passed over.
+//! A quoted cell may contain commas, line breaks, and doubled quotes. Spaces around cells and blank lines are ignored.
 
 use std::borrow::Cow;
 
 use dsl::{Diagnostic, SourceId, Span};
 
-/// What a cell says, and where.
+/// Text of a cell, with its span.
 pub(super) type Cell<'t> = (Cow<'t, str>, Span);
 
-/// A text read line by line.
+/// Reader of a text, line by line.
 pub(super) struct Lines<'t> {
     text: &'t str,
     at: usize,
@@ -22,11 +21,10 @@ impl<'t> Lines<'t> {
         Lines { text, at: text.len() - text.trim_start_matches('\u{feff}').len(), source }
     }
 
-    /// Puts the cells of the next line into `row`, in place of what is there, and gives the place of the line; `None`
-    /// behind the last.
+    /// Replaces `row` with the cells of the next line and returns the span of the line; `None` at the end of the text.
     pub(super) fn next(&mut self, row: &mut Vec<Cell<'t>>) -> Result<Option<Span>, Box<Diagnostic>> {
         row.clear();
-        // To the first line with a word.
+        // Skip blank lines.
         loop {
             let rest = &self.text[self.at..];
             let end = rest.find('\n').unwrap_or(rest.len());
@@ -53,7 +51,7 @@ impl<'t> Lines<'t> {
         }
     }
 
-    /// The cell that begins here; behind it stands a comma, an end of line, or nothing.
+    /// Parses the cell at the current position, up to a comma, the end of the line or the end of the text.
     fn cell(&mut self) -> Result<Cell<'t>, Box<Diagnostic>> {
         let rest = &self.text[self.at..];
         let inner = rest.trim_start_matches(|c: char| c.is_whitespace() && c != '\n');
@@ -63,7 +61,7 @@ impl<'t> Lines<'t> {
         }
         let end = rest.find([',', '\n']).unwrap_or(rest.len());
         let cell = rest[..end].trim();
-        // Of a cell of spaces, the place is behind them.
+        // The span of a blank cell is at its end.
         let from = self.at + (end - rest[..end].trim_start().len());
         self.at += end;
         Ok((cell.into(), Span::new(self.source, from, from + cell.len())))

@@ -1,4 +1,4 @@
-//! Arms, points, segments and groups of them.
+//! Arms, points, segments, and groups of them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,13 +14,13 @@ use super::lookup::unknown_geometry;
 use crate::forms::{block_of, check_keys, items_of, path_of};
 use crate::sections::{ARM, POINT, SEGMENT};
 
-/// Most points and segments of a robot.
+/// Maximum number of points and segments of a robot.
 const MAX_GEOMETRIES: usize = 2_000;
-/// Most names in all groups of a robot together, those of groups inside them written out.
+/// Maximum number of names in all groups of a robot, with nested groups expanded.
 const MAX_GROUPED: usize = 2_000;
 
 impl Binder<'_, '_> {
-    /// Reports that a robot has too many parts of a kind.
+    /// Reports too many parts of a kind.
     fn too_many(&mut self, at: Span, what: &str, most: usize) {
         let d = Diagnostic::error("HQ0190", at, format!("this robot has more than {most} {what}"));
         self.diagnostics.push(d.here("read up to here").help("name the parts that tasks use"));
@@ -216,7 +216,7 @@ impl Binder<'_, '_> {
         geometries: &[Geometry],
         groups: &BTreeMap<String, Vec<String>>,
     ) -> Option<Vec<String>> {
-        // A part that is named twice, or in several groups, is meant once.
+        // A part that is named twice, or that is in several groups, counts once.
         let (mut names, mut known) = (Vec::new(), BTreeSet::new());
         let mut good = true;
         for item in items_of(value) {
@@ -245,7 +245,7 @@ impl Binder<'_, '_> {
     }
 }
 
-/// A segment between two points of a link, as a capsule without radius (a point where both ends are one).
+/// Geometry of a segment between two points of a link: a capsule without radius, or a point if both ends coincide.
 fn segment(name: &str, link: LinkId, from: [f64; 3], to: [f64; 3]) -> Geometry {
     let (a, b) = (Point3::from(from), Point3::from(to));
     let along = b - a;

@@ -1,5 +1,5 @@
-//! The home configuration: read on the robot with all its joints, so that it may also say where locked ones stand, and
-//! then laid out for the joints that are left.
+//! Home configuration. It is read for the robot with all its joints, because it may also set positions of locked
+//! joints, and then reduced to the remaining joints.
 
 use std::collections::BTreeMap;
 
@@ -14,26 +14,26 @@ use super::{Binder, JointGroups};
 use crate::expr::constants::{Constants, joint_dimension};
 use crate::units;
 
-/// What one entry of `home` says of joints, by name.
+/// Positions of joints in one entry of `home`, by name.
 struct Written {
     key: Span,
     value: Span,
     joints: Vec<(String, f64, Span)>,
 }
 
-/// A home configuration as it was written.
+/// Home configuration as written.
 #[derive(Default)]
 pub(super) struct Home {
-    /// Numbers of the base, by their index in `q`.
+    /// Coordinates of the base, by their index in `q`.
     base: Vec<(usize, f64)>,
     entries: Vec<Written>,
-    /// An entry could not be read.
+    /// True if an entry could not be read.
     broken: bool,
     span: Option<Span>,
 }
 
 impl Home {
-    /// Reads `home`, on the robot with all its joints. A joint that stands in it twice is reported.
+    /// Reads `home` for the robot with all its joints. Reports joints that are set twice.
     pub(super) fn read(
         block: Option<&Block>,
         (model, groups): (&Model, &JointGroups),
@@ -56,7 +56,7 @@ impl Home {
             }
             let name = Value { kind: ValueKind::Text(e.key.value.clone()), span: e.key.span };
             let found = joints(std::slice::from_ref(&name), model, groups, diagnostics);
-            // `all` and patterns mean joints here; the base has names of its own.
+            // `all` and patterns select joints only; the coordinates of the base have names of their own.
             let dofs =
                 found.map(|dofs| dofs.into_iter().filter(|&d| model.dofs[d].q_index.is_some()).collect::<Vec<_>>());
             if dofs.as_ref().is_some_and(Vec::is_empty) {
@@ -92,19 +92,19 @@ impl Home {
         home
     }
 
-    /// There is something else than a block.
+    /// Marks `home` as unreadable, because it is not a block.
     pub(super) fn unreadable(&mut self, span: Span) {
         (self.broken, self.span) = (true, Some(span));
     }
 
-    /// What it says of a joint, and where.
+    /// Position of a joint, with its span.
     pub(super) fn of(&self, joint: &str) -> Option<(f64, Span)> {
         self.entries.iter().flat_map(|w| &w.joints).rfind(|j| j.0 == joint).map(|j| (j.1, j.2))
     }
 }
 
 impl Binder<'_, '_> {
-    /// The configuration of the joints that are left, and where it was written.
+    /// Configuration of the remaining joints, with the span of `home`.
     pub(super) fn home(&mut self, home: &Home) -> (Vec<f64>, Span) {
         let mut q = self.model.neutral();
         let span = home.span.unwrap_or(self.robot.name.span);
@@ -134,9 +134,9 @@ impl Binder<'_, '_> {
         (q, span)
     }
 
-    /// Reports joints of an entry that start outside their limits, those of one value together.
+    /// Reports the joints of an entry that start outside of their limits; one message per value.
     fn outside(&mut self, outside: Vec<Outside>, entry: Span) {
-        // Degrees without a unit: the limits are not at fault.
+        // Degrees without a unit are the likely cause, not the limits.
         let of_entry = |d: &mut Diagnostic| {
             let at = d.primary.span;
             d.code == "HQ0305" && at.source == entry.source && entry.start <= at.start && at.end <= entry.end
@@ -157,7 +157,7 @@ impl Binder<'_, '_> {
         }
     }
 
-    /// Warns of joints that home leaves out and that cannot stand at zero.
+    /// Warns of joints that `home` omits and that cannot be at zero.
     fn elsewhere(&mut self, q: &[f64], given: &[usize], span: Span) {
         let joints = self.model.dofs.iter().enumerate().filter_map(|(i, d)| Some((i, d, d.q_index?)));
         let moved: Vec<String> = joints
@@ -175,5 +175,5 @@ impl Binder<'_, '_> {
     }
 }
 
-/// A joint outside its limits: where its value was written, what is wrong, what is allowed.
+/// A joint outside of its limits: span of its value, message, and permitted range.
 type Outside = (Span, String, String);

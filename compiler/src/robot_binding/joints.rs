@@ -1,4 +1,4 @@
-//! Joints of a robot: their groups, and the limits that a spec sets.
+//! Joints of a robot: groups, and limits set by the spec.
 
 use std::collections::BTreeSet;
 
@@ -14,7 +14,7 @@ use crate::forms::{block_of, check_keys, items_of};
 use crate::sections::LIMIT;
 use crate::units;
 
-/// The groups of a robot, of all its joints: those that the spec locks are taken out by [`JointGroups::without`].
+/// Groups among all joints of a robot; [`JointGroups::without`] removes locked joints.
 pub(super) fn joint_groups(block: Option<&Block>, model: &Model, diagnostics: &mut Vec<Diagnostic>) -> JointGroups {
     let mut groups = JointGroups::default();
     if model.base.nv() > 0 {
@@ -44,7 +44,7 @@ pub(super) fn joint_groups(block: Option<&Block>, model: &Model, diagnostics: &m
     groups
 }
 
-/// The diagnostic for a declaration whose name is a pattern.
+/// Diagnostic for a pattern as the name of a declaration.
 pub(super) fn pattern_as_name(key: &Spanned<String>) -> Diagnostic {
     Diagnostic::error(
         "HQ0202",
@@ -55,7 +55,7 @@ pub(super) fn pattern_as_name(key: &Spanned<String>) -> Diagnostic {
 }
 
 impl JointGroups {
-    /// The same groups on the robot without its locked joints.
+    /// Returns the groups for the robot without its locked joints.
     pub(super) fn without(self, locked: BTreeSet<String>, whole: &Model, model: &Model) -> JointGroups {
         let kept = |dofs: Vec<usize>| dofs.into_iter().filter_map(|d| model.dof(&whole.dofs[d].name)).collect();
         let members = self.members.into_iter().map(|(name, dofs)| (name, kept(dofs))).collect();

@@ -1,4 +1,4 @@
-//! What names mean on a robot, and the diagnostics for those that mean nothing.
+//! Resolves names on a robot, and builds the diagnostics for unknown names.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,7 +11,7 @@ use stdlib_tasks::bound::{Arm, Geometry};
 use super::JointGroups;
 use crate::forms::text_of;
 
-/// `*` stands for any run of characters, `?` for one.
+/// Matches a pattern: `*` matches any sequence of characters, `?` one character.
 pub fn glob(pattern: &str, name: &str) -> bool {
     let (p, n): (Vec<char>, Vec<char>) = (pattern.chars().collect(), name.chars().collect());
     let (mut i, mut k, mut star) = (0, 0, None);
@@ -33,13 +33,13 @@ pub fn glob(pattern: &str, name: &str) -> bool {
     p[i..].iter().all(|&c| c == '*')
 }
 
-/// True for a name with `*` or `?` in it.
+/// True for a name that contains `*` or `?`.
 pub fn is_pattern(name: &str) -> bool {
     name.contains(['*', '?'])
 }
 
-/// The diagnostic for a joint that is not there, with the reason if it is there and does not move. `offered` are names
-/// that could have been meant beside those of joints, `locked` the joints that the spec locks.
+/// Diagnostic for an unknown joint, or for one that does not move. `offered` are names other than joints to suggest,
+/// `locked` are the joints that the spec locks.
 pub fn unknown_joint(model: &Model, name: &str, span: Span, offered: &[&str], locked: &BTreeSet<String>) -> Diagnostic {
     if let Some(j) = model.joint(name) {
         let joint = model.joint_ref(j);
@@ -72,7 +72,7 @@ pub fn unknown_joint(model: &Model, name: &str, span: Span, offered: &[&str], lo
     }
 }
 
-/// The diagnostic for a pattern that fits no joint that moves.
+/// Diagnostic for a pattern that matches no movable joint.
 fn unmatched(model: &Model, pattern: &str, span: Span, offered: &[&str], locked: &BTreeSet<String>) -> Diagnostic {
     let text = format!("no joint of robot `{}` that moves by itself fits `{pattern}`", model.name);
     let d = Diagnostic::error("HQ0201", span, text);
@@ -88,7 +88,7 @@ fn unmatched(model: &Model, pattern: &str, span: Span, offered: &[&str], locked:
     }
 }
 
-/// Patterns that fit two joints or more: `arm_*`, `*_joint`, from the parts of their names.
+/// Patterns that match at least two joints, built from parts of their names: `arm_*`, `*_joint`.
 fn common_patterns(names: &[&str]) -> Vec<String> {
     let mut patterns: Vec<String> = Vec::new();
     for name in names {
@@ -103,7 +103,7 @@ fn common_patterns(names: &[&str]) -> Vec<String> {
     patterns
 }
 
-/// The diagnostic for a link that is not there.
+/// Diagnostic for an unknown link.
 pub fn unknown_link(model: &Model, name: &str, span: Span, arms: &[Arm]) -> Diagnostic {
     let known = arms.iter().map(|a| a.name.as_str()).chain(model.links.iter().map(|l| l.name.as_str()));
     let d = Diagnostic::error("HQ0201", span, format!("robot `{}` has no link `{name}`", model.name));
@@ -114,7 +114,7 @@ pub fn unknown_link(model: &Model, name: &str, span: Span, arms: &[Arm]) -> Diag
     }
 }
 
-/// The diagnostic for a point, segment, link or group that is not there.
+/// Diagnostic for an unknown point, segment, link or group.
 pub fn unknown_geometry(
     model: &Model,
     geometries: &[Geometry],
@@ -133,7 +133,7 @@ pub fn unknown_geometry(
     }
 }
 
-/// Degrees of freedom that names, groups and patterns mean, in the order written.
+/// Degrees of freedom of names, groups and patterns, in source order.
 pub fn joints(
     items: &[Value],
     model: &Model,
@@ -176,7 +176,7 @@ pub fn joints(
     good.then_some(dofs)
 }
 
-/// The diagnostic for something else than a name; `arm_*_joint` without quotes is read as a product.
+/// Diagnostic for a value that is not a name; `arm_*_joint` without quotes is parsed as a product.
 fn no_name(item: &Value) -> Diagnostic {
     let d = Diagnostic::error("HQ0304", item.span, "the name of a joint or group is needed here");
     match &item.kind {

@@ -1,4 +1,4 @@
-//! The robot of a spec: its URDF read and reduced, its arms, points, groups and home bound to the model.
+//! Binds the robot of a spec: reads and reduces its URDF, and binds arms, points, groups and home to the model.
 
 mod geometry;
 mod home;
@@ -25,64 +25,63 @@ use home::Home;
 
 pub use lookup::{joints, unknown_geometry, unknown_joint, unknown_link};
 
-/// A robot with everything that names can mean on it.
+/// A robot, with everything that names can refer to on it.
 #[derive(Clone, Debug)]
 pub struct BoundRobot {
-    /// Its name.
+    /// Name.
     pub name: Spanned<String>,
-    /// The URDF's path as written.
+    /// Path of the URDF as written.
     pub urdf: String,
     /// The model.
     pub model: Model,
-    /// Control period, in s.
+    /// Control period (s).
     pub period: f64,
-    /// Where the rate was written.
+    /// Span of the rate.
     pub rate_span: Span,
     /// Start configuration.
     pub home: Vec<f64>,
-    /// Where `home` was written.
+    /// Span of `home`.
     pub home_span: Span,
-    /// Low-level gain, in 1/s.
-    /// Longest time from one tick to the next, in s.
+    /// Maximum time between two ticks (s).
     pub deadline: f64,
-    /// Gain of the low-level layer, in 1/s.
+    /// Gain of the low-level layer (1/s).
     pub tracking_gain: f64,
-    /// Arms, in the order declared.
+    /// Arms, in source order.
     pub arms: Vec<Arm>,
-    /// Points and segments, in the order declared.
+    /// Points and segments, in source order.
     pub geometries: Vec<Geometry>,
-    /// Groups of geometry names, `arms` and `arms.NAME` among them.
+    /// Groups of geometry names, including `arms` and `arms.NAME`.
     pub groups: BTreeMap<String, Vec<String>>,
     /// Groups of joints.
     pub joint_groups: JointGroups,
-    /// Arms, points, segments and groups whose declaration is wrong. They were reported, and who uses one stays silent.
+    /// Arms, points, segments and groups with a wrong declaration. They were reported, so their uses are not.
     pub failed: BTreeSet<String>,
 }
 
 /// Groups of joints.
 #[derive(Clone, Debug, Default)]
 pub struct JointGroups {
-    /// Degrees of freedom by the group's name, `all` and `base` among them.
+    /// Degrees of freedom by the group's name, including `all` and `base`.
     pub members: BTreeMap<String, Vec<usize>>,
-    /// Groups whose declaration is wrong, as in [`BoundRobot::failed`].
+    /// Groups with a wrong declaration, as in [`BoundRobot::failed`].
     pub failed: BTreeSet<String>,
-    /// Joints that the robot's `lock` takes out of the model; members above are without them.
+    /// Joints that the robot's `lock` removes from the model; `members` does not contain them.
     pub locked: BTreeSet<String>,
 }
 
-/// What the compiler needs to read files.
+/// Context for reading files.
 pub struct Files<'a> {
-    /// Folder of the spec; relative paths start here.
+    /// Folder of the spec, the base of relative paths.
     pub folder: &'a Path,
-    /// Where `package://` addresses are looked for, beside the usual places.
+    /// Folders in which `package://` addresses are searched, besides the usual ones.
     pub package_paths: &'a [PathBuf],
-    /// Texts that diagnostics point into.
+    /// Sources of the diagnostics' spans.
     pub sources: &'a mut Sources,
-    /// Where mistakes go.
+    /// Receives the diagnostics.
     pub diagnostics: &'a mut Vec<Diagnostic>,
 }
 
-/// Reads and binds a robot. `None` where no model could be had; the diagnostics say why.
+/// Reads and binds a robot. Returns `None` if there is no valid model, with diagnostics.
 pub fn bind(robot: &Robot, files: &mut Files, constants: &mut Constants) -> Option<BoundRobot> {
     check_keys(&robot.body, &ROBOT, files.diagnostics);
     let missing = |key: &str, example: &str| {
@@ -240,7 +239,7 @@ impl Binder<'_, '_> {
         block_of(&entry.value, &format!("`{key}`"), self.diagnostics).cloned()
     }
 
-    /// A block of declarations: a pattern names none of them.
+    /// A block of declarations; reports and removes those whose name is a pattern.
     fn declarations(&mut self, key: &str) -> Option<Block> {
         let mut block = self.block(key)?;
         for e in block.entries.extract_if(.., |e| lookup::is_pattern(&e.key.value)) {

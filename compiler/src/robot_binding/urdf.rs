@@ -1,4 +1,4 @@
-//! The URDF of a robot: found, read, and reduced by the joints that the spec locks.
+//! URDF of a robot: finds the file, reads it, and removes the joints that the spec locks.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -15,10 +15,10 @@ use crate::forms::{items_of, text_of};
 use crate::paths::instead_of;
 use crate::units;
 
-/// Largest URDF that is read, in bytes.
+/// Maximum size of a URDF (bytes).
 const MAX_URDF_BYTES: u64 = 64 << 20;
 
-/// Joints that the spec takes out of the model, each with the value it is held at where one is written.
+/// Locked joints, each with the position if one is written.
 pub(super) type Locks = Vec<(Spanned<String>, Option<Value>)>;
 
 /// Reads `lock [head_pan]` or `lock { head_pan 0.1 rad }`.
@@ -43,7 +43,7 @@ pub(super) fn locks(body: &Block, diagnostics: &mut Vec<Diagnostic>) -> Locks {
     }
 }
 
-/// A URDF that was found and read as text, and how it becomes a model.
+/// Text of a URDF, with the options for its conversion to a model.
 pub(super) struct Urdf {
     text: String,
     source: SourceId,
@@ -51,7 +51,7 @@ pub(super) struct Urdf {
     options: robot::Options,
 }
 
-/// Finds the URDF that a robot names and reads its text.
+/// Finds the URDF that a robot names, and reads its text.
 pub(super) fn open((path_text, span): (&str, Span), base: Base, robot: &Robot, files: &mut Files) -> Option<Urdf> {
     if path_text.trim().is_empty() {
         let d = Diagnostic::error("HQ0401", span, "this names no file").here("nothing between the quotes");
@@ -97,13 +97,13 @@ pub(super) fn open((path_text, span): (&str, Span), base: Base, robot: &Robot, f
 }
 
 impl Urdf {
-    /// The model with all its joints. With `to_be_locked`, meshes and doubtful places are left to [`Urdf::locked`].
+    /// Builds the model with all joints. If `to_be_locked`, meshes and warnings are left to [`Urdf::locked`].
     pub(super) fn whole(&self, to_be_locked: bool, diagnostics: &mut Vec<Diagnostic>) -> Option<Model> {
         let options = robot::Options { read_meshes: !to_be_locked, ..self.options.clone() };
         self.model(&options, !to_be_locked, diagnostics)
     }
 
-    /// The model without joints that are held at given positions.
+    /// Builds the model with the given joints fixed at the given positions.
     pub(super) fn locked(&self, at: BTreeMap<String, f64>, diagnostics: &mut Vec<Diagnostic>) -> Option<Model> {
         self.model(&robot::Options { lock: at, ..self.options.clone() }, true, diagnostics)
     }
@@ -137,8 +137,7 @@ impl Urdf {
     }
 }
 
-/// Where the joints stand that a spec locks, by name: at the value of `lock`, or of `home`, or at zero; at the nearest
-/// limit where that lies outside.
+/// Positions of the locked joints, by name: the value of `lock`, or of `home`, or zero; clamped to the joint's limits.
 pub(super) fn positions(
     locks: &Locks,
     (whole, groups): (&Model, &JointGroups),
@@ -162,7 +161,7 @@ pub(super) fn positions(
         let mut outside: BTreeSet<Span> = BTreeSet::new();
         for (k, &i) in dofs.iter().enumerate() {
             let d = &whole.dofs[i];
-            // The home configuration may say where a locked joint stands.
+            // `home` may set the position of a locked joint.
             let (x, written) = match values.get(k) {
                 Some((x, span)) => (*x, Some(*span)),
                 None => home.of(&d.name).map_or((0.0, None), |(x, span)| (x, Some(span))),
@@ -185,7 +184,7 @@ pub(super) fn positions(
     at
 }
 
-/// The bytes of a file, or why they are not to be had.
+/// Reads a file, or returns the reason why it cannot be read.
 fn read(path: &Path) -> Result<Vec<u8>, &'static str> {
     files::read(path, MAX_URDF_BYTES).map_err(|e| match e.kind() {
         std::io::ErrorKind::FileTooLarge => "it is larger than 64 MiB",

@@ -1,5 +1,5 @@
-//! What holds for every text, however broken: for the tests, which damage examples, and for the fuzzer (`fuzz/`), which
-//! includes this file.
+//! Invariants of every text, however broken. Used by the tests, which damage examples, and by the fuzzer (`fuzz/`),
+//! which includes this file.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -9,7 +9,7 @@ use dsl::{Diagnostic, SourceId, Sources, Spelling, limits, parse, print};
 use hierarq_compiler::{Input, Style, codes, compile};
 use runtime::{Controller, Observation};
 
-/// Every place lies on whole characters of a text that exists, and every code has a page.
+/// Every span covers whole characters of an existing text, and every code has a page.
 fn points_into(diagnostics: &[Diagnostic], sources: &Sources) {
     for d in diagnostics {
         assert!(codes::explain(d.code).is_some(), "{} has no page", d.code);
@@ -20,25 +20,25 @@ fn points_into(diagnostics: &[Diagnostic], sources: &Sources) {
     }
 }
 
-/// Reading a text never panics, says a bounded number of things, and each of them about a place that exists.
+/// Parsing a text never panics, and reports a bounded number of diagnostics with valid spans.
 pub fn reads(text: &str, spelling: Spelling) {
     let mut sources = Sources::default();
     let source = sources.add("text", text);
     let (spec, diagnostics) = parse(source, text, spelling);
     assert!(diagnostics.len() <= limits::MAX_DIAGNOSTICS + 1);
     points_into(&diagnostics, &sources);
-    // A broken tree can be printed too: the language server works on such.
+    // The language server prints broken trees, too.
     print(&spec, Spelling::Hq);
     print(&spec, Spelling::Yaml);
 }
 
-/// A text without mistakes, printed in either spelling, is read as the same spec, and printing that gives the same text.
+/// A text without mistakes, printed in either syntax, parses to the same spec, and is printed identically again.
 pub fn formats(text: &str, spelling: Spelling) {
     let (spec, diagnostics) = parse(SourceId(0), text, spelling);
     if !diagnostics.is_empty() {
         return;
     }
-    // YAML has no place for a second declaration of a name, or a second `run`; the compiler refuses both.
+    // YAML cannot represent duplicate names or a second `run`; the compiler rejects both.
     if declares_twice(&spec.items) {
         return;
     }
@@ -47,7 +47,7 @@ pub fn formats(text: &str, spelling: Spelling) {
         let printed = print(&spec, to);
         let (read, diagnostics) = parse(SourceId(0), &printed, to);
         if diagnostics.iter().any(|d| matches!(d.code, "HQ0190" | "HQ0191" | "HQ0195")) {
-            // The other spelling may need more signs than a text may have.
+            // The other syntax may exceed the size limits.
             continue;
         }
         assert!(diagnostics.is_empty(), "{to:?} cannot be read back: {diagnostics:?}\n{printed}");
@@ -56,7 +56,7 @@ pub fn formats(text: &str, spelling: Spelling) {
     }
 }
 
-/// Whether two declarations of one kind have one name, here or inside a repetition.
+/// True if two declarations of one kind have the same name, here or inside a repetition.
 fn declares_twice(items: &[Item]) -> bool {
     let mut seen = BTreeSet::new();
     items.iter().any(|item| {
@@ -81,8 +81,8 @@ fn declares_twice(items: &[Item]) -> bool {
     })
 }
 
-/// Compiling a text never panics; there is a program if and only if there is no error; what is said can be shown; and a
-/// program can be built and gives finite commands, or a fault that stands still.
+/// Compiling a text never panics; there is a program if and only if there is no error; all diagnostics can be rendered;
+/// and a program can be built and returns finite commands, or a fault with zero velocity.
 pub fn checks(text: &str, spelling: Spelling, folder: &Path) {
     let input = Input { name: "spec", text, spelling, folder, set: &[], package_paths: &[] };
     let compiled = compile(&input);

@@ -1,4 +1,4 @@
-//! What the tests share: cases in text files, compiled against small robots, and their diagnostics as text.
+//! Shared parts of the tests: cases in text files, compiled for small robots, and their diagnostics as text.
 
 pub mod invariants;
 pub mod state;
@@ -9,11 +9,11 @@ use dsl::{Severity, Spelling};
 use hierarq_compiler as compiler;
 use std::path::{Path, PathBuf};
 
-/// One case: a spec, how many diagnostics it gives, and files beside it.
+/// One case: a spec, its number of diagnostics, and additional files.
 pub struct Case {
-    /// What it shows.
+    /// Title of the case.
     pub title: String,
-    /// The number of diagnostics: one mistake, one message.
+    /// Number of diagnostics: one mistake, one message.
     pub count: usize,
     /// The whole spec.
     pub text: String,
@@ -21,12 +21,12 @@ pub struct Case {
     pub set: Vec<(String, String)>,
     /// Names and texts of files.
     pub files: Vec<(String, String)>,
-    /// Its spelling.
+    /// Syntax.
     pub spelling: Spelling,
 }
 
-/// The cases of a file: `==== [N] title`, lines `!set NAME=VALUE`, `!alone` (nothing is added) or `!robot` (only the
-/// robot is added), the spec, then files, each behind `---- NAME`.
+/// Parses the cases of a file: `==== [N] title`, lines `!set NAME=VALUE`, `!alone` (nothing is added) or `!robot` (only
+/// the robot is added), the spec, then files, each after `---- NAME`.
 pub fn cases(text: &str, spelling: Spelling) -> Vec<Case> {
     text.split("==== ").skip(1).map(|part| case(part, spelling)).collect()
 }
@@ -52,8 +52,8 @@ fn case(part: &str, spelling: Spelling) -> Case {
     Case { title: title.trim().to_string(), count, text, set, files, spelling }
 }
 
-/// Adds the header, and the robot and a stack of all tasks where the case has none. The stack has limits of accelerations too if
-/// the robot has speed limits to take them from.
+/// Adds the header, and the robot and a stack of all tasks if the case has none. The stack also has limits of
+/// accelerations, if the robot has speed limits from which they follow.
 pub fn whole(body: &str, spelling: Spelling, robot: bool, stack: bool) -> String {
     let hq = spelling == Spelling::Hq;
     let begins = |word: &str| body.lines().any(|l| l.starts_with(word));
@@ -106,30 +106,30 @@ pub fn whole(body: &str, spelling: Spelling, robot: bool, stack: bool) -> String
     text
 }
 
-/// The folder of the example specs.
+/// Folder of the example specs.
 pub fn examples() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples")
 }
 
-/// Compiles a text whose files stand in a folder.
+/// Compiles a text with files in a folder.
 pub fn compile_text(text: &str, spelling: Spelling, folder: &Path, set: &[(String, String)]) -> Compiled {
     compile(&Input { name: "spec", text, spelling, folder, set, package_paths: &[] })
 }
 
 impl Case {
-    /// Compiles it, in a folder of its own where it has files.
+    /// Compiles the case, in a folder of its own if it has files.
     pub fn compile(&self) -> Compiled {
         if self.files.is_empty() {
             return compile_text(&self.text, self.spelling, &examples(), &self.set);
         }
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(self.title.replace(' ', "_"));
-        // The robot of cases that declare none.
+        // The robot for cases that declare none.
         let urdf = std::fs::read_to_string(examples().join("robots/arm7.urdf")).expect("a URDF");
         let urdf = ("robots/arm7.urdf".to_string(), urdf);
         for (name, text) in self.files.iter().chain([&urdf]) {
             let path = folder.join(name);
             std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
-            // Tests that run side by side compile the same case: a file is never seen half written.
+            // Parallel tests compile the same case, so files are replaced atomically.
             if std::fs::read_to_string(&path).is_ok_and(|old| old == *text) {
                 continue;
             }
@@ -141,7 +141,7 @@ impl Case {
     }
 }
 
-/// Diagnostics under the lines that they speak of.
+/// Renders diagnostics under the lines that they refer to.
 pub fn annotated(compiled: &Compiled) -> String {
     let report = &compiled.report;
     let mut out = String::new();

@@ -8,7 +8,7 @@ use stdlib_tasks::task::{Context, Rows, State, Task, TaskFault};
 
 use super::{compile_text, examples};
 
-/// A repeatable generator of numbers in 0..1 (splitmix64).
+/// Deterministic generator of random numbers between 0 and 1 (splitmix64).
 pub fn rng(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
@@ -32,7 +32,7 @@ robot arm {
 }
 "#;
 
-/// The dual-arm robot on a base that moves in the plane.
+/// The dual-arm robot on a planar base.
 pub const CANOPIES: &str = r#"
 robot canopies {
   urdf "robots/canopies.urdf"
@@ -45,7 +45,7 @@ robot canopies {
 }
 "#;
 
-/// The tests' words of an expression for one of the robots: `A`, `B` frames, `J`, `K` joints.
+/// Substitutes names of one of the robots: `@A`, `@B` for frames, `@J`, `@K` for joints.
 pub fn words(text: &str, robot: &str) -> String {
     let single = robot == ARM7;
     let names = [
@@ -57,7 +57,7 @@ pub fn words(text: &str, robot: &str) -> String {
     names.iter().fold(text.to_string(), |t, (word, name)| t.replace(word, name))
 }
 
-/// The program of some tasks, without hard levels.
+/// Program of some tasks, without hard levels.
 pub fn program(robot: &str, tasks: &[String]) -> Program {
     let lines: Vec<String> =
         tasks.iter().enumerate().map(|(i, t)| format!("task t{i} = {}\n", words(t, robot))).collect();
@@ -68,13 +68,13 @@ pub fn program(robot: &str, tasks: &[String]) -> Program {
     compiled.program.unwrap_or_else(|| panic!("{}", super::annotated(&super::Compiled::refused(compiled.report))))
 }
 
-/// The tasks of a program at work.
+/// Evaluates the tasks of a program.
 pub struct Bench<'p> {
     pub program: &'p Program,
     pub inputs: Vec<f64>,
 }
 
-/// What a task wrote.
+/// Rows written by a task.
 pub struct Written {
     pub j: DMatrix<f64>,
     pub lower: Vec<f64>,
@@ -149,7 +149,7 @@ impl Bench<'_> {
         Ok(Written { j: DMatrix::from_fn(n, nv, |i, k| jacobian[i * stride + k]), lower, upper, margins })
     }
 
-    /// The value that `initial(value)` would capture.
+    /// Value that `initial(value)` would capture.
     pub fn value(&self, task: &dyn Task, q: &[f64], t: f64, len: usize) -> Vec<f64> {
         let model = self.model();
         let mut data = Data::new(model);
@@ -171,7 +171,7 @@ impl Bench<'_> {
     }
 }
 
-/// The rate between two values `2 h` apart: of four numbers, the angular velocity; of a pose, both.
+/// Rate between two values `2 h` apart: for four numbers, the angular velocity; for a pose, both.
 pub fn difference(plus: &[f64], minus: &[f64], h: f64) -> Vec<f64> {
     if plus.len() == 7 {
         return [difference(&plus[..3], &minus[..3], h), difference(&plus[3..], &minus[3..], h)].concat();

@@ -1,12 +1,13 @@
-//! What `hierarq explain` says about each code: the form of such a page, and the pages of the family `HQ01xx`.
+//! Explanations of diagnostic codes for `hierarq explain`: the format of the pages, and the pages of the family
+//! `HQ01xx`.
 //!
 //! The pages are Markdown, `*.md` beside this file: a heading `# CODE: title`, paragraphs, and examples in fences
-//! marked `hq,bad`, `hq,good`, `yaml,bad` and so on. A test compiles every example: a bad one gives the code of its
-//! page and no other, a good one compiles without a word.
+//! marked `hq,bad`, `hq,good`, `yaml,bad` and so on. A test compiles every example: a bad one must produce the code of
+//! its page and no other, a good one must produce no diagnostics.
 
 use std::sync::LazyLock;
 
-/// The pages of this crate, in rising order of their codes.
+/// The pages of this crate, in ascending order of their codes.
 pub static PAGES: LazyLock<Vec<Page>> = LazyLock::new(|| {
     [
         include_str!("form.md"),
@@ -20,29 +21,29 @@ pub static PAGES: LazyLock<Vec<Page>> = LazyLock::new(|| {
     .collect()
 });
 
-/// What there is to say about a code.
+/// Explanation of a code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Page {
     /// The code, such as `HQ0101`.
     pub code: &'static str,
-    /// What is wrong, in a few words.
+    /// Short description of the error.
     pub title: &'static str,
     /// Markdown, without the heading.
     pub text: &'static str,
 }
 
-/// A piece of a page.
+/// A part of a page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// Paragraphs in Markdown.
     Text(&'static str),
-    /// What stands in a fence.
+    /// Content of a fence.
     Example {
         /// The language of the example: `hq`, `yaml`, `xml`.
         language: &'static str,
-        /// True where it has the mistake that the page is about.
+        /// True if it contains the error of the page.
         bad: bool,
-        /// True where nothing is to be added to it: it is a whole file, or tries to be.
+        /// True if it is a complete file, or tries to be: nothing has to be added to it.
         alone: bool,
         /// Its text, ending with a line break.
         text: &'static str,
@@ -50,7 +51,7 @@ pub enum Part {
 }
 
 impl Page {
-    /// The pieces of the page in their order.
+    /// Splits the page into its parts.
     pub fn parts(&self) -> Vec<Part> {
         let mut out = Vec::new();
         for (i, piece) in self.text.split("```").enumerate() {
@@ -68,7 +69,7 @@ impl Page {
     }
 }
 
-/// Reads a file of pages.
+/// Parses a file of pages.
 pub fn read(markdown: &'static str) -> Vec<Page> {
     let heading = |page: &'static str| {
         let (head, text) = page.strip_prefix("# ")?.split_once('\n')?;
@@ -82,7 +83,7 @@ pub fn read(markdown: &'static str) -> Vec<Page> {
     ends.windows(2).filter_map(|w| heading(&markdown[w[0]..w[1]])).collect()
 }
 
-/// The page of a code of this crate.
+/// Returns the page of a code of this crate.
 pub fn explain(code: &str) -> Option<Page> {
     PAGES.iter().find(|p| p.code == code).copied()
 }

@@ -1,4 +1,4 @@
-//! Numbers with their units, and texts.
+//! Numbers with their units, and text literals.
 
 use super::{Place, missing};
 use crate::Diagnostic;
@@ -10,7 +10,7 @@ pub(super) fn with_unit(of: Value, unit: Unit) -> Value {
     Value { kind: ValueKind::Unit(Box::new(of), unit), span }
 }
 
-/// A node `quantity`: a number, and its unit if it has one.
+/// Converts a node `quantity`: a number, and its unit if it has one.
 pub(crate) fn quantity(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>) -> Value {
     let mut value = missing(place.of(&pair));
     for part in pair.into_inner() {
@@ -23,7 +23,7 @@ pub(crate) fn quantity(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>
     value
 }
 
-/// A number; one beyond the range of `f64` is reported.
+/// Converts a number; reports one beyond the range of `f64`.
 fn number(pair: &Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>) -> Value {
     let span = place.of(pair);
     let text = pair.as_str();
@@ -42,7 +42,7 @@ fn number(pair: &Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>) -> Value {
     }
 }
 
-/// A unit; powers beyond 99 are reported.
+/// Converts a unit; reports powers beyond 99.
 pub(super) fn unit(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>) -> Unit {
     let span = place.of(&pair);
     let mut factors = Vec::new();
@@ -67,7 +67,7 @@ pub(super) fn unit(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>) ->
     Unit { factors, span }
 }
 
-/// What a text literal says; unknown escapes are reported and kept as written.
+/// Returns the content of a text literal; reports unknown escapes, and keeps them as written.
 pub(crate) fn unescape(pair: &Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>) -> String {
     let raw = pair.as_str();
     let base = pair.as_span().start() + 1;

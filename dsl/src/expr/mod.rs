@@ -1,4 +1,4 @@
-//! Expressions: from the flat operator lists of the grammar to trees of [`Value`].
+//! Expressions: converts the flat operator lists of the grammar to trees of [`Value`].
 
 mod literals;
 mod operators;
@@ -12,17 +12,17 @@ use crate::limits::{MAX_HEIGHT, MAX_OPERATORS};
 use crate::tree::{BinaryOp, Value, ValueKind};
 use crate::{Diagnostic, SourceId, Span, Spanned};
 
-/// Where the text that pest saw lies in the source.
+/// Location of a parsed text in the source.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Place {
-    /// It is a part of the source that begins at this byte.
+    /// The text is a part of the source that begins at this byte.
     Exact(SourceId, usize),
-    /// It was decoded (escapes, folded lines): everything is said of the whole scalar.
+    /// The text was decoded (escapes, folded lines): all locations are the whole scalar.
     Whole(Span),
 }
 
 impl Place {
-    /// The span of bytes `start..end` of the parsed text.
+    /// Returns the span of bytes `start..end` of the parsed text.
     pub fn span(self, start: usize, end: usize) -> Span {
         match self {
             Place::Exact(source, base) => Span::new(source, base + start, base + end),
@@ -30,27 +30,27 @@ impl Place {
         }
     }
 
-    /// The span of a node.
+    /// Returns the span of a node.
     pub fn of(self, pair: &Pair<'_>) -> Span {
         let span = pair.as_span();
         self.span(span.start(), span.end())
     }
 
-    /// The text of a node with its span.
+    /// Returns the text of a node with its span.
     pub fn spanned(self, pair: &Pair<'_>) -> Spanned<String> {
         Spanned::new(pair.as_str().to_owned(), self.of(pair))
     }
 }
 
-/// A value that could not be read.
+/// Returns the placeholder for a value that could not be read.
 pub(crate) fn missing(span: Span) -> Value {
     Value { kind: ValueKind::Missing, span }
 }
 
-/// Builds the blocks that may stand in a list (`[{ a x }, { a y }]`); expressions have none.
+/// Builds the blocks that a list may contain (`[{ a x }, { a y }]`); expressions have none.
 pub(crate) type BlockReader<'f> = &'f mut dyn FnMut(Pair<'_>, &mut Vec<Diagnostic>) -> Value;
 
-/// The value of a node `expr` or `within`.
+/// Converts a node `expr` or `within` to a value.
 pub(crate) fn value(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: BlockReader<'_>) -> Value {
     let mut value = expr(pair, place, diags, blocks).0;
     if let Some(span) = stray_block(&value, true) {
@@ -63,7 +63,7 @@ pub(crate) fn value(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, b
     value
 }
 
-/// A block where the values of an expression should stand. `free` where a list may still hold blocks.
+/// Returns a block in place of a value of an expression. `free` is true while a list may still contain blocks.
 fn stray_block(value: &Value, free: bool) -> Option<Span> {
     match &value.kind {
         ValueKind::Block(_) => (!free).then_some(value.span),
@@ -80,7 +80,7 @@ fn stray_block(value: &Value, free: bool) -> Option<Span> {
     }
 }
 
-/// Value and height of a node `expr` or `within`.
+/// Returns the value and height of a node `expr` or `within`.
 fn expr(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: BlockReader<'_>) -> (Value, u32) {
     let whole = place.of(&pair);
     let mut tokens: Vec<Token> = Vec::new();
@@ -186,7 +186,7 @@ fn wrap(tokens: &mut [Token], f: impl FnOnce(Value) -> Value) {
     }
 }
 
-/// An argument with its name, and its height.
+/// Returns a named argument, and its height.
 fn by_name(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: BlockReader<'_>) -> (Value, u32) {
     let span = place.of(&pair);
     let mut parts = pair.into_inner();
@@ -195,7 +195,7 @@ fn by_name(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Bl
     (Value { kind: ValueKind::Named(place.spanned(&name), Box::new(value)), span }, height + 1)
 }
 
-/// The value of one operand.
+/// Returns the value of one operand, and its height.
 fn operand(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: BlockReader<'_>) -> (Value, u32) {
     let span = place.of(&pair);
     match pair.as_rule() {

@@ -1,4 +1,4 @@
-//! Operators: how tightly they hold, and trees from the flat lists of the grammar.
+//! Operators: their precedence, and the conversion of the grammar's flat lists to trees.
 
 use super::missing;
 use crate::print::expression;
@@ -14,21 +14,21 @@ pub(super) enum Token {
     Operand(Value, u32),
 }
 
-/// The operator of a sign or word; `None` for `==` and `!=`, which the language does not have.
+/// Returns the operator of a sign or word; `None` for `==` and `!=`, which the language does not have.
 pub(super) fn operator(text: &str) -> Option<BinaryOp> {
     use BinaryOp::{Add, And, Div, Greater, GreaterEqual, Less, LessEqual, Mul, Or, Pow, Sub};
     [Add, Sub, Mul, Div, Pow, Less, LessEqual, Greater, GreaterEqual, And, Or].into_iter().find(|op| op.text() == text)
 }
 
-/// How to compare the numbers around the `==` or `!=` at a place of the list: with a tolerance in the unit of the one that
-/// is written out.
+/// Proposes a comparison to replace the `==` or `!=` at an index of the list: with a tolerance in the unit of the
+/// literal operand.
 pub(super) fn tolerance(tokens: &[Token], at: usize) -> String {
     let operand = |at: Option<usize>| match tokens.get(at?) {
         Some(Token::Operand(value, _)) => Some(value),
         _ => None,
     };
     let tolerance = |value: &Value| match &value.kind {
-        // Zero is one of any unit.
+        // Zero has any unit.
         ValueKind::Number(number) => number.text.contains(|c| ('1'..='9').contains(&c)).then(|| "0.001".to_owned()),
         ValueKind::Unit(of, unit) if matches!(of.kind, ValueKind::Number(_)) => {
             Some(format!("0.001 {}", unit_text(unit)))
@@ -45,7 +45,7 @@ pub(super) fn tolerance(tokens: &[Token], at: usize) -> String {
     }
 }
 
-/// Precedence of the operators: how tightly they hold their left and right side.
+/// Returns the binding power of an operator on its left and right side.
 fn binding(op: BinaryOp) -> (u8, u8) {
     match op {
         BinaryOp::Or => (1, 2),
@@ -60,8 +60,8 @@ fn binding(op: BinaryOp) -> (u8, u8) {
 const NOT: u8 = 5;
 const SIGN: u8 = 12;
 
-/// Precedence climbing over a list that the grammar has found to be well formed. A comparison of a comparison goes to
-/// `chain`.
+/// Precedence climbing over a list that the grammar has checked. `chain` is set to the location of a comparison of a
+/// comparison.
 pub(super) fn climb(
     tokens: &mut std::iter::Peekable<impl Iterator<Item = Token>>,
     least: u8,

@@ -1,4 +1,4 @@
-//! Blocks and their entries.
+//! Reader of blocks and their entries, in `*.hq` texts.
 
 use super::Reader;
 use crate::explain::{self, After};
@@ -9,7 +9,7 @@ use crate::words::is_text_key;
 use crate::{Diagnostic, Spanned, checks};
 
 impl Reader<'_> {
-    /// The value of a node `tagged`, `block` or `expr`. A comment behind the opening brace goes to `behind`.
+    /// Converts a node `tagged`, `block` or `expr` to a value. A comment after the opening brace is stored in `behind`.
     pub(super) fn value(&mut self, pair: Pair<'_>, behind: &mut Option<String>) -> Value {
         let span = self.of(&pair);
         match pair.as_rule() {
@@ -37,7 +37,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A node `block`.
+    /// Converts a node `block`.
     pub(super) fn block(&mut self, pair: Pair<'_>, behind: &mut Option<String>) -> Block {
         let span = self.of(&pair);
         let (start, end) = (span.start as usize, span.end as usize);
@@ -59,7 +59,7 @@ impl Reader<'_> {
         block
     }
 
-    /// A node `entry`: adds what it says to `entries`.
+    /// Converts a node `entry`, and adds the entry to `entries`.
     pub(super) fn entry(&mut self, pair: Pair<'_>, entries: &mut Vec<Entry>) {
         let whole = self.of(&pair);
         let (start, end) = (whole.start as usize, whole.end as usize);
@@ -88,7 +88,7 @@ impl Reader<'_> {
             }
             return;
         };
-        // `finger_* 0.3 rad`: a name, and what cannot stand behind it.
+        // `finger_* 0.3 rad`: a name, followed by a character that is not allowed there.
         if let Some(junk) = junk.filter(|j| value.is_none() && mark.is_none() && j.start == key.span.end)
             && let Some(range) = explain::unquoted_pattern(self.text, junk.range().start, After::Key(&key.value))
         {
@@ -100,11 +100,11 @@ impl Reader<'_> {
             .as_ref()
             .filter(|v| v.as_rule() == Rule::expr && crate::words::is_name(v.as_str()))
             .map(|v| self.of(v));
-        // `d_min 0.5 mtr`, read as two entries: the second has no value, or takes the next key for its value.
-        // With a number behind it, however badly written, the word is a key.
+        // `d_min 0.5 mtr` is parsed as two entries: the second has no value, or the next key as its value. If a number
+        // follows, even an invalid one, the word is a key.
         let behind = self.text[key.span.range().end..end].trim_start();
         let number_behind = behind.starts_with(|c: char| c.is_ascii_digit() || c == '.');
-        // The next key stands on a line of its own: `rate 100 Hxz`, and below it `home { .. }`.
+        // The next key is on a line of its own: `rate 100 Hxz`, and below it `home { .. }`.
         let below = value.as_ref().filter(|v| v.as_rule() != Rule::block).map(|v| self.of(v)).filter(|v| {
             self.text[v.range()].starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
                 && self.text[key.span.range().end..v.range().start].contains('\n')
@@ -119,7 +119,7 @@ impl Reader<'_> {
                 last.value.kind = ValueKind::Missing;
             }
             if let Some(next) = below.or(lone_name) {
-                // The value of the next key may stand behind what was taken for that of this one.
+                // The value of the next key may follow the text that was parsed as the value of this one.
                 let line = line_end(self.text, end);
                 let until = if lone_name.is_some() && below.is_some() { line } else { end };
                 self.again(Rule::entry, next.range().start, until, |reader, pair| {
@@ -130,7 +130,7 @@ impl Reader<'_> {
             }
             return;
         }
-        // A key without a value, and the next key on the following line taken for it.
+        // A key without a value, for which the next key on the following line was taken.
         if let (Some(next), Some(_)) = (lone_name, junk)
             && self.text[key.span.range().end..next.range().start].contains('\n')
         {
@@ -153,7 +153,7 @@ impl Reader<'_> {
         entries.push(Entry { key, value, comments });
     }
 
-    /// The value of an entry, with what could not be read behind the key or behind the value.
+    /// Converts the value of an entry, and reports unreadable text after the key or after the value.
     fn entry_value(
         &mut self,
         key: &Spanned<String>,
@@ -166,7 +166,7 @@ impl Reader<'_> {
             let start = value.as_ref().map_or(junk, |v| self.of(v)).range().start;
             let mut end = junk.range().end;
             if self.text[end..].starts_with("//") && self.text[..end].ends_with(':') {
-                // `package://..` without quotes: what follows was taken for a comment.
+                // `package://..` without quotes: the rest was parsed as a comment.
                 end += self.text[end..].find(char::is_whitespace).unwrap_or(self.text.len() - end);
             }
             let raw = self.text[start..end].trim_end();
@@ -217,7 +217,7 @@ impl Reader<'_> {
         value
     }
 
-    /// True where the entry at `start` follows, on the same line, an entry whose value is a number without unit.
+    /// Returns true if the entry at `start` follows, on the same line, an entry whose value is a number without a unit.
     pub(super) fn follows_bare_number(&self, entries: &[Entry], start: usize) -> bool {
         entries.last().is_some_and(|last| {
             let end = last.value.span.range().end;
@@ -227,8 +227,8 @@ impl Reader<'_> {
     }
 }
 
-/// The end of the line of byte `at`, or the brace before it that closes what stands around; a block that opens on the line
-/// belongs to it.
+/// Returns the end of the line of byte `at`, or the closing brace before it. A block that opens on the line belongs to
+/// the line.
 fn line_end(text: &str, at: usize) -> usize {
     let mut open = 0usize;
     let end = text.as_bytes()[at..].iter().position(|byte| {
@@ -244,8 +244,8 @@ fn line_end(text: &str, at: usize) -> usize {
     end.map_or(text.len(), |n| at + n)
 }
 
-/// The first pair of braces between two bytes whose closing one begins a line in another column than the line of
-/// the opening one: a hint at which brace was forgotten.
+/// Returns the first pair of braces between two bytes whose closing brace begins a line with another indentation than
+/// the line of the opening one: a hint at the forgotten brace.
 pub(super) fn misaligned(text: &str, start: usize, end: usize) -> Option<(usize, usize)> {
     let indent = |at: usize| {
         let line = text[..at].rfind('\n').map_or(0, |n| n + 1);

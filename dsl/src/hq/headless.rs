@@ -1,7 +1,6 @@
-//! Blocks whose opening brace was left out: the lines up to the brace that closes them are read as if it stood there.
+//! Blocks with a missing opening brace: the lines up to the closing brace are read as if it were there.
 //!
-//! Many declarations may lack one, and the brace that closes what stands around a byte may be far away: [`Closers`] finds all
-//! of them in one pass.
+//! Many declarations may lack one, and the closing brace may be far away: [`Closers`] finds all of them in one pass.
 
 use pest::Parser;
 
@@ -11,25 +10,25 @@ use crate::grammar::{Grammar, Pair, Rule};
 use crate::limits::text_end;
 use crate::{Diagnostic, Span};
 
-/// A block without its opening brace.
+/// A block with a missing opening brace.
 pub(super) struct Headless {
-    /// The blank where the brace belongs.
+    /// Position where the brace belongs.
     pub open: usize,
-    /// One past its closing brace.
+    /// Position after its closing brace.
     pub end: usize,
-    /// Its text, with the brace in the place of that blank.
+    /// Its text, with the brace inserted at [`Headless::open`].
     text: String,
 }
 
 impl Headless {
-    /// The block as a node of `rule`; its bytes count from [`Headless::open`].
+    /// Parses the block as a node of `rule`; its byte positions count from [`Headless::open`].
     pub fn pair(&self, rule: Rule) -> Option<Pair<'_>> {
         Grammar::parse(rule, &self.text).ok().and_then(|mut pairs| pairs.next())
     }
 }
 
 impl Reader<'_> {
-    /// The block that the lines below byte `end` make, where a brace closes it before the next declaration begins.
+    /// Returns the block of the lines below byte `end`, if a brace closes it before the next declaration begins.
     pub(super) fn headless(&mut self, end: usize) -> Option<Headless> {
         let text = self.text;
         let behind = text.get(end..)?;
@@ -46,7 +45,7 @@ impl Reader<'_> {
         says_something(&text[end..close]).then(|| Headless { open: end, end: close + 1, text: format!("{{{inside}") })
     }
 
-    /// Reports the brace that a declaration lacks.
+    /// Reports the missing brace of a declaration.
     pub(super) fn no_brace(&mut self, what: &str, at: Span, block: &Headless) {
         let close = self.span(block.end - 1, block.end);
         self.diags.push(
@@ -57,14 +56,14 @@ impl Reader<'_> {
     }
 }
 
-/// The brackets of a text outside texts and comments, and what closes those that are open at a byte.
+/// The brackets of a text outside texts and comments, and the closing bracket for any position.
 pub(super) struct Closers {
-    /// Where brackets stand, in the order of the text.
+    /// Positions of the brackets, in the order of the text.
     brackets: Vec<usize>,
-    /// For each bracket, and for the end of the text, the first of it and those behind it that closes one more than were
-    /// opened since; `usize::MAX` where there is none.
+    /// For each bracket, and for the end of the text, the first closing bracket from there on that has no opening one
+    /// after that position; `usize::MAX` if there is none.
     next: Vec<usize>,
-    /// The ends of lines before those that begin a declaration.
+    /// The line breaks before the lines that begin a declaration.
     declarations: Vec<usize>,
 }
 
@@ -91,7 +90,7 @@ impl Closers {
             }
             at += 1;
         }
-        // From the back: those that close what is open here, the nearest last.
+        // From the end: the closing brackets that are still unmatched, the nearest last.
         let mut next = vec![usize::MAX; brackets.len() + 1];
         let mut closing: Vec<usize> = Vec::new();
         for (i, &at) in brackets.iter().enumerate().rev() {
@@ -105,20 +104,20 @@ impl Closers {
         Closers { brackets, next, declarations }
     }
 
-    /// The bracket that closes what stands around byte `at`, of whatever kind.
+    /// Returns the bracket, of any kind, that closes the innermost pair around byte `at`.
     fn around(&self, at: usize) -> Option<usize> {
         let first = self.brackets.partition_point(|&b| b < at);
         self.next.get(first).copied().filter(|&close| close != usize::MAX)
     }
 
-    /// True where a line between two bytes begins a declaration.
+    /// Returns true if a line between two bytes begins a declaration.
     fn declared(&self, start: usize, end: usize) -> bool {
         let first = self.declarations.partition_point(|&d| d < start);
         self.declarations.get(first).is_some_and(|&d| d < end)
     }
 }
 
-/// True for a text that has more than brackets, texts and comments.
+/// Returns true for a text with more than brackets, texts and comments.
 fn says_something(text: &str) -> bool {
     let bytes = text.as_bytes();
     let mut at = 0;
@@ -143,7 +142,7 @@ fn says_something(text: &str) -> bool {
     false
 }
 
-/// True for a line that begins with a word for declarations.
+/// Returns true for a line that begins with the keyword of a declaration.
 fn begins_declaration(line: &str) -> bool {
     let word = line.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).next().unwrap_or("");
     KEYWORDS.contains(&word)
@@ -155,7 +154,7 @@ mod tests {
 
     use super::*;
 
-    /// The same by looking at the text from byte `end` on.
+    /// Computes the result of `around` by scanning the text from byte `end` on.
     fn looked_for(text: &str, end: usize) -> Option<usize> {
         let bytes = text.as_bytes();
         let (mut open, mut at) = (0, end);

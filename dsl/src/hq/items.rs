@@ -1,4 +1,5 @@
-//! Declarations: `hierarq`, `param`, `robot`, `human`, `safety_field`, `task`, `stack`, `run`; the others stand in `reuse`.
+//! Reader of declarations in `*.hq` texts: `hierarq`, `param`, `robot`, `human`, `safety_field`, `task`, `stack`,
+//! `run`. The modules beside this one read the others.
 
 use super::Reader;
 use super::parts::Parts;
@@ -10,7 +11,7 @@ use crate::tree::{Comments, Human, Item, ItemKind, Robot, Run, SafetyField, Spec
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned, checks};
 
-/// The words that begin a declaration.
+/// The keywords of declarations.
 pub(crate) const KEYWORDS: &[&str] = &[
     "import",
     "param",
@@ -29,14 +30,14 @@ pub(crate) const KEYWORDS: &[&str] = &[
     "run",
 ];
 
-/// The header is missing; `line` is what to write.
+/// Returns the diagnostic for a missing header; `line` is the line to write.
 pub(crate) fn no_header(span: Span, line: &str) -> Diagnostic {
     Diagnostic::error("HQ0101", span, "the spec does not say its language version")
         .note("the version lets a later Hierarq read this file as it was meant")
         .help(format!("write `{line}` at the top"))
 }
 
-/// The version is not one that this reader knows.
+/// Returns the diagnostic for a language version that this reader does not support.
 pub(crate) fn bad_version(span: Span, written: &str) -> Diagnostic {
     Diagnostic::error("HQ0102", span, format!("language version `{}` is not known", clip(written)))
         .here("this Hierarq reads version 1")
@@ -54,7 +55,7 @@ impl Reader<'_> {
             if twice {
                 self.diags.push(diagnostic.label(first, "already said here").help("delete this line"));
             } else {
-                // Reported as missing where the first declaration began, or at the header before: one message is enough.
+                // The header was reported as missing at the first declaration, or as invalid: one message is enough.
                 if let Some(told) = self.diags.iter().rposition(|d| d.code == "HQ0101") {
                     self.diags.remove(told);
                 }
@@ -96,7 +97,7 @@ impl Reader<'_> {
         self.pool.behind(whole.range().end, &[], &mut spec.opening_comments.behind);
     }
 
-    /// A node of a declaration: adds it to `items`.
+    /// Converts a node of a declaration, and adds the declaration to `items`.
     pub(super) fn item(&mut self, pair: Pair<'_>, items: &mut Vec<Item>) {
         let start = self.of(&pair).range().start;
         let word = |n: usize| self.span(start, start + n);
@@ -116,7 +117,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The part of a declaration behind its keyword.
+    /// Converts the part of a declaration after its keyword.
     fn rest(&mut self, pair: Pair<'_>, keyword: Span, items: &mut Vec<Item>) {
         let mut comments = Comments::default();
         self.pool.before(keyword.range().start, &mut comments.before);
@@ -139,8 +140,7 @@ impl Reader<'_> {
         }
     }
 
-    /// What is declared, of the declarations that begin with a name.
-    /// `end` is where it ends; a body that lacks its opening brace moves it.
+    /// Converts a declaration that begins with a name. `end` is its end; a body with a missing opening brace moves it.
     fn named(&mut self, pair: Pair<'_>, keyword: Span, end: &mut usize, comments: &mut Comments) -> Option<ItemKind> {
         let rule = pair.as_rule();
         let mut parts = Parts::default();
@@ -155,7 +155,7 @@ impl Reader<'_> {
                 _ => parts.body = Some(part),
             }
         }
-        // Inside a repetition, the next brace is that of the repetition.
+        // Inside a repetition, the next closing brace is that of the repetition.
         let unclosed = !self.nested
             && parts.junk.is_none()
             && match &parts.body {
@@ -226,7 +226,7 @@ impl Reader<'_> {
         kind
     }
 
-    /// Text at the top level that begins no declaration.
+    /// Handles text at the top level that begins no declaration.
     fn stray(&mut self, pair: Pair<'_>, items: &mut Vec<Item>) {
         let span = self.of(&pair);
         let (start, end) = (span.range().start, span.range().end);

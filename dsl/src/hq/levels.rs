@@ -1,4 +1,4 @@
-//! The levels of a stack and their members.
+//! Reader of the levels of a stack and their members, in `*.hq` texts.
 
 use super::Reader;
 use crate::explain::{self, After};
@@ -12,7 +12,7 @@ use crate::words::{has_block, nearest};
 use crate::{Diagnostic, Span, Spanned, checks};
 
 impl Reader<'_> {
-    /// The braces of a stack.
+    /// Reads the braces of a stack.
     pub(super) fn stack_body(&mut self, pair: Pair<'_>, stack: &mut Stack, behind: &mut Option<String>) {
         let span = self.of(&pair);
         stack.settings.span = span;
@@ -34,7 +34,7 @@ impl Reader<'_> {
         }
     }
 
-    /// `replace NAME { .. }`, `add NAME { .. } before NAME`.
+    /// Reads `replace NAME { .. }`, `add NAME { .. } before NAME`.
     fn change(&mut self, pair: Pair<'_>) -> Option<Change> {
         let word = if pair.as_str().starts_with("add") { "add" } else { "replace" };
         let (level, beside) = self.level(pair, word)?;
@@ -50,7 +50,7 @@ impl Reader<'_> {
         }
     }
 
-    /// `remove NAME`.
+    /// Reads `remove NAME`.
     fn removal(&mut self, pair: Pair<'_>) -> Option<Change> {
         let span = self.of(&pair);
         let mut comments = Comments::default();
@@ -65,7 +65,7 @@ impl Reader<'_> {
         Some(Change::Remove(Removal { level: level?, span, comments }))
     }
 
-    /// `before NAME`, `after NAME`.
+    /// Reads `before NAME`, `after NAME`.
     fn beside(&mut self, pair: Pair<'_>) -> Option<Beside> {
         let span = self.of(&pair);
         let before = pair.as_str().starts_with("before");
@@ -78,7 +78,7 @@ impl Reader<'_> {
         Some(Beside { before, level: level? })
     }
 
-    /// A level, behind the word that begins it.
+    /// Reads a level that begins with the keyword `word`.
     fn level(&mut self, pair: Pair<'_>, word: &str) -> Option<(Level, Option<Beside>)> {
         let whole = self.of(&pair);
         let start = whole.range().start;
@@ -142,7 +142,7 @@ impl Reader<'_> {
         }
     }
 
-    /// `key value` in the head of a level.
+    /// Reads `key value` in the head of a level.
     fn setting(&mut self, pair: Pair<'_>, entries: &mut Vec<Entry>, hard: &mut Option<Span>) {
         let end = self.of(&pair).range().end;
         let (mut key, mut mark, mut value, mut junk) = (None, None, None, None);
@@ -281,7 +281,7 @@ impl Reader<'_> {
         Some(Member { task, weight, span, comments })
     }
 
-    /// `for side in [left, right] { hold(side) }`
+    /// Reads `for side in [left, right] { hold(side) }`.
     fn member_repeat(&mut self, pair: Pair<'_>) -> Option<Member> {
         let whole = self.of(&pair);
         let start = whole.range().start;

@@ -1,4 +1,4 @@
-//! Signals, and the heads of machines.
+//! Reader of signals, variables, and the heads of machines, in `*.hq` texts.
 
 use super::Reader;
 use super::headless::Headless;
@@ -8,7 +8,7 @@ use crate::tree::{Block, Comments, Entry, Machine, Signal, StateBody, Value, Var
 use crate::{Diagnostic, Span, Spanned, calls, checks, explain, transitions};
 
 impl Reader<'_> {
-    /// `NAME : point?  timeout 0.5 s`
+    /// Reads `NAME : point?  timeout 0.5 s`.
     pub(super) fn signal(&mut self, pair: Pair<'_>, keyword: Span, comments: &mut Comments) -> Option<Signal> {
         let (mut name, mut mark, mut ty, mut optional) = (None::<Spanned<String>>, None, None, None);
         let mut settings = Block { span: keyword, ..Block::default() };
@@ -65,7 +65,7 @@ impl Reader<'_> {
         Some(Signal { name, ty, optional, settings })
     }
 
-    /// `NAME : number = 0`
+    /// Reads `NAME : number = 0`.
     pub(super) fn variable(&mut self, pair: Pair<'_>, keyword: Span, comments: &mut Comments) -> Option<Variable> {
         let (mut name, mut mark, mut ty, mut optional) = (None::<Spanned<String>>, None, None, None);
         let (mut value, mut junk) = (None, None);
@@ -107,7 +107,7 @@ impl Reader<'_> {
         Some(Variable { name, ty, optional, value })
     }
 
-    /// `= 0`
+    /// Reads `= 0`.
     fn given(&mut self, pair: Pair<'_>, comments: &mut Comments) -> Option<Value> {
         let (mut mark, mut value) = (None, None);
         for part in pair.into_inner() {
@@ -131,7 +131,7 @@ impl Reader<'_> {
         Some(value)
     }
 
-    /// The name of a declaration; reports where it has none.
+    /// Returns the name of a declaration, and reports a missing one.
     pub(super) fn needed_name(&mut self, name: Option<Spanned<String>>, keyword: Span) -> Option<Spanned<String>> {
         if name.as_ref().is_none_or(|name| name.value.is_empty()) {
             let word = self.text.get(keyword.range()).unwrap_or("").to_owned();
@@ -144,7 +144,7 @@ impl Reader<'_> {
         name
     }
 
-    /// `key value` on one line with what it says more of.
+    /// Reads a `key value` that follows other parts on their line.
     pub(super) fn plain_setting(&mut self, pair: Pair<'_>, entries: &mut Vec<Entry>) {
         let start = self.of(&pair).range().start;
         let (mut key, mut mark, mut value) = (None::<Spanned<String>>, None, None);
@@ -174,7 +174,7 @@ impl Reader<'_> {
         entries.push(Entry { key, value, comments: Comments::default() });
     }
 
-    /// The block of a declaration whose opening brace was left out, where there is one.
+    /// Returns the block of a declaration with a missing opening brace, if there is one; reports the error.
     pub(super) fn lost_brace(&mut self, what: &str, keyword: Span, end: usize) -> Option<Headless> {
         let block = if self.nested { None } else { self.headless(end) };
         match &block {
@@ -187,7 +187,7 @@ impl Reader<'_> {
         block
     }
 
-    /// Reports text in a head that means nothing there.
+    /// Reports text in a head that has no meaning there.
     pub(super) fn head(&mut self, mark: Option<Span>, junk: &[Span], what: &str) {
         if let Some(mark) = mark {
             let sign = &self.text[mark.range()];
@@ -199,7 +199,7 @@ impl Reader<'_> {
         }
     }
 
-    /// `NAME { initial look  state look { .. } }`; a body that lacks its opening brace moves `end`.
+    /// Reads `NAME { initial look  state look { .. } }`; a body with a missing opening brace moves `end`.
     pub(super) fn machine(
         &mut self,
         pair: Pair<'_>,

@@ -1,4 +1,4 @@
-//! Missions, their members, and members that are repeated.
+//! Reader of missions, their members, and repeated members, in `*.hq` texts.
 
 use super::Reader;
 use crate::explain::After;
@@ -10,7 +10,7 @@ use crate::words::is_name;
 use crate::{Diagnostic, Span, Spanned, calls};
 
 impl Reader<'_> {
-    /// `NAME : KIND { .. }`; a body that lacks its opening brace moves `end`.
+    /// Reads `NAME : KIND { .. }`; a body with a missing opening brace moves `end`.
     pub(super) fn mission(
         &mut self,
         pair: Pair<'_>,
@@ -52,7 +52,7 @@ impl Reader<'_> {
         Some(Mission { name, kind, settings: body.settings, members: body.members, repeats: body.repeats })
     }
 
-    /// Reports what is wrong between the name of a mission and its kind.
+    /// Reports errors between the name of a mission and its kind.
     fn kind(&mut self, name: Option<&Spanned<String>>, mark: Option<Span>, kind: Option<&Spanned<String>>) {
         let Some(name) = name else { return };
         let Some(kind) = kind else {
@@ -74,7 +74,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A node `mission_body`; `what` is `mission`, or the role of the member whose body it is.
+    /// Converts a node `mission_body`; `what` is `mission`, or the role of the member that owns the body.
     fn mission_body(&mut self, pair: Pair<'_>, what: &str, comments: &mut Comments) -> Body {
         let mut body = self.parts(pair, comments);
         self.slips(&mut body, what);
@@ -86,7 +86,7 @@ impl Reader<'_> {
         body
     }
 
-    /// What stands in a node `mission_body`, as it was written.
+    /// Converts the content of a node `mission_body`, as written.
     fn parts(&mut self, pair: Pair<'_>, comments: &mut Comments) -> Body {
         let span = self.of(&pair);
         self.pool.before(span.range().start, &mut comments.before);
@@ -109,7 +109,7 @@ impl Reader<'_> {
         body
     }
 
-    /// `robot m1 { .. }`, `task left_foot = pick_and_place { .. }`
+    /// Reads `robot m1 { .. }`, `task left_foot = pick_and_place { .. }`.
     fn mission_member(&mut self, pair: Pair<'_>) -> Option<MissionMember> {
         let start = self.of(&pair).range().start;
         let span = self.span(start, start + pair.as_str().trim_end().len());
@@ -127,7 +127,7 @@ impl Reader<'_> {
             }
         }
         let role = role?;
-        // `task t { pick }`, `task t { pick { .. } }`, `task t { action pick }`: the action stands inside the braces.
+        // `task t { pick }`, `task t { pick { .. } }`, `task t { action pick }`: the action is inside the braces.
         let inside = role.value == "task" && mark.is_none() && action.is_none();
         let alone = block.as_ref().map(|block| block.as_str().trim_matches(['{', '}']).trim().to_owned());
         let alone = alone.filter(|word| inside && is_name(word));
@@ -170,7 +170,7 @@ impl Reader<'_> {
         self.diags.push(diagnostic.help("write what it needs in its braces"));
     }
 
-    /// The action behind the `=` of a task; reports what else stands between a name and its block.
+    /// Returns the action after the `=` of a task; reports any other text between a name and its block.
     fn action_of(
         &mut self,
         role: &Spanned<String>,
@@ -199,7 +199,7 @@ impl Reader<'_> {
         action
     }
 
-    /// `for i in 1..4 { human h${i} { .. } }`
+    /// Reads `for i in 1..4 { human h${i} { .. } }`.
     fn mission_repeat(&mut self, pair: Pair<'_>) -> Option<MissionRepeat> {
         let start = self.of(&pair).range().start;
         let span = self.span(start, start + pair.as_str().trim_end().len());
@@ -227,8 +227,8 @@ impl Reader<'_> {
         })
     }
 
-    /// Members that were read as settings: without a block, without the `=` of a task, or behind a word that is nearly a
-    /// role.
+    /// Converts and reports members that were parsed as settings: without a block, without the `=` of a task, or after
+    /// a misspelt role.
     fn slips(&mut self, body: &mut Body, what: &str) {
         let mut entries = std::mem::take(&mut body.settings.entries).into_iter().peekable();
         while let Some(entry) = entries.next() {
@@ -259,13 +259,13 @@ impl Reader<'_> {
         }
     }
 
-    /// True for `pick_and_place { .. }` behind `task left_foot` on its line.
+    /// Returns true for `pick_and_place { .. }` after `task left_foot` on the same line.
     fn is_action(&self, name: &Spanned<String>, next: &Entry) -> bool {
         let gap = self.text.get(name.span.range().end..next.key.span.range().start);
         matches!(next.value.kind, ValueKind::Block(_)) && gap.is_some_and(|gap| !gap.contains('\n'))
     }
 
-    /// `robot m1` without a block, `task left_foot pick_and_place { .. }` without its `=`.
+    /// Converts `robot m1` without a block, `task left_foot pick_and_place { .. }` without its `=`.
     fn unmarked(
         &mut self,
         role: Spanned<String>,

@@ -1,4 +1,4 @@
-//! The reader of `*.hq` texts: from pest nodes to the spanned tree, declaration by declaration.
+//! Reader of `*.hq` texts: converts pest nodes to the tree, declaration by declaration.
 
 mod blocks;
 mod headless;
@@ -48,23 +48,23 @@ pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
     (spec, crate::checks::finish(reader.diags))
 }
 
-/// The state of reading one text.
+/// State while reading one text.
 struct Reader<'t> {
     source: SourceId,
     text: &'t str,
-    /// Where the piece begins that pest was given last.
+    /// Start of the piece that pest parsed last.
     base: usize,
     pool: Pool<'t>,
     diags: Vec<Diagnostic>,
-    /// Text that nothing could be made of.
+    /// Text that could not be interpreted.
     unread: Vec<Span>,
-    /// What stands before this byte has been read already.
+    /// The text before this byte has been read already.
     read: usize,
     /// True inside a repetition.
     nested: bool,
-    /// How many states are open.
+    /// Number of nested states.
     states: usize,
-    /// What closes what, once a block lacks its opening brace.
+    /// The closing brackets; set once a block lacks its opening brace.
     closers: Option<headless::Closers>,
 }
 
@@ -78,7 +78,7 @@ impl<'t> Reader<'t> {
             let chunk = match Grammar::parse(Rule::chunk, &self.text[at..]) {
                 Ok(mut pairs) => pairs.next(),
                 Err(_) => {
-                    // Only a refusal of pest to recurse further ends here.
+                    // The rule `chunk` fails only if pest refuses to recurse further.
                     self.diags.push(limits::too_deep(self.span(at, at)));
                     break;
                 }
@@ -120,13 +120,13 @@ impl<'t> Reader<'t> {
         self.place().of(pair)
     }
 
-    /// The value of a node `expr`.
+    /// Converts a node `expr`.
     fn expr(&mut self, pair: Pair<'_>) -> Value {
         let place = self.place();
         let mut diags = std::mem::take(&mut self.diags);
         let value = expr::value(pair, place, &mut diags, &mut |part, diags| {
             std::mem::swap(&mut self.diags, diags);
-            // A list has no place for a comment behind an inner brace; a full slot leaves it to the first key.
+            // A list cannot store a comment after an inner brace; a filled slot leaves the comment to the first key.
             let mut value = self.value(part, &mut Some(String::new()));
             if let ValueKind::Block(block) = &mut value.kind {
                 self.pool.behind(value.span.range().end, &[','], &mut block.closing_comments.behind);
@@ -138,7 +138,7 @@ impl<'t> Reader<'t> {
         value
     }
 
-    /// Parses the bytes `start..end` again with another rule and hands the node to `f`.
+    /// Parses the bytes `start..end` again with another rule and passes the node to `f`.
     fn again(&mut self, rule: Rule, start: usize, end: usize, f: impl FnOnce(&mut Self, Pair<'_>)) {
         let text = self.text;
         if let Some(pair) = text.get(start..end).and_then(|t| Grammar::parse(rule, t).ok()).and_then(|mut p| p.next()) {

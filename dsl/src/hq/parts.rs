@@ -1,4 +1,4 @@
-//! The parts of a declaration behind its keyword, name, sign, value and block, and what is said where one is missing.
+//! The parts of a declaration after its keyword (name, sign, value and block), and the diagnostics for missing ones.
 
 use super::Reader;
 use crate::explain::{self, After};
@@ -38,7 +38,8 @@ impl Reader<'_> {
         self.unread.push(junk);
         let diagnostic = explain::junk(self.text, range.start, range.end, place, after, unit_only);
         let code = diagnostic.code;
-        // The brace that closes a block of the same line, whose declaration lost a bracket before it.
+        // A second error for the brace that closes a block on this line: its declaration lost a bracket before it,
+        // which is reported already.
         let lost = |d: &Diagnostic| {
             let from = d.primary.span.range().start;
             d.code == "HQ0105" && self.text.get(from..range.start).is_some_and(|t| !t.contains('\n'))
@@ -49,7 +50,7 @@ impl Reader<'_> {
         code
     }
 
-    /// Reports a missing or wrong `=` behind a name.
+    /// Reports a missing or wrong `=` after a name.
     fn equals(&mut self, parts: &Parts<'_>, what: &str) {
         let Some(name) = &parts.name else { return };
         match parts.mark {
@@ -91,7 +92,7 @@ impl Reader<'_> {
         name.map(|name| Param { name, value, range })
     }
 
-    /// `NAME = VALUE`; the range of a `param` is left.
+    /// Reads `NAME = VALUE`; does not use the range of a `param`.
     pub(super) fn named_value(
         &mut self,
         parts: Parts<'_>,
@@ -159,7 +160,7 @@ impl Reader<'_> {
         Some(Task { name: name?, parameters, definition })
     }
 
-    /// A node `definition`: `kind(args) { .. }`.
+    /// Converts a node `definition`: `kind(args) { .. }`.
     pub(super) fn definition(&mut self, pair: Pair<'_>, behind: &mut Option<String>) -> TaskDefinition {
         let span = self.of(&pair);
         let mut kind = Spanned::new(String::new(), span);
@@ -175,7 +176,7 @@ impl Reader<'_> {
         TaskDefinition { kind, args, named, body, span }
     }
 
-    /// The block of a robot, a human, a safety field or a run.
+    /// Reads the block of a robot, a human, a safety field or a run.
     pub(super) fn body(&mut self, parts: Parts<'_>, keyword: Span, what: &str, comments: &mut Comments) -> Block {
         match (parts.body, parts.junk) {
             (Some(body), _) => return self.block(body, &mut comments.behind),

@@ -1,4 +1,4 @@
-//! Declarations that use others: `import`, `let`, `for`, and what stands behind a name: parameters, `from`.
+//! Reader of declarations that use others, in `*.hq` texts: `import`, `let`, `for`, parameters of declarations, `from`.
 
 use super::Reader;
 use super::parts::Parts;
@@ -19,7 +19,7 @@ pub(super) struct Head<'p> {
 }
 
 impl<'t> Reader<'t> {
-    /// A node `formals`.
+    /// Converts a node `formals`.
     pub(super) fn parameters(&mut self, pair: Pair<'_>) -> Vec<Parameter> {
         let (place, mut diags) = (self.place(), Vec::new());
         let out = calls::parameters(pair, place, &mut |part| self.expr(part), &mut diags);
@@ -27,7 +27,7 @@ impl<'t> Reader<'t> {
         out
     }
 
-    /// A node `actuals`.
+    /// Converts a node `actuals`.
     pub(super) fn arguments(&mut self, pair: Pair<'_>) -> (Vec<Value>, Vec<Entry>) {
         let (place, mut diags) = (self.place(), Vec::new());
         let out = calls::arguments(pair, place, &mut |part| self.expr(part), &mut diags);
@@ -35,7 +35,7 @@ impl<'t> Reader<'t> {
         out
     }
 
-    /// A node `from`: `from guarded(left)`.
+    /// Converts a node `from`: `from guarded(left)`.
     pub(super) fn from(&mut self, pair: Pair<'_>, what: &str) -> Option<Call> {
         let whole = self.of(&pair);
         let (mut name, mut args, mut named) = (None, Vec::new(), Vec::new());
@@ -129,7 +129,7 @@ impl<'t> Reader<'t> {
         Some(ImportName { name: name?, alias, comments })
     }
 
-    /// The head of a repetition, of declarations or of members.
+    /// Converts the head of a repetition, of declarations or of members.
     pub(super) fn repeat_head<'p>(&mut self, pair: Pair<'p>, keyword: Span) -> Head<'p> {
         let mut head = Head::default();
         let mut has_in = false;
@@ -191,7 +191,7 @@ impl<'t> Reader<'t> {
         Some(RepeatItems { variable: head.variable?, values: head.values?, body, closing_comments })
     }
 
-    /// A declaration inside a repetition.
+    /// Reads a declaration inside a repetition.
     fn repeated(&mut self, pair: Pair<'_>, body: &mut Vec<Item>) {
         if matches!(pair.as_rule(), Rule::import | Rule::robot | Rule::run) {
             let start = self.of(&pair).range().start;

@@ -1,4 +1,4 @@
-//! Scenarios and their expectations.
+//! Reader of scenarios and their expectations in `*.hq` texts.
 
 use super::Reader;
 use crate::explain;
@@ -7,7 +7,7 @@ use crate::tree::{Block, Comments, Expect, Formula, FormulaKind, Scenario};
 use crate::{Diagnostic, Span, Spanned, checks, expr, formulas};
 
 impl Reader<'_> {
-    /// `"bunch hidden by leaves" { .. }`; a body that lacks its opening brace moves `end`.
+    /// Reads `"bunch hidden by leaves" { .. }`; a body with a missing opening brace moves `end`.
     pub(super) fn scenario(
         &mut self,
         pair: Pair<'_>,
@@ -44,7 +44,7 @@ impl Reader<'_> {
         name.map(|name| Scenario { name, body: read.0, expects: read.1 })
     }
 
-    /// What a text literal says.
+    /// Returns the content of a text literal.
     fn literal(&mut self, pair: &Pair<'_>) -> Spanned<String> {
         let (place, span) = (self.place(), self.of(pair));
         Spanned::new(expr::unescape(pair, place, &mut self.diags), span)
@@ -71,7 +71,7 @@ impl Reader<'_> {
         (body, expects)
     }
 
-    /// `expect "hands stay" always error(hands) < 0.5 mm`
+    /// Reads `expect "hands stay" always error(hands) < 0.5 mm`.
     fn expect(&mut self, pair: Pair<'_>) -> Expect {
         let whole = self.of(&pair);
         let start = whole.range().start;

@@ -1,4 +1,4 @@
-//! States and what stands in them: the stack, settings, actions, transitions.
+//! Reader of states and their content in `*.hq` texts: the stack, settings, actions, transitions.
 
 use super::Reader;
 use crate::diagnostic::clip;
@@ -11,7 +11,7 @@ use crate::words::is_name;
 use crate::{Diagnostic, Span, Spanned, actions, calls, transitions};
 
 impl Reader<'_> {
-    /// A node `state_body` or `headless_body` of a machine or a state.
+    /// Converts a node `state_body` or `headless_body` of a machine or a state.
     pub(super) fn state_body(&mut self, pair: Pair<'_>, what: &str, behind: &mut Option<String>) -> StateBody {
         let span = self.of(&pair);
         let (start, end) = (span.range().start, span.range().end);
@@ -41,7 +41,7 @@ impl Reader<'_> {
         body
     }
 
-    /// A key without a value.
+    /// Reports a key without a value.
     pub(super) fn lone_key(&mut self, pair: Pair<'_>, entries: &mut Vec<Entry>) {
         let key = self.place().spanned(&pair);
         if key.span.range().start < self.read {
@@ -58,7 +58,7 @@ impl Reader<'_> {
         entries.push(Entry { value: missing(key.span), key, comments: Comments::default() });
     }
 
-    /// A node `state`; one that stands too deep inside others is left out.
+    /// Converts a node `state`; one that is nested too deeply is left out.
     fn state(&mut self, pair: Pair<'_>) -> Option<State> {
         let whole = self.of(&pair);
         let start = whole.range().start;
@@ -119,7 +119,7 @@ impl Reader<'_> {
         Some(State { name: name?, final_, body, span, comments })
     }
 
-    /// `stack reach_to(goal: peduncle)`
+    /// Reads `stack reach_to(goal: peduncle)`.
     fn stack_use(&mut self, pair: Pair<'_>, body: &mut StateBody) {
         let whole = self.of(&pair);
         let start = whole.range().start;
@@ -160,7 +160,7 @@ impl Reader<'_> {
         body.stack = Some(crate::tree::Call { name, args, named, span });
     }
 
-    /// `enter say "text"`
+    /// Reads `enter say "text"`.
     fn action(&mut self, pair: Pair<'_>) -> Option<Action> {
         let whole = self.of(&pair);
         let start = whole.range().start;
@@ -208,7 +208,7 @@ impl Reader<'_> {
         Some(Action { moment, verb: done.verb, args: done.args, named: done.named, bare: done.bare, span, comments })
     }
 
-    /// `when x < 3 N for 3 s -> grasp blend 1 s`
+    /// Reads `when x < 3 N for 3 s -> grasp blend 1 s`.
     fn transition(&mut self, pair: Pair<'_>) -> Transition {
         let whole = self.of(&pair);
         let start = whole.range().start;
@@ -249,7 +249,7 @@ impl Reader<'_> {
         Transition { trigger, target, settings, span, comments }
     }
 
-    /// Text where `->` should stand: `on found pre_grasp`, `on found => pre_grasp`. The state, where one is named.
+    /// Handles text in place of `->`: `on found pre_grasp`, `on found => pre_grasp`. Returns the state if one is named.
     fn lost_arrow(&mut self, junk: Span, trigger: &Trigger) -> Option<Spanned<String>> {
         let text = self.text.get(junk.range()).unwrap_or("").trim_end();
         let name = text.trim_start_matches(['=', '>', '-', '→']).trim_start();
@@ -308,7 +308,7 @@ impl Reader<'_> {
         }
     }
 
-    /// `for 3 s`
+    /// Reads `for 3 s`.
     fn hold(&mut self, pair: Pair<'_>) -> Value {
         let span = self.of(&pair);
         match pair.into_inner().next() {
@@ -321,7 +321,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The place of bytes of the whole text.
+    /// Returns the place of byte positions in the whole text.
     pub(super) fn exact(&self) -> Place {
         Place::Exact(self.source, 0)
     }

@@ -1,24 +1,24 @@
-//! Expressions, the same in both spellings: sums with spaces, products without, parentheses where they are needed.
+//! Printer of expressions for both spellings: sums with spaces, products without, parentheses if necessary.
 
 use crate::tree::{BinaryOp, Unit, Value, ValueKind};
 use crate::vocabulary::UNITS;
 use crate::words::{is_atom, takes_unit, unit_text};
 
-/// An expression on one line. `and`, `or` and `not` stand inside brackets.
+/// Formats an expression on one line. `and`, `or` and `not` are put in brackets.
 pub(crate) fn text(value: &Value) -> String {
     let mut out = String::new();
     grouped(value, worded(value), &mut out);
     out
 }
 
-/// An expression with no brackets around the whole of it, where `and`, `or` and `not` may stand so.
+/// Formats an expression without outer brackets, for places that allow `and`, `or` and `not` without them.
 pub(super) fn open(value: &Value) -> String {
     let mut out = String::new();
     grouped(value, false, &mut out);
     out
 }
 
-/// True where one pair of brackets holds the whole text.
+/// Returns true if one pair of brackets encloses the whole text.
 pub(super) fn is_grouped(text: &str) -> bool {
     let mut depth = 0usize;
     let mut at = 0;
@@ -43,7 +43,7 @@ pub(super) fn is_grouped(text: &str) -> bool {
     at == text.len()
 }
 
-/// True where a value, written without brackets, has `and`, `or` or `not` outside all brackets.
+/// Returns true if a value, written without brackets, has `and`, `or` or `not` outside all brackets.
 fn worded(value: &Value) -> bool {
     match &value.kind {
         ValueKind::Not(_) => true,
@@ -52,7 +52,7 @@ fn worded(value: &Value) -> bool {
     }
 }
 
-/// A text literal.
+/// Formats a text literal.
 pub(super) fn quoted(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + 2);
     out.push('"');
@@ -71,13 +71,13 @@ pub(super) fn quoted(text: &str) -> String {
     out
 }
 
-/// Characters that an editor would not show, or that YAML takes for something else.
+/// Returns true for characters that an editor would not show, or that YAML interprets otherwise.
 pub(super) fn unprintable(c: char) -> bool {
     c.is_control() || matches!(c, '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}')
 }
 
-/// True where a unit written behind `value` would be taken for `key`, `a 5  m 3`, or its last unit for a key,
-/// `a (5) min  b 3`; or `in`, for the word behind a value. `next` is the value behind the key.
+/// Returns true if `key` after `value` would be parsed as a unit, `a 5  m 3`, or the last unit of `value` as a key,
+/// `a (5) min  b 3`; or if `key` is `in`, the operator after a value. `next` is the value after the key.
 pub(super) fn swallows(value: &Value, key: &str, next: Option<&Value>) -> bool {
     let word = key == "in" && !matches!(value.kind, ValueKind::Block(_));
     let unit = (takes_unit(value) || worded(value)) && UNITS.contains(&key);
@@ -86,7 +86,7 @@ pub(super) fn swallows(value: &Value, key: &str, next: Option<&Value>) -> bool {
         || word
 }
 
-/// True where a `min` between two values is the key of a limit for the reader too.
+/// Returns true if the reader too parses a `min` between two values as the key of a limit.
 fn limits(value: &Value, next: &Value) -> bool {
     if matches!(next.kind, ValueKind::Block(_) | ValueKind::Missing) {
         return false;
@@ -96,7 +96,7 @@ fn limits(value: &Value, next: &Value) -> bool {
     number || (text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && !ends_with_number(value))
 }
 
-/// True where the last thing written is a number without a unit.
+/// Returns true if a value ends with a number without a unit.
 fn ends_with_number(value: &Value) -> bool {
     match &value.kind {
         ValueKind::Number(_) => true,
@@ -105,7 +105,7 @@ fn ends_with_number(value: &Value) -> bool {
     }
 }
 
-/// True where the last thing written is the unit `min` behind a bracket.
+/// Returns true if a value ends with the unit `min` after a bracket.
 pub(super) fn ends_with_minutes(value: &Value) -> bool {
     match &value.kind {
         ValueKind::Unit(of, unit) => {
@@ -208,7 +208,7 @@ fn binary(op: BinaryOp, left: &Value, right: &Value, out: &mut String) {
         ValueKind::Not(_) => !op.is_word(),
         _ => false,
     };
-    // `1/(4 s)` needs no parentheses, but reads wrong without; `[..] m` is clear.
+    // `1/(4 s)` needs no parentheses, but is misleading without; `[..] m` is clear.
     let right_unit = matches!(&right.kind, ValueKind::Unit(of, _) if matches!(of.kind, ValueKind::Number(_)));
     let right_group = match &right.kind {
         ValueKind::Binary(inner, ..) => {
@@ -246,7 +246,7 @@ fn binary(op: BinaryOp, left: &Value, right: &Value, out: &mut String) {
     out.push_str(&right_text);
 }
 
-/// True where the last thing written is a unit.
+/// Returns true if a value ends with a unit.
 fn ends_with_unit(value: &Value) -> bool {
     match &value.kind {
         ValueKind::Unit(..) => true,

@@ -1,11 +1,11 @@
-//! Formulas, actions and triggers on one line, the same in both spellings.
+//! Formulas, actions and triggers on one line, for both spellings.
 
 use super::expr;
 use super::hq_reuse::arguments;
 use crate::tree::{Action, Formula, FormulaKind, Transition, Trigger, Value, ValueKind, Window};
 use crate::vocabulary::begins_part;
 
-/// A formula, with brackets where they are needed.
+/// Formats a formula, with brackets if necessary.
 pub(crate) fn text(it: &Formula) -> String {
     let mut out = String::new();
     write(it, &mut out);
@@ -65,7 +65,7 @@ fn write(it: &Formula, out: &mut String) {
     }
 }
 
-/// True for what takes, or is looser than, whatever follows it: it stands in brackets before an operator.
+/// Returns true for a formula that would extend over a following operator: it needs brackets before one.
 fn is_loose(it: &Formula) -> bool {
     use FormulaKind::{After, Always, Eventually, Implies, Never, Until};
     matches!(it.kind, After(..) | Always(..) | Eventually(..) | Never(..) | Until(..) | Implies(..))
@@ -86,12 +86,12 @@ fn temporal(word: &str, window: &Window, inner: &Formula, out: &mut String) {
     windowed(window, out);
     let mut text = String::new();
     operand(inner, &mut text);
-    // In brackets, `(always -x)` reads like a difference.
+    // In brackets, because `(always -x)` looks like a difference.
     let unclear = window.is_open() && text.starts_with('-');
     out.push_str(&if unclear { format!("({text})") } else { text });
 }
 
-/// What a word of time takes.
+/// Formats the operand of a temporal operator.
 fn operand(it: &Formula, out: &mut String) {
     grouped(it, matches!(it.kind, FormulaKind::Until(..) | FormulaKind::Implies(..)), out);
 }
@@ -100,7 +100,7 @@ fn windowed(window: &Window, out: &mut String) {
     out.push_str(&windowed_text(window));
 }
 
-/// ` within 25 s : `, or a blank.
+/// Formats ` within 25 s : `, or a space.
 fn windowed_text(window: &Window) -> String {
     match (&window.from, &window.to) {
         (None, None) => " ".to_owned(),
@@ -110,7 +110,7 @@ fn windowed_text(window: &Window) -> String {
     }
 }
 
-/// A value with a word behind it.
+/// Formats a value that is followed by a word.
 fn before_word(value: &Value) -> String {
     in_brackets_if(expr::text(value), expr::ends_with_minutes(value))
 }
@@ -123,28 +123,28 @@ fn first_word(text: &str) -> &str {
     text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).next().unwrap_or("")
 }
 
-/// A value as a formula.
+/// Formats a value as a formula.
 fn atom(value: &Value) -> String {
     let text = expr::text(value);
     let unclear = first_word(&text) == "expect" || text.starts_with('"') || expr::ends_with_minutes(value);
     in_brackets_if(text, unclear)
 }
 
-/// `text`, in brackets where its first word would begin a part of a state.
+/// Formats a value, in brackets if its first word would begin a part of a state.
 pub(super) fn guarded(value: &Value) -> String {
     let text = expr::text(value);
     let unclear = begins_part(first_word(&text)) || expr::ends_with_minutes(value);
     in_brackets_if(text, unclear)
 }
 
-/// A condition: `and`, `or` and `not` stand without brackets.
+/// Formats a condition: `and`, `or` and `not` need no brackets.
 pub(super) fn condition(value: &Value) -> String {
     let text = expr::open(value);
     let unclear = begins_part(first_word(&text)) || expr::ends_with_minutes(value);
     in_brackets_if(text, unclear)
 }
 
-/// The word of a trigger and what it waits for.
+/// Returns the keyword of a trigger and its value.
 pub(super) fn trigger(it: &Transition) -> Option<(&'static str, &Value)> {
     match &it.trigger {
         Trigger::On(value) => Some(("on", value)),
@@ -154,7 +154,7 @@ pub(super) fn trigger(it: &Transition) -> Option<(&'static str, &Value)> {
     }
 }
 
-/// `when norm(right_ft.force) < 3 N for 3 s`
+/// Formats `when norm(right_ft.force) < 3 N for 3 s`.
 pub(crate) fn trigger_text(it: &Transition) -> String {
     let mut out = match trigger(it) {
         Some((word, value)) => format!("{word} {}", condition(value)),
@@ -166,7 +166,7 @@ pub(crate) fn trigger_text(it: &Transition) -> String {
     out
 }
 
-/// How long a condition must hold.
+/// Returns the duration for which a condition must be true.
 pub(super) fn hold(it: &Transition) -> Option<&Value> {
     match &it.trigger {
         Trigger::When { hold, .. } => hold.as_ref(),
@@ -174,7 +174,7 @@ pub(super) fn hold(it: &Transition) -> Option<&Value> {
     }
 }
 
-/// `say "text"`, `gripper close`, `capture(head_camera)`
+/// Formats `say "text"`, `gripper close`, `capture(head_camera)`.
 pub(super) fn action(it: &Action) -> String {
     let quiet = it.args.is_empty() && it.named.is_empty();
     if quiet {
@@ -195,7 +195,7 @@ pub(super) fn action(it: &Action) -> String {
     out
 }
 
-/// True for an argument that can stand without parentheses; behind a number, a name could be its unit.
+/// Returns true for an argument that needs no parentheses; after a number, a name could be its unit.
 fn stands_bare(arg: &Value, last: bool) -> bool {
     match &arg.kind {
         ValueKind::Text(_) => true,

@@ -1,4 +1,4 @@
-//! The printer of `*.hq` texts.
+//! Printer of `*.hq` texts.
 
 use super::hq_levels as levels;
 use super::hq_machines as machines;
@@ -8,7 +8,7 @@ use super::{Lines, OneLine, WIDTH, expr, has_block, no_comments};
 use crate::tree::{Block, Entry, Item, ItemKind, Spec, TaskDefinition, Value, ValueKind};
 use crate::words::is_quoted_key;
 
-/// Writes a tree.
+/// Prints a tree.
 pub(crate) fn print(spec: &Spec) -> String {
     let mut lines = Lines::new('/');
     lines.before(&spec.opening_comments.before, 0);
@@ -26,7 +26,7 @@ pub(crate) fn print(spec: &Spec) -> String {
     lines.out
 }
 
-/// Declarations one below the other: short ones of a kind together, the others apart.
+/// Prints declarations one below the other: short ones of a kind together, the others separated by empty lines.
 pub(super) fn items(items: &[Item], indent: usize, lines: &mut Lines) {
     let group = |kind: &ItemKind| match kind {
         ItemKind::Param(_) => Some(0),
@@ -40,7 +40,7 @@ pub(super) fn items(items: &[Item], indent: usize, lines: &mut Lines) {
     for (i, item) in items.iter().enumerate() {
         let own = group(&item.kind);
         let grouped = own.is_some() && own == last;
-        // The first of a block follows its brace.
+        // The first declaration of a block follows its brace.
         let first = if indent == 0 { lines.out.is_empty() } else { i == 0 };
         if !grouped && !first {
             lines.out.push('\n');
@@ -119,7 +119,7 @@ pub(super) fn items(items: &[Item], indent: usize, lines: &mut Lines) {
     }
 }
 
-/// A value that ends its line.
+/// Prints a value that ends its line.
 fn value(value: &Value, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     match &value.kind {
         ValueKind::Block(body) => tagged_or_block(body, behind, indent, lines),
@@ -138,7 +138,7 @@ fn value(value: &Value, behind: &Option<String>, indent: usize, lines: &mut Line
     }
 }
 
-/// A list, on one line where it fits.
+/// Prints a list, on one line if it fits.
 fn list(value: &Value, suffix: &str, indent: usize, lines: &mut Lines) {
     let ValueKind::List(items) = &value.kind else { return };
     let mut line = OneLine::new(WIDTH.saturating_sub(lines.column() + suffix.len()));
@@ -170,7 +170,7 @@ fn list(value: &Value, suffix: &str, indent: usize, lines: &mut Lines) {
     lines.out.push_str(suffix);
 }
 
-/// The single entry of a block that is written `tag { .. }`.
+/// Returns the single entry of a block that is written `tag { .. }`.
 fn tag(body: &Block) -> Option<(&Entry, &Block)> {
     match body.entries.as_slice() {
         [entry] if body.tagged && no_comments(&entry.comments) && no_comments(&body.closing_comments) => {
@@ -184,7 +184,7 @@ fn tag(body: &Block) -> Option<(&Entry, &Block)> {
     }
 }
 
-/// A key: a name as it is, anything else in quotes.
+/// Formats a key: a name as it is, anything else in quotes.
 fn key(text: &str) -> String {
     if is_quoted_key(text) { format!("\"{text}\"") } else { text.to_owned() }
 }
@@ -200,7 +200,7 @@ fn tagged_or_block(body: &Block, behind: &Option<String>, indent: usize, lines: 
     }
 }
 
-/// A block that ends its line.
+/// Prints a block that ends its line.
 pub(super) fn block(body: &Block, behind: &Option<String>, indent: usize, tall: bool, lines: &mut Lines) {
     let mut line = OneLine::new(WIDTH.saturating_sub(lines.column()));
     if !tall && one_line_block(body, &mut line).is_some() {
@@ -258,7 +258,7 @@ pub(super) fn one_line_block(body: &Block, line: &mut OneLine) -> Option<()> {
     line.push(" }")
 }
 
-/// What stands between a value and the next entry on the same line.
+/// Returns the separator between a value and the next entry on the same line.
 fn separator(last: &Value, next: &Entry) -> &'static str {
     let swallowed = expr::swallows(last, &next.key.value, Some(&next.value));
     if matches!(last.kind, ValueKind::Missing) || swallowed { ", " } else { "  " }
@@ -291,7 +291,7 @@ fn one_line_value(value: &Value, line: &mut OneLine) -> Option<()> {
     }
 }
 
-/// True where something stands in parentheses.
+/// Returns true if a definition has arguments in parentheses.
 pub(super) fn takes_arguments(definition: &TaskDefinition) -> bool {
     !definition.args.is_empty() || !definition.named.is_empty()
 }
@@ -304,12 +304,13 @@ pub(super) fn head(definition: &TaskDefinition, parentheses: bool) -> String {
     text
 }
 
-/// True where the block of a definition says nothing.
+/// Returns true if a block is empty.
 pub(super) fn empty(body: &Block) -> bool {
     body.entries.is_empty() && no_comments(&body.closing_comments)
 }
 
-/// `kind(args) { .. }` at the end of a line; a member without arguments needs its braces to be one in place.
+/// Prints `kind(args) { .. }` at the end of a line. A member without arguments keeps its braces, which distinguish it
+/// from a name.
 pub(super) fn definition(it: &TaskDefinition, behind: &Option<String>, indent: usize, member: bool, lines: &mut Lines) {
     lines.out.push_str(&head(it, false));
     if !empty(&it.body) || (member && !takes_arguments(it)) {

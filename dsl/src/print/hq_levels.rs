@@ -1,4 +1,4 @@
-//! The printer of `*.hq` texts: stacks, levels, members.
+//! Printer of `*.hq` texts: stacks, levels, members.
 
 use super::hq::{definition, empty, entries, head, one_line_block, takes_arguments};
 use super::hq_reuse as reuse;
@@ -35,13 +35,13 @@ pub(super) fn stack(it: &Stack, behind: &Option<String>, indent: usize, lines: &
     lines.out.push_str("}\n");
 }
 
-/// A level behind the word that begins it.
+/// Prints a level after the keyword `word`.
 fn level(it: &Level, word: &str, beside: Option<&Beside>, indent: usize, lines: &mut Lines) {
     let place = beside.map_or_else(String::new, |beside| {
         format!(" {} {}", if beside.before { "before" } else { "after" }, beside.level.value)
     });
     lines.before(&it.comments.before, indent);
-    // Comments on the settings of a level exist in YAML only; here they stand before the level.
+    // Comments on the settings of a level exist in YAML only; here they precede the level.
     for entry in &it.settings.entries {
         lines.before(&entry.comments.before, indent);
         lines.before(entry.comments.behind.as_slice(), indent);
@@ -65,7 +65,7 @@ fn level(it: &Level, word: &str, beside: Option<&Beside>, indent: usize, lines: 
     members(&it.members, &it.settings.closing_comments, (&it.comments.behind, &place), indent, lines);
 }
 
-/// Members in braces, and what stands behind the closing one. The last member may be followed by more on its line.
+/// Prints members in braces, and the text after the closing brace. Other text may follow the last member on its line.
 fn members(
     all: &[Member],
     closing: &Comments,
@@ -131,7 +131,7 @@ fn one_line_members(all: &[Member], closing: &Comments, line: &mut OneLine) -> O
     line.push(" }")
 }
 
-/// True where a member would be read as a part of the one before it.
+/// Returns true if a member would be parsed as a part of the one before it.
 fn needs_comma(last: &Member, next: &Member, same_line: bool) -> bool {
     let name = |member: &Member| match &member.task {
         MemberTask::Name(name) => name.value.clone(),

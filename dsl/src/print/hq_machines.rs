@@ -1,4 +1,4 @@
-//! The printer of `*.hq` texts: signals, machines and their states, scenarios.
+//! Printer of `*.hq` texts: signals, machines and their states, scenarios.
 
 use super::hq::{block, empty, entries};
 use super::hq_reuse as reuse;
@@ -7,7 +7,7 @@ use crate::tree::{Block, Entry, Machine, Scenario, Signal, State, StateBody, Tra
 use crate::vocabulary::begins_part;
 use crate::words::{has_block, is_name};
 
-/// `signal peduncle : point?  timeout 0.5 s`
+/// Prints `signal peduncle : point?  timeout 0.5 s`.
 pub(super) fn signal(it: &Signal, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     let mark = if it.optional.is_some() { "?" } else { "" };
     lines.out.push_str(&format!("signal {} : {}{mark}", it.name.value, it.ty.value));
@@ -23,7 +23,7 @@ pub(super) fn signal(it: &Signal, behind: &Option<String>, indent: usize, lines:
     block(&it.settings, behind, indent, false, lines);
 }
 
-/// True where settings can stand on one line without braces.
+/// Returns true if settings can be written on one line without braces.
 fn is_plain(settings: &Block) -> bool {
     no_comments(&settings.closing_comments)
         && settings
@@ -32,7 +32,7 @@ fn is_plain(settings: &Block) -> bool {
             .all(|e| no_comments(&e.comments) && !has_block(&e.value) && !begins_part(&e.key.value))
 }
 
-/// `timeout 0.5 s  rate 10 Hz`
+/// Formats `timeout 0.5 s  rate 10 Hz`.
 fn plain_settings(all: &[Entry]) -> String {
     let mut out = String::new();
     let mut last: Option<&Value> = None;
@@ -51,18 +51,18 @@ fn plain_settings(all: &[Entry]) -> String {
     out
 }
 
-/// `machine harvest { .. }`
+/// Prints `machine harvest { .. }`.
 pub(super) fn machine(it: &Machine, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     lines.out.push_str(&format!("machine {} ", it.name.value));
     body(&it.body, behind, indent, lines);
 }
 
-/// True where a body says nothing at all.
+/// Returns true if a body is empty.
 fn says_nothing(it: &StateBody) -> bool {
     only_stack(it) && it.stack.is_none()
 }
 
-/// True where a body names a stack at most.
+/// Returns true if a body contains at most a stack.
 fn only_stack(it: &StateBody) -> bool {
     no_comments(&it.stack_comments)
         && empty(&it.settings)
@@ -111,7 +111,7 @@ fn body(it: &StateBody, behind: &Option<String>, indent: usize, lines: &mut Line
     lines.out.push_str("}\n");
 }
 
-/// A state that names a stack at most, as one line.
+/// Formats a state with at most a stack on one line.
 fn one_line(it: &State, indent: usize) -> Option<String> {
     if !only_stack(&it.body) {
         return None;
@@ -139,10 +139,10 @@ fn state(it: &State, indent: usize, lines: &mut Lines) {
     body(&it.body, &it.comments.behind, indent, lines);
 }
 
-/// `when norm(right_ft.force) < 3 N for 3 s -> grasp blend 1 s`
+/// Prints `when norm(right_ft.force) < 3 N for 3 s -> grasp blend 1 s`.
 fn transition(it: &Transition, indent: usize, lines: &mut Lines) {
     lines.before(&it.comments.before, indent);
-    // Comments on the settings of a transition exist in YAML only; here they stand before the transition.
+    // Comments on the settings of a transition exist in YAML only; here they precede the transition.
     for entry in &it.settings.entries {
         lines.before(&entry.comments.before, indent);
         lines.before(entry.comments.behind.as_slice(), indent);
@@ -156,7 +156,7 @@ fn transition(it: &Transition, indent: usize, lines: &mut Lines) {
     lines.end(&it.comments.behind);
 }
 
-/// `scenario "bunch hidden by leaves" { .. }`
+/// Prints `scenario "bunch hidden by leaves" { .. }`.
 pub(super) fn scenario(it: &Scenario, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     let name = if is_name(&it.name) { it.name.value.clone() } else { expr::quoted(&it.name) };
     lines.out.push_str(&format!("scenario {name} "));

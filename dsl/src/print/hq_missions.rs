@@ -1,20 +1,20 @@
-//! The printer of `*.hq` texts: missions and their members.
+//! Printer of `*.hq` texts: missions and their members.
 
 use super::Lines;
 use super::hq::{block, empty, entries};
 use super::hq_reuse as reuse;
 use crate::tree::{Block, Mission, MissionMember, MissionRepeat};
 
-/// What stands between braces.
+/// Settings, members and repetitions in braces.
 type Body<'t> = (&'t Block, &'t [MissionMember], &'t [MissionRepeat]);
 
-/// `mission vineyard : schedule { .. }`
+/// Prints `mission vineyard : schedule { .. }`.
 pub(super) fn mission(it: &Mission, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     lines.out.push_str(&format!("mission {} : {} ", it.name.value, it.kind.value));
     body((&it.settings, &it.members, &it.repeats), behind, indent, true, lines);
 }
 
-/// A body that ends its line; one of settings alone stands on one line where it fits and is not `tall`.
+/// Prints a body that ends its line; one with settings only is on one line if it fits and is not `tall`.
 fn body((settings, members, repeats): Body<'_>, behind: &Option<String>, indent: usize, tall: bool, lines: &mut Lines) {
     if members.is_empty() && repeats.is_empty() {
         return block(settings, behind, indent, tall && settings.entries.len() > 2, lines);
@@ -29,8 +29,8 @@ fn body((settings, members, repeats): Body<'_>, behind: &Option<String>, indent:
     lines.out.push_str("}\n");
 }
 
-/// Members and repetitions, behind what was written from byte `start` on: those of one role that take one line stand
-/// together, the others apart.
+/// Prints members and repetitions after the text from byte `start` on: members of one role that take one line are kept
+/// together, the others are separated by empty lines.
 fn parts(members: &[MissionMember], repeats: &[MissionRepeat], indent: usize, start: usize, lines: &mut Lines) {
     let mut last = None;
     for it in members {
@@ -47,19 +47,19 @@ fn parts(members: &[MissionMember], repeats: &[MissionRepeat], indent: usize, st
     }
 }
 
-/// True where what was written from byte `at` on is one line.
+/// Returns true if the text from byte `at` on is a single line.
 fn is_short(lines: &Lines, at: usize) -> bool {
     lines.out[at..].bytes().filter(|&b| b == b'\n').count() < 2
 }
 
-/// An empty line before what was written from byte `at` on, where something stands before it that it is not `joined` to.
+/// Inserts an empty line before the text from byte `at` on, if other text precedes it to which it is not `joined`.
 fn apart(at: usize, start: usize, joined: bool, lines: &mut Lines) {
     if at > start && !joined {
         lines.out.insert(at, '\n');
     }
 }
 
-/// `robot m1 { .. }`, `task left_foot = pick_and_place { .. }`
+/// Prints `robot m1 { .. }`, `task left_foot = pick_and_place { .. }`.
 fn member(it: &MissionMember, indent: usize, lines: &mut Lines) {
     lines.before(&it.comments.before, indent);
     lines.indent(indent);
@@ -74,7 +74,7 @@ fn member(it: &MissionMember, indent: usize, lines: &mut Lines) {
     body((&it.settings, &it.members, &it.repeats), &it.comments.behind, indent, false, lines);
 }
 
-/// `for i in 1..4 { .. }`
+/// Prints `for i in 1..4 { .. }`.
 fn repeat(it: &MissionRepeat, indent: usize, lines: &mut Lines) {
     lines.before(&it.comments.before, indent);
     lines.indent(indent);

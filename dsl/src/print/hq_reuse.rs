@@ -1,4 +1,5 @@
-//! The printer of `*.hq` texts: imports, parameters and arguments, heads of repetitions. YAML writes some of them alike.
+//! Printer of `*.hq` texts: imports, parameters and arguments, heads of repetitions. The YAML printer shares some of
+//! it.
 
 use super::{Lines, OneLine, WIDTH, expr, no_comments};
 use crate::tree::{Call, Entry, Import, ImportName, Parameter, Value, Values};
@@ -35,7 +36,7 @@ fn one_line_import(it: &Import, line: &mut OneLine) -> Option<()> {
     line.push(&if names.is_empty() { "{}".to_owned() } else { format!("{{ {} }}", names.join(", ")) })
 }
 
-/// `deck`, `deck as table`.
+/// Formats `deck` or `deck as table`.
 pub(super) fn import_name(it: &ImportName) -> String {
     match &it.alias {
         Some(alias) => format!("{} as {}", it.name.value, alias.value),
@@ -43,7 +44,7 @@ pub(super) fn import_name(it: &ImportName) -> String {
     }
 }
 
-/// `(side: arm, gain: rate = 5 /s)`; nothing where there are none.
+/// Formats `(side: arm, gain: rate = 5 /s)`; empty if there are no parameters.
 pub(super) fn parameters(all: &[Parameter]) -> String {
     if all.is_empty() {
         return String::new();
@@ -55,31 +56,31 @@ pub(super) fn parameters(all: &[Parameter]) -> String {
     format!("({})", all.iter().map(one).collect::<Vec<_>>().join(", "))
 }
 
-/// `(left, gain: 5 /s)`
+/// Formats `(left, gain: 5 /s)`.
 pub(super) fn arguments(args: &[Value], named: &[Entry]) -> String {
     let by_place = args.iter().map(expr::text);
     let by_name = named.iter().map(|e| format!("{}: {}", e.key.value, expr::text(&e.value)));
     format!("({})", by_place.chain(by_name).collect::<Vec<_>>().join(", "))
 }
 
-/// ` from guarded(left)`
+/// Formats ` from guarded(left)`.
 pub(super) fn from(it: &Call) -> String {
     format!(" from {}", call(it))
 }
 
-/// `guarded(left)`
+/// Formats `guarded(left)`.
 pub(super) fn call(it: &Call) -> String {
     let quiet = it.args.is_empty() && it.named.is_empty();
     let arguments = if quiet { String::new() } else { arguments(&it.args, &it.named) };
     format!("{}{arguments}", it.name.value)
 }
 
-/// `for side in [left, right]`
+/// Formats `for side in [left, right]`.
 pub(super) fn repeat_head(variable: &str, over: &Values) -> String {
     format!("for {variable} in {}", values(over))
 }
 
-/// `[left, right]`, `1..4`
+/// Formats `[left, right]` or `1..4`.
 pub(super) fn values(it: &Values) -> String {
     match it {
         Values::List(list) => expr::text(list),

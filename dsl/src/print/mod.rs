@@ -1,5 +1,5 @@
-//! Printers of both spellings: a tree that was read from what they write compares equal, and printing it again
-//! gives the same text.
+//! Printers of both spellings: parsing their output produces an equal tree, and printing that again produces the same
+//! text.
 
 mod expr;
 mod formulas;
@@ -22,17 +22,17 @@ pub(crate) use yaml::print as yaml;
 use crate::tree::Comments;
 use crate::words::has_block;
 
-/// Columns that a line with several parts may have.
+/// Maximum width of a line with several parts, in columns.
 const WIDTH: usize = 120;
 
-/// Lines under construction.
+/// Output text under construction.
 struct Lines {
     out: String,
     marker: char,
 }
 
 impl Lines {
-    /// `marker` begins a comment; `/` stands for `//`.
+    /// Creates an empty text. `marker` begins a comment; `/` stands for `//`.
     fn new(marker: char) -> Self {
         Lines { out: String::new(), marker }
     }
@@ -53,7 +53,7 @@ impl Lines {
         self.out.push_str(text);
     }
 
-    /// Whole-line comments.
+    /// Prints whole-line comments.
     fn before(&mut self, lines: &[String], columns: usize) {
         for line in lines {
             if !line.is_empty() {
@@ -64,7 +64,7 @@ impl Lines {
         }
     }
 
-    /// Ends the line, with the comment behind it if there is one.
+    /// Ends the line, with the comment after it if there is one.
     fn end(&mut self, behind: &Option<String>) {
         if let Some(text) = behind {
             self.out.push_str("  ");
@@ -73,14 +73,14 @@ impl Lines {
         self.out.push('\n');
     }
 
-    /// The column at which the next character will stand.
+    /// Returns the column of the next character.
     fn column(&self) -> usize {
         let line = self.out.rfind('\n').map_or(0, |n| n + 1);
         self.out[line..].chars().count()
     }
 }
 
-/// One line of text that gives up when it grows beyond the width.
+/// A line of text with a maximum width; pushing fails beyond it.
 struct OneLine {
     text: String,
     limit: usize,

@@ -1,4 +1,4 @@
-//! The printer of YAML texts: declarations grouped by kind, short mappings and sequences on one line.
+//! Printer of YAML texts: declarations grouped by kind, short mappings and sequences on one line.
 
 use super::hq::takes_arguments;
 use super::yaml_levels as levels;
@@ -9,7 +9,7 @@ use super::{Lines, OneLine, WIDTH, expr, no_comments};
 use crate::tree::{Block, Entry, Item, ItemKind, Spec, TaskDefinition, Value, ValueKind};
 use crate::words::{is_glob, is_quoted_key, is_text_key};
 
-/// Writes a tree.
+/// Prints a tree.
 pub(crate) fn print(spec: &Spec) -> String {
     let mut lines = Lines::new('#');
     lines.before(&spec.opening_comments.before, 0);
@@ -31,10 +31,10 @@ fn blank(lines: &mut Lines) {
     }
 }
 
-/// Whether a declaration belongs to a section.
+/// Returns true if a declaration belongs to a section.
 type OfKind = fn(&ItemKind) -> bool;
 
-/// Declarations grouped by kind, each group below its title; an empty line between groups at the top.
+/// Prints declarations grouped by kind, each group below its title, with empty lines between top-level groups.
 pub(super) fn sections(items: &[Item], indent: usize, lines: &mut Lines) {
     let kinds: [(&str, OfKind); 14] = [
         ("import", |kind| matches!(kind, ItemKind::Import(_))),
@@ -124,14 +124,14 @@ fn declaration(item: &Item, indent: usize, lines: &mut Lines) {
     }
 }
 
-/// A key: names need no quotes, except those that YAML reads as something else; patterns have them.
+/// Formats a key. Names need no quotes, except those that YAML interprets otherwise; patterns are quoted.
 pub(super) fn key(name: &str) -> String {
     let lower = name.to_ascii_lowercase();
     let other = matches!(lower.as_str(), "null" | "true" | "false" | "yes" | "no" | "on" | "off" | "y" | "n");
     if other || is_quoted_key(name) || name.contains('$') { format!("\"{name}\"") } else { name.to_owned() }
 }
 
-/// A value behind `key:` that ends its line.
+/// Prints a value that follows `key:` and ends its line.
 pub(super) fn value(it: &Value, behind: &Option<String>, indent: usize, text_key: bool, lines: &mut Lines) {
     if let ValueKind::Block(body) = &it.kind {
         return block(body, behind, indent, lines);
@@ -144,7 +144,7 @@ pub(super) fn value(it: &Value, behind: &Option<String>, indent: usize, text_key
                 lines.indent(indent + 2);
                 lines.out.push('-');
                 match &item.kind {
-                    // A mapping or sequence inside a sequence stands on its own lines below the dash.
+                    // A mapping or sequence inside a sequence is on its own lines below the dash.
                     ValueKind::Block(body) => listed(body, indent + 2, lines),
                     ValueKind::List(_) => value(item, &None, indent + 2, text_key, lines),
                     _ => {
@@ -162,7 +162,7 @@ pub(super) fn value(it: &Value, behind: &Option<String>, indent: usize, text_key
     lines.end(behind);
 }
 
-/// A block behind a dash; the comment behind it stands at its end where it takes several lines.
+/// Prints a block after a dash. The comment after it is printed at its end if it takes several lines.
 fn listed(body: &Block, indent: usize, lines: &mut Lines) {
     let mut body = body.clone();
     let behind = body.closing_comments.behind.take();
@@ -174,7 +174,7 @@ fn listed(body: &Block, indent: usize, lines: &mut Lines) {
     block(&body, &None, indent, lines);
 }
 
-/// A block behind `key:`.
+/// Prints a block after `key:`.
 pub(super) fn block(body: &Block, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     let mut line = OneLine::new(WIDTH.saturating_sub(lines.column() + 1));
     if one_line_block(body, &mut line).is_some() {
@@ -182,7 +182,7 @@ pub(super) fn block(body: &Block, behind: &Option<String>, indent: usize, lines:
         return lines.end(behind);
     }
     if body.entries.is_empty() {
-        // Only a flow mapping can be empty and hold comments.
+        // Only a flow mapping can be empty and contain comments.
         lines.out.push_str(" {");
         lines.end(behind);
         lines.before(&body.closing_comments.before, indent + 2);
@@ -243,7 +243,7 @@ pub(super) fn one_line_block(body: &Block, line: &mut OneLine) -> Option<()> {
     line.push(" }")
 }
 
-/// A value without structure as a YAML scalar.
+/// Formats a value without structure as a YAML scalar.
 fn scalar(it: &Value, text_key: bool, flow: bool) -> String {
     match &it.kind {
         ValueKind::Missing => "null".to_owned(),
@@ -254,7 +254,7 @@ fn scalar(it: &Value, text_key: bool, flow: bool) -> String {
     }
 }
 
-/// The text itself, for keys whose value is text.
+/// Formats a text itself, for keys whose value is text.
 pub(super) fn yaml_text(text: &str) -> String {
     let tame = |c: char| c.is_ascii_alphanumeric() || "_./- ".contains(c);
     let plain = text.chars().all(tame)
@@ -298,7 +298,7 @@ pub(super) fn double_quoted(text: &str) -> String {
     out
 }
 
-/// `kind` or `kind(args)` as a YAML scalar.
+/// Formats `kind` or `kind(args)` as a YAML scalar.
 pub(super) fn head(it: &TaskDefinition, flow: bool) -> String {
     if !takes_arguments(it) {
         return key(&it.kind);
@@ -306,7 +306,7 @@ pub(super) fn head(it: &TaskDefinition, flow: bool) -> String {
     plain_or_quoted(&super::hq::head(it, false), flow)
 }
 
-/// A definition as a key: quoted where it has arguments.
+/// Formats a definition as a key, quoted if it has arguments.
 pub(super) fn head_key(it: &TaskDefinition) -> String {
     let text = head(it, true);
     if !takes_arguments(it) || text.starts_with('"') { text } else { double_quoted(&text) }
@@ -328,7 +328,7 @@ fn definition(it: &TaskDefinition, behind: &Option<String>, indent: usize, lines
     block(&it.body, &None, indent + 2, lines);
 }
 
-/// `{ kind: { .. } }`
+/// Formats `{ kind: { .. } }`.
 pub(super) fn one_line_definition(it: &TaskDefinition, line: &mut OneLine) -> Option<()> {
     line.push("{ ")?;
     line.push(&head_key(it))?;

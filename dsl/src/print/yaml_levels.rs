@@ -1,4 +1,4 @@
-//! The printer of YAML texts: stacks, levels, members.
+//! Printer of YAML texts: stacks, levels, members.
 
 use super::hq::{empty, takes_arguments};
 use super::yaml::{block, entries, head, head_key, key, one_line, one_line_definition, value};
@@ -39,7 +39,7 @@ pub(super) fn stack(it: &Stack, behind: &Option<String>, indent: usize, lines: &
     lines.before(&it.settings.closing_comments.before, inner);
 }
 
-/// A level; `word` is the key of its name.
+/// Prints a level; `word` is the key of its name.
 fn level(it: &Level, (word, beside): (&str, Option<&Beside>), indent: usize, lines: &mut Lines) {
     let inner = indent + 2;
     lines.before(&it.comments.before, indent);
@@ -60,7 +60,7 @@ fn level(it: &Level, (word, beside): (&str, Option<&Beside>), indent: usize, lin
     lines.before(&it.settings.closing_comments.before, inner);
 }
 
-/// `tasks: [..]`, the sequence on lines of its own where it is long.
+/// Prints `tasks: [..]`, with one member per line if it is long.
 pub(super) fn members(all: &[Member], behind: &Option<String>, indent: usize, lines: &mut Lines) {
     lines.indent(indent);
     lines.out.push_str("tasks:");
@@ -103,7 +103,7 @@ fn one_line_member(member: &Member, line: &mut OneLine) -> Option<()> {
     one_line_task(&member.task, line)
 }
 
-/// True where a member is written `{ task: .., weight: .. }`.
+/// Returns true if a member is written as `{ task: .., weight: .. }`.
 fn needs_wrapper(member: &Member) -> bool {
     let confusing = match &member.task {
         MemberTask::Inline(it) => matches!(it.kind.value.as_str(), "task" | "weight"),

@@ -1,4 +1,4 @@
-//! The printer of YAML texts: signals, machines and their states, scenarios.
+//! Printer of YAML texts: signals, machines and their states, scenarios.
 
 use super::hq::empty;
 use super::yaml::{block, double_quoted, entries, key, one_line, plain_or_quoted, yaml_text};
@@ -10,7 +10,7 @@ use crate::tree::{
 };
 use crate::words::is_name;
 
-/// `peduncle: point?`, `peduncle: { type: point?, timeout: 0.5 s }`
+/// Prints `peduncle: point?` or `peduncle: { type: point?, timeout: 0.5 s }`.
 pub(super) fn signal(it: &Signal, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     lines.out.push_str(&format!("{}:", key(&it.name)));
     let ty = format!("{}{}", it.ty.value, if it.optional.is_some() { "?" } else { "" });
@@ -26,7 +26,7 @@ pub(super) fn signal(it: &Signal, behind: &Option<String>, indent: usize, lines:
     block(&Block { entries, ..it.settings.clone() }, behind, indent, lines);
 }
 
-/// `goal: point?`, `attempts: { type: number, value: 0 }`
+/// Prints `goal: point?` or `attempts: { type: number, value: 0 }`.
 pub(super) fn variable(it: &Variable, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     let held = it.value.iter().map(|value| Entry {
         key: Spanned::new("value".to_owned(), value.span),
@@ -38,13 +38,13 @@ pub(super) fn variable(it: &Variable, behind: &Option<String>, indent: usize, li
     signal(&Signal { name, ty, optional, settings }, behind, indent, lines);
 }
 
-/// `harvest:` and its parts below it.
+/// Prints `harvest:` with its parts below it.
 pub(super) fn machine(it: &Machine, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     lines.out.push_str(&format!("{}:", key(&it.name)));
     body(&it.body, false, behind, indent, lines);
 }
 
-/// What stands behind the name of a machine or state.
+/// Prints the text after the name of a machine or state.
 fn body(it: &StateBody, is_final: bool, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     let mut line = OneLine::new(WIDTH.saturating_sub(lines.column() + 1));
     if short(it, is_final, &mut line).is_some() {
@@ -59,7 +59,7 @@ fn body(it: &StateBody, is_final: bool, behind: &Option<String>, indent: usize, 
         && it.transitions.is_empty()
         && it.states.is_empty();
     if nothing {
-        // Only a flow mapping can be empty and hold comments.
+        // Only a flow mapping can be empty and contain comments.
         lines.out.push_str(" {");
         lines.end(behind);
         lines.before(&it.closing_comments.before, inner);
@@ -100,7 +100,7 @@ fn title(word: &str, left_out: bool, indent: usize, lines: &mut Lines) {
     }
 }
 
-/// `{ final: true, stack: rest }`, where nothing else is said.
+/// Prints `{ final: true, stack: rest }`; `None` if the body contains anything else.
 fn short(it: &StateBody, is_final: bool, line: &mut OneLine) -> Option<()> {
     let quiet = no_comments(&it.stack_comments)
         && empty(&it.settings)
@@ -130,7 +130,7 @@ fn state(it: &State, indent: usize, lines: &mut Lines) {
     body(&it.body, it.final_.is_some(), &it.comments.behind, indent, lines);
 }
 
-/// `enter: 'say "text"'`, or a sequence of several.
+/// Prints `enter: 'say "text"'`, or a sequence of several actions.
 fn actions(it: &StateBody, moment: Moment, indent: usize, lines: &mut Lines) {
     let all: Vec<_> = it.actions_at(moment).collect();
     match all.as_slice() {
@@ -154,12 +154,12 @@ fn actions(it: &StateBody, moment: Moment, indent: usize, lines: &mut Lines) {
     }
 }
 
-/// Words with texts in quotes among them: the quotes of YAML are then single ones.
+/// Formats words with texts in double quotes among them: the YAML quotes are then single ones.
 fn scalar(text: &str, flow: bool) -> String {
     if text.contains('"') { format!("'{}'", text.replace('\'', "''")) } else { plain_or_quoted(text, flow) }
 }
 
-/// `- { on: found, to: pre_grasp }`
+/// Prints `- { on: found, to: pre_grasp }`.
 fn transition(it: &Transition, indent: usize, lines: &mut Lines) {
     lines.before(&it.comments.before, indent);
     lines.indent(indent);
@@ -210,7 +210,7 @@ fn one_line_transition(parts: &[(String, String)], settings: &Block, line: &mut 
     line.push(" }")
 }
 
-/// A name with its parts below it, the expectations behind the rest.
+/// Prints a name with its parts below it, the expectations last.
 pub(super) fn scenario(it: &Scenario, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     let name = if is_name(&it.name) { key(&it.name) } else { yaml_text(&it.name) };
     lines.out.push_str(&format!("{name}:"));

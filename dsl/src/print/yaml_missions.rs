@@ -1,4 +1,4 @@
-//! The printer of YAML texts: missions and their members, below the plurals of their roles.
+//! Printer of YAML texts: missions and their members, below the plurals of their roles.
 
 use super::hq::empty;
 use super::yaml::{block, entries, key, one_line_block};
@@ -6,10 +6,10 @@ use super::{Lines, OneLine, WIDTH, yaml_reuse as reuse};
 use crate::tree::{Block, Mission, MissionMember, MissionRepeat};
 use crate::vocabulary::ROLES;
 
-/// What stands below a name.
+/// Settings, members and repetitions below a name.
 type Body<'t> = (&'t Block, &'t [MissionMember], &'t [MissionRepeat]);
 
-/// `vineyard:`, its kind below it, and its parts below that.
+/// Prints `vineyard:`, its kind below it, and its parts below the kind.
 pub(super) fn mission(it: &Mission, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     lines.out.push_str(&format!("{}:", key(&it.name)));
     lines.end(behind);
@@ -18,7 +18,7 @@ pub(super) fn mission(it: &Mission, behind: &Option<String>, indent: usize, line
     body((&it.settings, &it.members, &it.repeats), &None, indent + 2, lines);
 }
 
-/// What stands behind `name:`.
+/// Prints the text after `name:`.
 fn body((settings, members, repeats): Body<'_>, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     if members.is_empty() && repeats.is_empty() {
         return block(settings, behind, indent, lines);
@@ -29,7 +29,7 @@ fn body((settings, members, repeats): Body<'_>, behind: &Option<String>, indent:
     lines.before(&settings.closing_comments.before, indent + 2);
 }
 
-/// Members by role, then repetitions.
+/// Prints members by role, then repetitions.
 fn parts(members: &[MissionMember], repeats: &[MissionRepeat], indent: usize, lines: &mut Lines) {
     for role in ROLES {
         let mut title = Some(format!("{role}s:\n"));
@@ -50,7 +50,7 @@ fn parts(members: &[MissionMember], repeats: &[MissionRepeat], indent: usize, li
     }
 }
 
-/// `m1: { .. }`, `left_foot: { pick_and_place: { .. } }`
+/// Prints `m1: { .. }` or `left_foot: { pick_and_place: { .. } }`.
 fn member(it: &MissionMember, indent: usize, lines: &mut Lines) {
     lines.before(&it.comments.before, indent);
     lines.indent(indent);
@@ -73,14 +73,14 @@ fn member(it: &MissionMember, indent: usize, lines: &mut Lines) {
     body(all, &None, indent + 2, lines);
 }
 
-/// `{ pick_and_place: { .. } }`
+/// Formats `{ pick_and_place: { .. } }`.
 fn one_line(action: &str, settings: &Block, line: &mut OneLine) -> Option<()> {
     line.push(&format!("{{ {}: ", key(action)))?;
     one_line_block(settings, line)?;
     line.push(" }")
 }
 
-/// `- name: i`, `in: 1..4`, and the members below.
+/// Prints `- name: i`, `in: 1..4`, and the members below.
 fn repeat(it: &MissionRepeat, indent: usize, lines: &mut Lines) {
     lines.before(&it.comments.before, indent);
     lines.indent(indent);

@@ -1,4 +1,4 @@
-//! The printer of YAML texts: imports, parameters, ranges, repetitions.
+//! Printer of YAML texts: imports, parameters, ranges, repetitions.
 
 use super::hq_reuse;
 use super::yaml::{block, double_quoted, key, one_line, plain_or_quoted, sections, value, yaml_text};
@@ -9,7 +9,7 @@ use crate::tree::{
     Block, Call, Comments, Entry, Import, Param, Parameter, RepeatItems, RepeatMembers, Value, ValueKind, Values,
 };
 
-/// `path: [deck, canopies as robot]`
+/// Prints `path: [deck, canopies as robot]`.
 pub(super) fn import(it: &Import, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     lines.out.push_str(&format!("{}:", yaml_text(&it.path)));
     let names: Vec<String> = it.names.iter().map(|n| plain(&hq_reuse::import_name(n))).collect();
@@ -20,7 +20,7 @@ pub(super) fn import(it: &Import, behind: &Option<String>, indent: usize, lines:
         return lines.end(behind);
     }
     if it.names.is_empty() {
-        // Only a flow sequence can be empty and hold comments.
+        // Only a flow sequence can be empty and contain comments.
         lines.out.push_str(" [");
         lines.end(behind);
         lines.before(&it.closing_comments.before, indent + 2);
@@ -38,12 +38,12 @@ pub(super) fn import(it: &Import, behind: &Option<String>, indent: usize, lines:
     lines.before(&it.closing_comments.before, indent + 2);
 }
 
-/// A name, or words that contain one.
+/// Formats a name, or words that contain one.
 fn plain(text: &str) -> String {
     if text.contains(' ') { plain_or_quoted(text, true) } else { key(text) }
 }
 
-/// `{ value: 0.15 m, min: 0.05 m, max: 0.3 m }`
+/// Prints `{ value: 0.15 m, min: 0.05 m, max: 0.3 m }`.
 pub(super) fn ranged(param: &Param, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     let span = param.value.span;
     let own = Entry {
@@ -55,14 +55,14 @@ pub(super) fn ranged(param: &Param, behind: &Option<String>, indent: usize, line
     block(&Block { entries, ..param.range.clone() }, behind, indent, lines);
 }
 
-/// A robot's body with the robot that it is made from.
+/// Returns a robot's body with the name of its base robot as `from`.
 pub(super) fn with_base(body: &Block, base: &Spanned<String>) -> Block {
     let value = Value { kind: ValueKind::Name(base.value.clone()), span: base.span };
     let own = Entry { key: Spanned::new("from".to_owned(), base.span), value, comments: Comments::default() };
     Block { entries: std::iter::once(own).chain(body.entries.iter().cloned()).collect(), ..body.clone() }
 }
 
-/// A name with its parameters as a key: `"reach(side: arm)"`.
+/// Formats a name with its parameters as a key: `"reach(side: arm)"`.
 pub(super) fn head_key(name: &str, parameters: &[Parameter]) -> String {
     if parameters.is_empty() {
         return key(name);
@@ -70,7 +70,7 @@ pub(super) fn head_key(name: &str, parameters: &[Parameter]) -> String {
     double_quoted(&format!("{name}{}", hq_reuse::parameters(parameters)))
 }
 
-/// `guarded(left)`
+/// Formats `guarded(left)`.
 pub(super) fn call(it: &Call) -> String {
     if it.args.is_empty() && it.named.is_empty() {
         return key(&it.name);
@@ -78,7 +78,7 @@ pub(super) fn call(it: &Call) -> String {
     plain_or_quoted(&hq_reuse::call(it), false)
 }
 
-/// `[left, right]`, `1..4` as one line.
+/// Formats `[left, right]` or `1..4` on one line.
 fn values(it: &Values, line: &mut OneLine) -> Option<()> {
     match it {
         Values::List(list) => one_line(list, false, line),
@@ -86,7 +86,7 @@ fn values(it: &Values, line: &mut OneLine) -> Option<()> {
     }
 }
 
-/// `- name: side`, `in: [left, right]`, and the sections below.
+/// Prints `- name: side`, `in: [left, right]`, and the sections below.
 pub(super) fn repeat(it: &RepeatItems, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     lines.out.push_str(&format!("- name: {}", key(&it.variable)));
     lines.end(behind);
@@ -95,7 +95,7 @@ pub(super) fn repeat(it: &RepeatItems, behind: &Option<String>, indent: usize, l
     lines.before(&it.closing_comments.before, indent + 2);
 }
 
-/// `in: [left, right]`
+/// Prints `in: [left, right]`.
 pub(super) fn over(it: &Values, indent: usize, lines: &mut Lines) {
     lines.indent(indent);
     lines.out.push_str("in:");
@@ -108,7 +108,7 @@ pub(super) fn over(it: &Values, indent: usize, lines: &mut Lines) {
     }
 }
 
-/// `{ for: { name: side, in: [left, right], tasks: [..] } }`
+/// Formats `{ for: { name: side, in: [left, right], tasks: [..] } }`.
 pub(super) fn one_line_repeat(it: &RepeatMembers, line: &mut OneLine) -> Option<()> {
     if !no_comments(&it.closing_comments) {
         return None;
@@ -120,7 +120,7 @@ pub(super) fn one_line_repeat(it: &RepeatMembers, line: &mut OneLine) -> Option<
     line.push(" } }")
 }
 
-/// The same on several lines, behind the dash.
+/// Prints a repetition of members on several lines, after the dash.
 pub(super) fn member_repeat(it: &RepeatMembers, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     lines.out.push_str(" for:");
     lines.end(behind);

@@ -1,11 +1,11 @@
-//! Comments as the tree keeps them.
+//! Comments in the tree.
 
 /// Comments that belong to a node. They never take part in equality.
 #[derive(Clone, Debug, Default)]
 pub struct Comments {
     /// Whole lines before the node, without their marker; an empty string is a blank line between comments.
     pub before: Vec<String>,
-    /// Behind the node on the same line, without its marker.
+    /// Comment after the node on the same line, without its marker.
     pub behind: Option<String>,
 }
 

@@ -1,4 +1,4 @@
-//! Signals, humans and machines: what a robot is told while it runs, and the states between which it goes.
+//! Signals, humans and machines: the inputs of a robot while it runs, and the states that it switches between.
 
 use super::{Block, Call, Comments, Entry, Value};
 use crate::span::{Span, Spanned};
@@ -8,9 +8,9 @@ use crate::span::{Span, Spanned};
 pub struct Signal {
     /// Its name.
     pub name: Spanned<String>,
-    /// What it carries: `point`, `event`; empty where no type could be read.
+    /// Type of its value: `point`, `event`; empty if no type could be read.
     pub ty: Spanned<String>,
-    /// Where the `?` stands behind the type, if it does: the signal may be absent.
+    /// Location of the `?` after the type, if there is one: the signal may be absent.
     pub optional: Option<Span>,
     /// `timeout 0.5 s`
     pub settings: Block,
@@ -30,29 +30,29 @@ impl PartialEq for Signal {
 pub struct Human {
     /// Its name.
     pub name: Spanned<String>,
-    /// What is said of it.
+    /// Its settings.
     pub body: Block,
 }
 
-/// `safety_field nearness { of operator  points mean }`: how far the robot is from people, as one number.
+/// `safety_field nearness { of operator  points mean }`: a single number for the distance of the robot from people.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SafetyField {
     /// Its name.
     pub name: Spanned<String>,
-    /// What is said of it.
+    /// Its settings.
     pub body: Block,
 }
 
-/// `variable attempts : number = 0`: what the machine keeps and sets itself.
+/// `variable attempts : number = 0`: a value that the machine stores and sets itself.
 #[derive(Clone, Debug)]
 pub struct Variable {
     /// Its name.
     pub name: Spanned<String>,
-    /// What it holds: `number`, `point`; empty where no type could be read.
+    /// Type of its value: `number`, `point`; empty if no type could be read.
     pub ty: Spanned<String>,
-    /// Where the `?` stands behind the type, if it does: the variable may be absent.
+    /// Location of the `?` after the type, if there is one: the variable may be absent.
     pub optional: Option<Span>,
-    /// What it holds at the start.
+    /// Initial value.
     pub value: Option<Value>,
 }
 
@@ -70,7 +70,7 @@ impl PartialEq for Variable {
 pub struct Machine {
     /// Its name.
     pub name: Spanned<String>,
-    /// Its settings and states, and the transitions that hold in all of them.
+    /// Its settings and states, and the transitions that apply in all of them.
     pub body: StateBody,
 }
 
@@ -79,13 +79,13 @@ pub struct Machine {
 pub struct State {
     /// Its name.
     pub name: Spanned<String>,
-    /// Where `final` was written, if it was. (`final: false` in YAML is `None`.)
+    /// Location of `final`, if it was written. (`final: false` in YAML is `None`.)
     pub final_: Option<Span>,
-    /// What holds in it; empty where no braces were written.
+    /// Its content; empty if no braces were written.
     pub body: StateBody,
     /// The whole state.
     pub span: Span,
-    /// Comments before it, and behind its first line.
+    /// Comments before it and at the end of its first line.
     pub comments: Comments,
 }
 
@@ -95,21 +95,21 @@ impl PartialEq for State {
     }
 }
 
-/// What stands in the braces of a machine or a state. Within a group the order says something, between the groups it
-/// does not; the actions of each moment are a group of their own.
+/// Content of the braces of a machine or a state. The order within a group is significant, the order of the groups is
+/// not; the actions of each moment are a group of their own.
 #[derive(Clone, Debug, Default)]
 pub struct StateBody {
-    /// The stack that runs: `stack reach_to(goal: peduncle)`.
+    /// The stack that is active: `stack reach_to(goal: peduncle)`.
     pub stack: Option<Call>,
-    /// Comments before and behind the stack.
+    /// Comments before and after the stack.
     pub stack_comments: Comments,
     /// `initial look`, `blend 0.5 s`
     pub settings: Block,
-    /// What is done on entering, while here, on leaving.
+    /// Actions on entering, while in the state, and on leaving.
     pub actions: Vec<Action>,
-    /// Ways out, the first that holds is taken.
+    /// Transitions out of the state; the first enabled one is taken.
     pub transitions: Vec<Transition>,
-    /// States inside.
+    /// Nested states.
     pub states: Vec<State>,
     /// Comments before the closing brace.
     pub closing_comments: Comments,
@@ -127,13 +127,13 @@ impl PartialEq for StateBody {
 }
 
 impl StateBody {
-    /// The actions of a moment in their order.
+    /// Returns the actions of a moment in their order.
     pub fn actions_at(&self, moment: Moment) -> impl Iterator<Item = &Action> {
         self.actions.iter().filter(move |action| action.moment.value == moment)
     }
 }
 
-/// When an action is done.
+/// Moment of an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Moment {
     /// Once, on entering the state.
@@ -145,10 +145,10 @@ pub enum Moment {
 }
 
 impl Moment {
-    /// The moments in the order in which they come.
+    /// The moments in temporal order.
     pub const ALL: [Moment; 3] = [Moment::Enter, Moment::Do, Moment::Exit];
 
-    /// The word that is written.
+    /// Returns the keyword of the moment.
     pub fn word(self) -> &'static str {
         match self {
             Moment::Enter => "enter",
@@ -161,19 +161,19 @@ impl Moment {
 /// `enter say "text"`, `do capture(head_camera)`, `exit gripper close right`
 #[derive(Clone, Debug)]
 pub struct Action {
-    /// When it is done.
+    /// Moment of the action.
     pub moment: Spanned<Moment>,
-    /// What is done; empty where nothing could be read.
+    /// Verb of the action; empty if nothing could be read.
     pub verb: Spanned<String>,
     /// Arguments by position.
     pub args: Vec<Value>,
-    /// Arguments by name, behind those by position.
+    /// Arguments by name, after those by position.
     pub named: Vec<Entry>,
-    /// Written without parentheses, `gripper close`: a matter of spelling only.
+    /// True if written without parentheses, `gripper close`; the two are equivalent.
     pub bare: bool,
     /// The whole action.
     pub span: Span,
-    /// Comments before it and behind it.
+    /// Comments before and after it.
     pub comments: Comments,
 }
 
@@ -186,15 +186,15 @@ impl PartialEq for Action {
 /// `when norm(right_ft.force) < 3 N for 3 s -> grasp blend 1 s`
 #[derive(Clone, Debug)]
 pub struct Transition {
-    /// What it waits for.
+    /// The trigger.
     pub trigger: Trigger,
-    /// The next state, as a path through the states that hold it, `outer.inner`; empty where none could be read.
+    /// Target state, as a path through the enclosing states, `outer.inner`; empty if none could be read.
     pub target: Spanned<String>,
     /// `blend 1 s`
     pub settings: Block,
     /// The whole transition.
     pub span: Span,
-    /// Comments before it and behind it.
+    /// Comments before and after it.
     pub comments: Comments,
 }
 
@@ -204,20 +204,20 @@ impl PartialEq for Transition {
     }
 }
 
-/// What a transition waits for.
+/// Trigger of a transition.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Trigger {
-    /// `on found`, `on reached(reach, 5 mm)`: something that happens.
+    /// `on found`, `on reached(reach, 5 mm)`: an event.
     On(Value),
-    /// `when x < 3 N for 3 s`: something that holds.
+    /// `when x < 3 N for 3 s`: a condition.
     When {
-        /// What must hold.
+        /// The condition.
         condition: Value,
-        /// How long it must hold; at once where no time is said.
+        /// Duration for which it must be true; the transition is taken at once if there is none.
         hold: Option<Value>,
     },
     /// `after 10 s`: time in the state.
     After(Value),
-    /// Nothing readable stands here; a diagnostic has said so.
+    /// No readable trigger; a diagnostic has reported it.
     Missing,
 }

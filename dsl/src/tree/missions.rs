@@ -1,5 +1,5 @@
-//! Missions: what a team of robots and people has to do, as it was written. Which kinds, roles and settings there are is
-//! the compiler's knowledge; here every kind has the same form.
+//! Missions as written: the work of a team of robots and people. The tree gives every kind the same form; the compiler
+//! knows which kinds, roles and settings exist.
 
 use super::{Block, Comments, Values};
 use crate::span::{Span, Spanned};
@@ -9,34 +9,34 @@ use crate::span::{Span, Spanned};
 pub struct Mission {
     /// Its name.
     pub name: Spanned<String>,
-    /// What is planned: `schedule`, `layers`; empty where no kind could be read.
+    /// Kind of planning problem: `schedule`, `layers`; empty if no kind could be read.
     pub kind: Spanned<String>,
     /// Its settings.
     pub settings: Block,
-    /// Who and what takes part, in the order written; those of one role have different names.
+    /// Participants and other members in the order written; those of one role have different names.
     pub members: Vec<MissionMember>,
-    /// Members that are repeated; they stand behind the others.
+    /// Repeated members; they follow the others.
     pub repeats: Vec<MissionRepeat>,
 }
 
 /// `robot m1 { .. }`, `task left_foot = pick_and_place { .. }`, `layer base { task .. }`
 #[derive(Clone, Debug)]
 pub struct MissionMember {
-    /// What it is in the mission: one of [`crate::vocabulary::ROLES`].
+    /// Role in the mission: one of [`crate::vocabulary::ROLES`].
     pub role: Spanned<String>,
     /// Its name.
     pub name: Spanned<String>,
-    /// What is done, behind the `=` of a task; a task without one was reported, and nothing else has one.
+    /// Action after the `=` of a task. A task without one was reported; other members have none.
     pub action: Option<Spanned<String>>,
     /// Its settings.
     pub settings: Block,
-    /// What stands in it: the tasks of a layer.
+    /// Nested members: the tasks of a layer.
     pub members: Vec<MissionMember>,
-    /// What stands in it and is repeated.
+    /// Repeated nested members.
     pub repeats: Vec<MissionRepeat>,
     /// The whole member.
     pub span: Span,
-    /// Comments before it and behind its first line.
+    /// Comments before it and at the end of its first line.
     pub comments: Comments,
 }
 
@@ -54,11 +54,11 @@ impl PartialEq for MissionMember {
 /// `for i in 1..4 { human h${i} { .. } }`
 #[derive(Clone, Debug)]
 pub struct MissionRepeat {
-    /// The name that takes each value in turn.
+    /// Variable that takes each value in turn.
     pub variable: Spanned<String>,
     /// The values.
     pub values: Values,
-    /// What is repeated.
+    /// Repeated members.
     pub members: Vec<MissionMember>,
     /// Repetitions inside it.
     pub repeats: Vec<MissionRepeat>,
@@ -66,7 +66,7 @@ pub struct MissionRepeat {
     pub closing_comments: Comments,
     /// The whole repetition.
     pub span: Span,
-    /// Comments before it and behind its first line.
+    /// Comments before it and at the end of its first line.
     pub comments: Comments,
 }
 

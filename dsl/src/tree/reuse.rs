@@ -1,5 +1,5 @@
-//! What lets one spec use another, and one declaration many times: imports, named expressions, parameters of
-//! declarations, repetition, and stacks and robots that are made from others.
+//! Reuse of declarations: imports, named expressions, parameters of declarations, repetition, and stacks and robots
+//! that are derived from others.
 
 use super::{Comments, Entry, Item, Level, Member, Value};
 use crate::span::{Span, Spanned};
@@ -9,7 +9,7 @@ use crate::span::{Span, Spanned};
 pub struct Import {
     /// The file, as written: relative to the file that imports it.
     pub path: Spanned<String>,
-    /// What is imported, in the order written.
+    /// Imported names, in the order written.
     pub names: Vec<ImportName>,
     /// Comments before the closing brace.
     pub closing_comments: Comments,
@@ -24,11 +24,11 @@ impl PartialEq for Import {
 /// `deck`, or `deck as table`.
 #[derive(Clone, Debug)]
 pub struct ImportName {
-    /// The name that the imported file declares.
+    /// Name of the declaration in the imported file.
     pub name: Spanned<String>,
-    /// The name it has in this file, where that is another one.
+    /// Name in this file, if it differs.
     pub alias: Option<Spanned<String>>,
-    /// Comments before it and behind it.
+    /// Comments before and after it.
     pub comments: Comments,
 }
 
@@ -39,7 +39,7 @@ impl PartialEq for ImportName {
 }
 
 impl ImportName {
-    /// The name it has in the file that imports it.
+    /// Returns the name in the importing file.
     pub fn visible(&self) -> &Spanned<String> {
         self.alias.as_ref().unwrap_or(&self.name)
     }
@@ -50,7 +50,7 @@ impl ImportName {
 pub struct Let {
     /// Its name.
     pub name: Spanned<String>,
-    /// Its value; it may move.
+    /// Its value; it may vary in time.
     pub value: Value,
 }
 
@@ -59,9 +59,9 @@ pub struct Let {
 pub struct Parameter {
     /// Its name.
     pub name: Spanned<String>,
-    /// What may be given for it.
+    /// Type of its arguments.
     pub ty: Spanned<String>,
-    /// Its value where none is given.
+    /// Default value.
     pub default: Option<Value>,
     /// The whole parameter.
     pub span: Span,
@@ -73,16 +73,16 @@ impl PartialEq for Parameter {
     }
 }
 
-/// `guarded(left, gain: 2 /s)`: a declaration that is used, with arguments.
+/// `guarded(left, gain: 2 /s)`: a use of a declaration, with arguments.
 #[derive(Clone, Debug)]
 pub struct Call {
     /// The name of the declaration.
     pub name: Spanned<String>,
     /// Arguments by position.
     pub args: Vec<Value>,
-    /// Arguments by name, behind those by position.
+    /// Arguments by name, after those by position.
     pub named: Vec<Entry>,
-    /// All of it.
+    /// The whole call.
     pub span: Span,
 }
 
@@ -92,12 +92,12 @@ impl PartialEq for Call {
     }
 }
 
-/// What a stack changes in the one that it is made from.
+/// A change that a stack makes to its base stack.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change {
-    /// `replace motion { .. }`: another level of this name in the same place.
+    /// `replace motion { .. }`: replaces the level with this name, at the same position.
     Replace(Level),
-    /// `add extra { .. } before posture`: one more level; the last one where no place is said.
+    /// `add extra { .. } before posture`: adds a level; at the end if no position is given.
     Add(Level, Option<Beside>),
     /// `remove posture`
     Remove(Removal),
@@ -106,7 +106,7 @@ pub enum Change {
 /// `before posture`, `after limits`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Beside {
-    /// Before the level, or behind it.
+    /// True for a position before the level, false for one after it.
     pub before: bool,
     /// The level.
     pub level: Spanned<String>,
@@ -117,9 +117,9 @@ pub struct Beside {
 pub struct Removal {
     /// The level.
     pub level: Spanned<String>,
-    /// All of it.
+    /// The whole change.
     pub span: Span,
-    /// Comments before it and behind it.
+    /// Comments before and after it.
     pub comments: Comments,
 }
 
@@ -132,11 +132,11 @@ impl PartialEq for Removal {
 /// `for side in [left, right] { .. }`
 #[derive(Clone, Debug)]
 pub struct Repeat<T> {
-    /// The name that takes each value in turn; `${side}` in names and texts.
+    /// Variable that takes each value in turn; `${side}` in names and texts.
     pub variable: Spanned<String>,
     /// The values.
     pub values: Values,
-    /// What is repeated.
+    /// Repeated declarations or members.
     pub body: Vec<T>,
     /// Comments before the closing brace.
     pub closing_comments: Comments,
@@ -148,22 +148,22 @@ impl<T: PartialEq> PartialEq for Repeat<T> {
     }
 }
 
-/// Declarations that are repeated.
+/// Repeated declarations.
 pub type RepeatItems = Repeat<Item>;
-/// Members of a level that are repeated.
+/// Repeated members of a level.
 pub type RepeatMembers = Repeat<Member>;
 
-/// What a repetition runs over.
+/// Values of the variable of a repetition.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
     /// `[left, right]`
     List(Value),
-    /// `1..4`: whole numbers, both ends among them.
+    /// `1..4`: integers, including both ends.
     Range(Value, Value),
 }
 
 impl Values {
-    /// Where it was written.
+    /// Returns the location of the values.
     pub fn span(&self) -> Span {
         match self {
             Values::List(list) => list.span,

@@ -1,4 +1,4 @@
-//! Scenarios: what the world does in a run, and what is expected of it, in signal temporal logic.
+//! Scenarios: the events of the environment in a run, and the expected behaviour, in signal temporal logic.
 
 use super::{Block, Comments, Value, ValueKind};
 use crate::span::{Span, Spanned};
@@ -8,22 +8,22 @@ use crate::span::{Span, Spanned};
 pub struct Scenario {
     /// Its name: a word, or a text.
     pub name: Spanned<String>,
-    /// Settings and what the world does.
+    /// Settings and events of the environment.
     pub body: Block,
-    /// What must hold, in the order written.
+    /// Expectations, in the order written.
     pub expects: Vec<Expect>,
 }
 
 /// `expect "hands stay" always error(hands) < 0.5 mm`
 #[derive(Clone, Debug)]
 pub struct Expect {
-    /// What a report calls it.
+    /// Name in reports.
     pub label: Option<Spanned<String>>,
-    /// What must hold.
+    /// The expected property.
     pub formula: Formula,
     /// The whole expectation.
     pub span: Span,
-    /// Comments before it and behind it.
+    /// Comments before and after it.
     pub comments: Comments,
 }
 
@@ -36,9 +36,9 @@ impl PartialEq for Expect {
 /// A formula of signal temporal logic.
 #[derive(Clone, Debug)]
 pub struct Formula {
-    /// What it says.
+    /// Content.
     pub kind: FormulaKind,
-    /// Where it was written.
+    /// Location.
     pub span: Span,
 }
 
@@ -48,8 +48,8 @@ impl PartialEq for Formula {
     }
 }
 
-/// The kinds of formula, from the loosest to the tightest: `implies`, `until`, `or`, `and`, then `not` and the words of
-/// time. Both `implies` and `until` hold to the right. A word of time takes everything behind it up to `until` or
+/// The kinds of formula, in rising precedence: `implies`, `until`, `or`, `and`, then `not` and the temporal operators.
+/// Both `implies` and `until` are right-associative. The operand of a temporal operator extends up to `until` or
 /// `implies`: `always a and b` is `always (a and b)`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FormulaKind {
@@ -73,18 +73,18 @@ pub enum FormulaKind {
     Implies(Box<Formula>, Box<Formula>),
     /// A comparison or a truth value; never `and`, `or` or `not`, which are kinds of their own.
     Value(Value),
-    /// Nothing readable stands here; a diagnostic has said so.
+    /// No readable formula; a diagnostic has reported it.
     Missing,
 }
 
-/// The times, from now, for which a word of time holds: `within D`, `from A`, `from A to B`, `to B`.
+/// The time window of a temporal operator, relative to now: `within D`, `from A`, `from A to B`, `to B`.
 #[derive(Clone, Debug, Default)]
 pub struct Window {
-    /// The beginning; now where none is said.
+    /// Start of the window; now if there is none.
     pub from: Option<Value>,
-    /// The end; the end of the run where none is said.
+    /// End of the window; the end of the run if there is none.
     pub to: Option<Value>,
-    /// Where it was written; empty where it was not.
+    /// Location; empty if no window was written.
     pub span: Span,
 }
 
@@ -95,14 +95,15 @@ impl PartialEq for Window {
 }
 
 impl Window {
-    /// True where nothing is said: all times from now on.
+    /// Returns true if no window was written: all times from now on.
     pub fn is_open(&self) -> bool {
         self.from.is_none() && self.to.is_none()
     }
 }
 
 impl Formula {
-    /// A truth value as a formula: its `and`, `or`, `not`, and calls such as `always(f)`, become kinds of their own.
+    /// Converts a truth value to a formula: `and`, `or`, `not`, and calls such as `always(f)`, become kinds of their
+    /// own.
     pub fn of(value: Value) -> Formula {
         let span = value.span;
         let of = |value: Box<Value>| Box::new(Formula::of(*value));

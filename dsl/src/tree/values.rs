@@ -1,4 +1,4 @@
-//! Values: expressions as they were written, and the blocks of keys that hold them.
+//! Values: expressions as written, and the blocks of keys that contain them.
 
 use super::Comments;
 use crate::span::{Span, Spanned};
@@ -8,11 +8,11 @@ use crate::span::{Span, Spanned};
 pub struct Block {
     /// Entries in the order written. A key may occur twice here; the readers report it.
     pub entries: Vec<Entry>,
-    /// With the braces.
+    /// Span including the braces.
     pub span: Span,
-    /// Written as `tag { .. }` instead of `{ tag { .. } }`: a matter of spelling only.
+    /// True if written as `tag { .. }` instead of `{ tag { .. } }`; the two are equivalent.
     pub tagged: bool,
-    /// Comments before the closing brace, and behind the block where it is an item of a list.
+    /// Comments before the closing brace, and after the block if it is an item of a list.
     pub closing_comments: Comments,
 }
 
@@ -23,7 +23,7 @@ impl PartialEq for Block {
 }
 
 impl Block {
-    /// The value of the first entry with this key.
+    /// Returns the first entry with this key.
     pub fn get(&self, key: &str) -> Option<&Entry> {
         self.entries.iter().find(|e| e.key.value == key)
     }
@@ -34,9 +34,9 @@ impl Block {
 pub struct Entry {
     /// The key.
     pub key: Spanned<String>,
-    /// The value; [`ValueKind::Missing`] where none was written.
+    /// The value; [`ValueKind::Missing`] if none was written.
     pub value: Value,
-    /// Comments before the key, and behind the value on its line.
+    /// Comments before the key, and after the value on its line.
     pub comments: Comments,
 }
 
@@ -49,9 +49,9 @@ impl PartialEq for Entry {
 /// An expression or a structured value.
 #[derive(Clone, Debug)]
 pub struct Value {
-    /// What it is.
+    /// Content.
     pub kind: ValueKind,
-    /// Where it was written.
+    /// Location.
     pub span: Span,
 }
 
@@ -66,7 +66,7 @@ impl PartialEq for Value {
 pub enum ValueKind {
     /// `0.15`
     Number(Number),
-    /// A value with a unit behind it: `0.15 m`, `[1, 2] rad`, `(a + b) m/s`.
+    /// A value with a unit: `0.15 m`, `[1, 2] rad`, `(a + b) m/s`.
     Unit(Box<Value>, Unit),
     /// `"robots/canopies.urdf"`
     Text(String),
@@ -74,7 +74,7 @@ pub enum ValueKind {
     Name(String),
     /// `initial(x)`, `sin(x)`, `hold(left)`
     Call(Spanned<String>, Vec<Value>),
-    /// `speed: 0.2 m/s`, which stands among the arguments of a call alone.
+    /// `speed: 0.2 m/s`, allowed only among the arguments of a call.
     Named(Spanned<String>, Box<Value>),
     /// `frame(left_tool).position`, `left.position`
     Field(Box<Value>, Spanned<String>),
@@ -90,11 +90,11 @@ pub enum ValueKind {
     Not(Box<Value>),
     /// `a + b`
     Binary(Spanned<BinaryOp>, Box<Value>, Box<Value>),
-    /// Nothing readable stands here; a diagnostic has said so.
+    /// No readable value; a diagnostic has reported it.
     Missing,
 }
 
-/// A number and how it was written.
+/// A number with its text in the source.
 #[derive(Clone, Debug)]
 pub struct Number {
     /// Its value; finite.
@@ -110,7 +110,7 @@ impl PartialEq for Number {
 }
 
 /// Binary operators, in rising precedence: `or`, `and`, comparisons, sums, products, powers (right-associative, above
-/// unary minus). `not` holds between `and` and the comparisons.
+/// unary minus). The precedence of `not` is between `and` and the comparisons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BinaryOp {
     /// `or`
@@ -138,7 +138,7 @@ pub enum BinaryOp {
 }
 
 impl BinaryOp {
-    /// As it is written.
+    /// Returns the operator as it is written.
     pub fn text(self) -> &'static str {
         match self {
             BinaryOp::Or => "or",
@@ -155,24 +155,24 @@ impl BinaryOp {
         }
     }
 
-    /// True for `<`, `<=`, `>` and `>=`.
+    /// Returns true for `<`, `<=`, `>` and `>=`.
     pub fn compares(self) -> bool {
         matches!(self, BinaryOp::Less | BinaryOp::LessEqual | BinaryOp::Greater | BinaryOp::GreaterEqual)
     }
 
-    /// True for `and` and `or`, which are words and stand inside brackets only.
+    /// Returns true for `and` and `or`, which are words and allowed only inside brackets.
     pub fn is_word(self) -> bool {
         matches!(self, BinaryOp::And | BinaryOp::Or)
     }
 }
 
 /// A product of powers of unit symbols: `N s/m` is `N^1 s^1 m^-1`. The symbols are those of
-/// [`crate::vocabulary::UNITS`], or unknown where only a unit can stand.
+/// [`crate::vocabulary::UNITS`], or unknown ones if only a unit is allowed there.
 #[derive(Clone, Debug)]
 pub struct Unit {
     /// Symbols with their exponents, in the order written.
     pub factors: Vec<(String, i32)>,
-    /// Where it was written.
+    /// Location.
     pub span: Span,
 }
 

@@ -1,7 +1,7 @@
-//! The only file that knows the YAML library: from its events to an arena of nodes with byte spans.
+//! Conversion of the events of the YAML library to an arena of nodes with byte spans. No other file uses the library.
 //!
-//! A YAML parser stops at its first error. To find the next one, the faulty line and all lines indented more than it
-//! are replaced by spaces, which keeps every byte where it was, and the text is read again.
+//! A YAML parser stops at its first error. To find the next one, the faulty line and all following lines with a deeper
+//! indentation are replaced by spaces, which preserves all byte positions, and the text is parsed again.
 
 use super::{quotes, syntax};
 use crate::comments::Comment;
@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 /// Index of a node in [`Document::nodes`].
 pub(super) type NodeId = usize;
 
-/// How a scalar was written.
+/// Style of a scalar.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Style {
     /// Without quotes.
@@ -24,7 +24,7 @@ pub(super) enum Style {
     Block,
 }
 
-/// What a node is.
+/// Content of a node.
 #[derive(Clone, Debug)]
 pub(super) enum Kind {
     /// A single value, decoded.
@@ -33,22 +33,22 @@ pub(super) enum Kind {
     Sequence(Vec<NodeId>),
     /// `{..}` or `key: ..`
     Mapping(Vec<(NodeId, NodeId)>),
-    /// Something broken that has been reported.
+    /// An invalid node that has been reported.
     Broken,
 }
 
 /// One node.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
-    /// What it is.
+    /// Content.
     pub kind: Kind,
     /// Its bytes, without anchor and tag.
     pub span: Span,
-    /// Written with `[` or `{`.
+    /// True if written with `[` or `{`.
     pub flow: bool,
 }
 
-/// A text as nodes. Aliases share the node they repeat.
+/// A text as nodes. Aliases share the node that they refer to.
 #[derive(Debug, Default)]
 pub(super) struct Document {
     /// All nodes.
@@ -57,14 +57,14 @@ pub(super) struct Document {
     pub root: Option<NodeId>,
     /// Comments in the order of the text.
     pub comments: Vec<Comment>,
-    /// Bytes that were left out because of an error of syntax.
+    /// Ranges that were blanked because of a syntax error.
     pub left_out: Vec<std::ops::Range<usize>>,
 }
 
-/// Most errors of YAML syntax that are looked for.
+/// Maximum number of syntax errors that are searched for.
 const MAX_ERRORS: usize = 16;
 
-/// Reads a text; the diagnostics tell every error of YAML syntax that could be found.
+/// Reads a text. Returns diagnostics for all YAML syntax errors that could be found.
 pub(super) fn read(source: SourceId, text: &str) -> (Document, Vec<Diagnostic>) {
     let mut diags: Vec<Diagnostic> = Vec::new();
     let mut patched: Option<String> = None;
@@ -116,7 +116,7 @@ enum Stop {
 struct Open {
     node: NodeId,
     anchor: usize,
-    /// The key of a mapping that waits for its value.
+    /// Key of a mapping that still needs its value.
     key: Option<NodeId>,
 }
 
@@ -247,7 +247,7 @@ impl<'t> Build<'t> {
 
     fn tag(&mut self, present: bool, span: Span) {
         if present {
-            // The tag stands before the node that it is of.
+            // The tag precedes its node.
             let before = self.text[..span.range().start].trim_end();
             let word = before.rfind(|c: char| c.is_ascii_whitespace() || "[{,".contains(c)).map_or(0, |n| n + 1);
             let own = before[word..].starts_with('!').then(|| Span::new(self.source, word, before.len()));
@@ -258,7 +258,7 @@ impl<'t> Build<'t> {
         }
     }
 
-    /// Gives a collection its span: to the closing bracket, or to the end of its last part.
+    /// Sets the span of a collection: to the closing bracket, or to the end of its last part.
     fn close(&mut self, open: &Open, end: Span) {
         let last = match &self.document.nodes[open.node].kind {
             Kind::Sequence(items) => items.last().copied(),

@@ -1,4 +1,5 @@
-//! The sections of a spec: `hierarq`, `params`, `lets`, `robots`, `tasks`, `stacks`, `run`; the others stand in `reuse`.
+//! Reader of the sections of a spec: `hierarq`, `params`, `lets`, `robots`, `tasks`, `stacks`, `run`. The modules
+//! beside this one read the others.
 
 use super::Reader;
 use super::events::{Kind, Node, NodeId};
@@ -11,7 +12,7 @@ use crate::tree::{
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned};
 
-/// The sections that hold declarations by name.
+/// The sections that contain named declarations.
 const LISTS: &[&str] = &[
     "params",
     "lets",
@@ -45,7 +46,7 @@ const SECTIONS: &[&str] = &[
     "run",
 ];
 
-/// A declaration of a section: its name, its key, what it takes, and its node.
+/// A declaration of a section: its name, the span of its key, its parameters, and its node.
 pub(super) type Head = (Spanned<String>, Span, Vec<Parameter>, NodeId);
 
 impl Reader<'_> {
@@ -70,7 +71,7 @@ impl Reader<'_> {
         }
         let mut header = false;
         let pairs = self.distinct(root);
-        // A section with nothing in it, and whether that was reported.
+        // The last section if it is empty, and true if that was reported.
         let mut empty: Option<(Spanned<String>, bool)> = None;
         for (key, value) in pairs {
             if let Some((section, told)) = empty.take_if(|_| self.left_of_its_section(&key, value)) {
@@ -131,7 +132,7 @@ impl Reader<'_> {
         spec
     }
 
-    /// The span of a node, or `key` where the node stands earlier (an alias).
+    /// Returns the span of a node, or `key` if the node is earlier in the text (an alias).
     pub(super) fn later(&self, id: NodeId, key: Span) -> Span {
         let span = self.span(id);
         if span.start >= key.start { span } else { key }
@@ -152,7 +153,7 @@ impl Reader<'_> {
         self.pool.behind(span.range().end, &[], &mut spec.opening_comments.behind);
     }
 
-    /// A value that must be a mapping, as a block.
+    /// Reads a value that must be a mapping as a block.
     fn mapping(&mut self, id: NodeId, key: &Spanned<String>, what: &str) -> Block {
         if matches!(self.node(id).kind, Kind::Mapping(_)) {
             return self.block(id);
@@ -191,7 +192,7 @@ impl Reader<'_> {
         let mut left: &[Head] = &all;
         while let [head, rest @ ..] = left {
             left = rest;
-            // `arm:` with nothing below it, and its parts beside it.
+            // An `arm:` with nothing below it, whose parts have the same indentation.
             let blocks = matches!(section, "robots" | "stacks" | "humans" | "safety_fields" | "machines")
                 && self.is_null(head.3);
             let parts = rest.iter().take_while(|h| blocks && !self.is_null(h.3)).count();
@@ -212,14 +213,14 @@ impl Reader<'_> {
         }
     }
 
-    /// True for a key at the top that no section has, behind a section with nothing in it.
+    /// Returns true for a top-level key after an empty section that is no section itself.
     fn left_of_its_section(&self, key: &Spanned<String>, value: NodeId) -> bool {
         let plural = format!("{}s", key.value);
         let known = SECTIONS.contains(&key.value.as_str()) || SECTIONS.contains(&plural.as_str());
         !known && nearest(&key.value, SECTIONS).is_none() && !self.is_null(value)
     }
 
-    /// Reports that the lines from `first` on stand beside the key that they belong to.
+    /// Reports that the lines from `first` on have the same indentation as the key that they belong to.
     pub(super) fn too_far_left(&mut self, owner: &Spanned<String>, first: Span) {
         self.diags.push(
             Diagnostic::error("HQ0117", owner.span, format!("`{}` has nothing below it", clip(&owner.value)))
@@ -228,7 +229,7 @@ impl Reader<'_> {
         );
     }
 
-    /// One declaration of a section.
+    /// Reads one declaration of a section.
     fn one(&mut self, section: &str, (name, key, parameters, value): Head, items: &mut Vec<Item>) {
         let mut comments = self.key_comments(key);
         let later = self.later(value, key);
@@ -276,7 +277,7 @@ impl Reader<'_> {
         Let { name: name.clone(), value }
     }
 
-    /// `kind`, `kind(args)` or `{ kind: { .. } }`. The flag tells whether parentheses stood behind the kind.
+    /// Reads `kind`, `kind(args)` or `{ kind: { .. } }`. The flag is true if the kind was followed by parentheses.
     pub(super) fn definition(
         &mut self,
         id: NodeId,
@@ -332,7 +333,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Reports keys beside the kind of a task. What they say stays unread: a parameter, or a task of its own.
+    /// Reports keys beside the kind of a task. Their values stay unread: each may be a parameter, or a task of its own.
     fn several_kinds(&mut self, kind: NodeId, others: &[(NodeId, NodeId)]) {
         let first = self.span(kind);
         let keys = others.iter().map(|(key, _)| self.span(*key));

@@ -1,4 +1,4 @@
-//! The levels of a stack and their members.
+//! Reader of the levels of a stack and their members, in YAML.
 
 use super::Reader;
 use super::events::{Kind, NodeId};
@@ -10,7 +10,7 @@ use crate::words::{has_block, nearest};
 use crate::{Diagnostic, Span, Spanned, checks};
 
 impl Reader<'_> {
-    /// A stack: settings, and the sequence `levels`, or `from` and the sequence `changes`.
+    /// Reads a stack: settings, and the sequence `levels`, or `from` and the sequence `changes`.
     pub(super) fn stack(&mut self, id: NodeId, name: &Spanned<String>, parameters: Vec<Parameter>) -> Stack {
         let settings = Block { span: self.span(id), ..Block::default() };
         let (levels, changes) = (Vec::new(), Vec::new());
@@ -33,7 +33,7 @@ impl Reader<'_> {
                     stack.base = self.call(value, key.span);
                     self.pool.behind(self.later(value, key.span).range().end, &[','], &mut comments.behind);
                     let closing = &mut stack.settings.closing_comments.before;
-                    // Comments around `from` go to what follows it.
+                    // Comments around `from` are attached to what follows it.
                     closing.extend(comments.before);
                     closing.extend(comments.behind);
                 }
@@ -57,7 +57,7 @@ impl Reader<'_> {
         stack
     }
 
-    /// `key: value`, as in any block.
+    /// Reads `key: value`, as in any block.
     pub(super) fn setting(&mut self, key: Spanned<String>, value: NodeId) -> Entry {
         let mut comments = self.key_comments(key.span);
         let end = self.later(value, key.span).range().end;
@@ -85,7 +85,7 @@ impl Reader<'_> {
         items.into_iter().filter_map(|item| self.level(item, "name").map(|l| l.0)).collect()
     }
 
-    /// A level, its name behind the key `word`: `name`, or the `replace` or `add` of a change.
+    /// Reads a level whose name follows the key `word`: `name`, or the `replace` or `add` of a change.
     pub(super) fn level(&mut self, id: NodeId, word: &str) -> Option<(Level, Option<Beside>)> {
         if !self.enter(id) {
             return None;
@@ -105,7 +105,7 @@ impl Reader<'_> {
         let absent: Vec<&str> =
             [word, "tasks"].into_iter().filter(|word| pairs.iter().all(|(key, _)| key.value != *word)).collect();
         for (key, value) in pairs {
-            // A slip in a key that is needed: said once, and read as what was meant.
+            // A misspelt required key is reported once, and read as the intended one.
             let meant = nearest(&key.value, &absent).filter(|_| key.value != "hard");
             if let Some(meant) = meant {
                 let text = format!("`{}` is no part of a level", clip(&key.value));
@@ -236,7 +236,7 @@ impl Reader<'_> {
         value
     }
 
-    /// A name, `kind(args)`, or `{ kind: { .. } }`.
+    /// Reads a name, `kind(args)`, or `{ kind: { .. } }`.
     fn member_task(&mut self, id: NodeId, comments: &mut Comments) -> Option<MemberTask> {
         if let Some((text, _)) = self.scalar(id).filter(|_| self.plain_name(id) && !self.is_null(id)) {
             let name = Spanned::new(text.to_owned(), self.span(id));
@@ -254,7 +254,7 @@ impl Reader<'_> {
         Some(self.named_or_inline(definition, called, id))
     }
 
-    /// A scalar that turned out to be a bare name after all (`"name "`) names a task.
+    /// Treats a scalar that is a bare name after all (`"name "`) as the name of a task.
     fn named_or_inline(&self, definition: TaskDefinition, called: bool, id: NodeId) -> MemberTask {
         if self.scalar(id).is_some() && !called {
             MemberTask::Name(definition.kind)

@@ -1,4 +1,4 @@
-//! Machines and their states.
+//! Reader of machines and their states in YAML.
 
 use super::Reader;
 use super::events::{Kind, NodeId};
@@ -10,17 +10,17 @@ use crate::words::{has_block, nearest};
 use crate::{Diagnostic, Span, Spanned, actions, transitions};
 use pest::Parser;
 
-/// The keys of a state beside its settings.
+/// The keys of a state that are not settings.
 const STATE_KEYS: &[&str] = &["final", "stack", "enter", "do", "exit", "transitions", "states"];
 
 impl Reader<'_> {
-    /// `initial: look`, `states: { .. }`
+    /// Reads `initial: look`, `states: { .. }`.
     pub(super) fn machine(&mut self, name: &Spanned<String>, id: NodeId) -> Machine {
         let body = self.state_body(id, name, "machine", &mut None, &mut Comments::default());
         Machine { name: name.clone(), body }
     }
 
-    /// The mapping of a machine or a state. Comments around `final` go to `comments`.
+    /// Reads the mapping of a machine or a state. Comments around `final` are added to `comments`.
     fn state_body(
         &mut self,
         id: NodeId,
@@ -84,7 +84,8 @@ impl Reader<'_> {
         body
     }
 
-    /// A mapping or sequence below a key that is nearly one of a state: said once, and not kept as a setting.
+    /// Reports keys that are nearly a key of a state and have a mapping or sequence as value, and removes them from the
+    /// settings.
     fn slips(&mut self, settings: &mut Block) {
         settings.entries.retain(|entry| {
             let meant = nearest(&entry.key.value, STATE_KEYS).filter(|_| has_block(&entry.value));
@@ -98,7 +99,7 @@ impl Reader<'_> {
         });
     }
 
-    /// `final: true`
+    /// Reads `final: true`.
     fn is_final(&mut self, key: Span, value: NodeId) -> Option<Span> {
         match self.scalar(value) {
             Some(("true", _)) => return Some(key),
@@ -140,7 +141,7 @@ impl Reader<'_> {
         states
     }
 
-    /// `say "text"`, or a sequence of such.
+    /// Reads `say "text"`, or a sequence of such actions.
     fn actions(&mut self, moment: Moment, key: &Spanned<String>, id: NodeId, out: &mut Vec<Action>) {
         let moment = Spanned::new(moment, key.span);
         let Kind::Sequence(items) = &self.node(id).kind else {

@@ -1,4 +1,4 @@
-//! Missions: the kind below the name, and below that settings and members.
+//! Reader of missions in YAML: the kind below the name, and its settings and members below the kind.
 
 use super::Reader;
 use super::events::{Kind, NodeId};
@@ -10,11 +10,11 @@ use crate::vocabulary::{MISSION_KINDS, ROLES, TASK_SETTINGS};
 use crate::words::{is_name, nearest};
 use crate::{Diagnostic, Spanned};
 
-/// The keys of a repetition beside `name` and `in`.
+/// The keys of a repetition apart from `name` and `in`.
 const REPEATED: &[&str] = &["robots", "humans", "workers", "objects", "places", "layers", "tasks", "for"];
 
 impl Reader<'_> {
-    /// `schedule: { confidence: 0.9, robots: { .. } }`
+    /// Reads `schedule: { confidence: 0.9, robots: { .. } }`.
     pub(super) fn mission(&mut self, name: &Spanned<String>, id: NodeId, comments: &mut Comments) -> Mission {
         let (kind, body) = self.kind(name, id, comments);
         let Body { settings, members, repeats } = body;
@@ -57,8 +57,8 @@ impl Reader<'_> {
         (key, body)
     }
 
-    /// Which of the entries below the name of a mission is its kind. `layers` is a kind, and begins a part: alone below
-    /// the name it is the kind. Behind other keys only a kind that is known is one.
+    /// Returns the index of the entry below the name of a mission that is its kind. `layers` is both a kind and a part:
+    /// it is the kind if it is the only entry, or if it contains members. After other keys only a known kind counts.
     fn kind_among(&self, pairs: &[(Spanned<String>, NodeId)]) -> Option<usize> {
         let holds_parts =
             |value: NodeId| self.is_null(value) || matches!(self.node(value).kind, Kind::Mapping(_) | Kind::Broken);
@@ -79,7 +79,7 @@ impl Reader<'_> {
         pairs.iter().position(known).or(first.map(|_| 0))
     }
 
-    /// Reports keys beside the kind of a mission, or the action of a task.
+    /// Reports keys beside the kind of a mission, or beside the action of a task.
     fn one_kind(&mut self, kind: &Spanned<String>, others: &[(Spanned<String>, NodeId)]) {
         let Some((second, _)) = others.first() else { return };
         self.unread.extend(others.iter().map(|(key, _)| key.span));
@@ -97,7 +97,7 @@ impl Reader<'_> {
         );
     }
 
-    /// The mapping of a mission or a member; `what` is `mission` or the role.
+    /// Reads the mapping of a mission or a member; `what` is `mission` or the role.
     fn body_of(&mut self, id: NodeId, owner: &Spanned<String>, what: &str) -> Body {
         let span = self.span(id);
         if !matches!(self.node(id).kind, Kind::Mapping(_)) {
@@ -117,7 +117,7 @@ impl Reader<'_> {
         self.mission_body(pairs, id, what)
     }
 
-    /// The entries of the mapping `id`, as settings, members and repetitions.
+    /// Reads the entries of the mapping `id` as settings, members and repetitions.
     fn mission_body(&mut self, pairs: Vec<(Spanned<String>, NodeId)>, id: NodeId, what: &str) -> Body {
         let mut body = Body::empty(self.span(id));
         self.depth += 1;
@@ -138,7 +138,8 @@ impl Reader<'_> {
         body
     }
 
-    /// The role that `robot:` or `robts:` means, with a mapping of mappings below it; reports the slip.
+    /// Returns the role that a misspelt key such as `robot:` or `robts:` stands for, if it has a mapping of mappings
+    /// below it; reports the error.
     fn meant_role(&mut self, key: &Spanned<String>, value: NodeId) -> Option<&'static str> {
         let Kind::Mapping(below) = &self.node(value).kind else { return None };
         let members = below.iter().all(|(_, value)| matches!(self.node(*value).kind, Kind::Mapping(_)));
@@ -150,7 +151,7 @@ impl Reader<'_> {
         Some(role)
     }
 
-    /// `robots: { m1: { .. }, m2: { .. } }`
+    /// Reads `robots: { m1: { .. }, m2: { .. } }`.
     fn members_of(&mut self, role: &str, title: &Spanned<String>, id: NodeId, out: &mut Vec<MissionMember>) {
         if self.is_null(id) || !self.enter(id) {
             return;
@@ -175,7 +176,7 @@ impl Reader<'_> {
         self.depth -= 1;
     }
 
-    /// `wait`, or `{ pick_and_place: { .. } }`: the action and what stands below it.
+    /// Reads `wait`, or `{ pick_and_place: { .. } }`: the action and its body.
     fn task_of(
         &mut self,
         name: &Spanned<String>,
@@ -224,7 +225,7 @@ impl Reader<'_> {
         (Some(key), body)
     }
 
-    /// `for`: a sequence of `{ name: i, in: 1..4, humans: { .. } }`.
+    /// Reads `for`: a sequence of `{ name: i, in: 1..4, humans: { .. } }`.
     fn mission_repeats(&mut self, id: NodeId, out: &mut Vec<MissionRepeat>) {
         if self.is_null(id) {
             return;

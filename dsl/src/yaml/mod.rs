@@ -1,4 +1,4 @@
-//! The reader of YAML texts: the same words, the same expressions, the same tree.
+//! Reader of the YAML spelling: it has the same words and expressions as the native one, and builds the same tree.
 
 mod events;
 mod items;
@@ -46,26 +46,26 @@ pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
     (spec, checks::finish(reader.diags))
 }
 
-/// The last line that says something above lines that could not be read.
+/// The last line with content above a range of lines that could not be read.
 struct Gap {
     line: Range<usize>,
-    /// How far that line is indented.
+    /// Indentation of that line.
     indent: usize,
-    /// How far the lines that could not be read are.
+    /// Indentation of the unreadable lines.
     below: usize,
-    /// Where these begin.
+    /// Start of the unreadable lines.
     end: usize,
 }
 
 impl Gap {
-    /// The gap that ends at byte `end`, the first of a line.
+    /// Returns the gap that ends at byte `end`, which must be the first byte of a line.
     fn before(text: &str, end: usize) -> Option<Gap> {
         let indent = |rest: &str| rest.len() - rest.trim_start_matches([' ', '\t']).len();
         let line = syntax::line_of(text, text.get(..end)?.trim_end().len());
         Some(Gap { indent: indent(&text[line.start..]), below: indent(&text[end..]), line, end })
     }
 
-    /// True for something that is missing only because the lines behind it could not be read.
+    /// Returns true if a diagnostic reports an element as missing only because the lines after it could not be read.
     fn explains(&self, diagnostic: &Diagnostic, text: &str) -> bool {
         let at = diagnostic.primary.span.range();
         if !matches!(diagnostic.code, "HQ0101" | "HQ0107" | "HQ0116" | "HQ0117")
@@ -79,21 +79,21 @@ impl Gap {
     }
 }
 
-/// The state of reading one text.
+/// State while reading one text.
 struct Reader<'t> {
     source: SourceId,
     text: &'t str,
     document: Document,
     pool: Pool<'t>,
     diags: Vec<Diagnostic>,
-    /// Where the mistakes of YAML syntax stand, in the order of the text.
+    /// Positions of the YAML syntax errors, in the order of the text.
     broken: Vec<u32>,
-    /// Text that nothing could be made of.
+    /// Text that could not be interpreted.
     unread: Vec<Span>,
     /// Nodes visited so far, aliases counted every time.
     visited: usize,
     depth: usize,
-    /// How many `states` are open.
+    /// Number of nested `states`.
     states: usize,
 }
 
@@ -106,13 +106,13 @@ impl Reader<'_> {
         self.document.nodes[id].span
     }
 
-    /// True where a mistake of YAML syntax stands in a span.
+    /// Returns true if a span contains a YAML syntax error.
     fn broken_in(&self, span: Span) -> bool {
         let first = self.broken.partition_point(|&start| start < span.start);
         self.broken.get(first).is_some_and(|&start| start < span.end)
     }
 
-    /// Counts a visit; false where the text costs too much.
+    /// Counts a visit of a node; returns false if the text exceeds the limits.
     fn enter(&mut self, id: NodeId) -> bool {
         self.visited += 1;
         if self.visited == MAX_NODES + 1 {
@@ -133,14 +133,14 @@ impl Reader<'_> {
         self.visited <= MAX_NODES
     }
 
-    /// The first character of a node, for what is missing in it as a whole.
+    /// Returns the span of a node's first character, the location of messages about missing parts of the whole node.
     fn first_character(&self, id: NodeId) -> Span {
         let span = self.span(id);
         let length = self.text.get(span.range()).and_then(|t| t.chars().next()).map_or(0, char::len_utf8);
         Span { end: span.start + length as u32, ..span }
     }
 
-    /// The text of a scalar.
+    /// Returns the text of a scalar.
     fn scalar(&self, id: NodeId) -> Option<(&str, Style)> {
         match &self.node(id).kind {
             Kind::Scalar(text, style) => Some((text, *style)),
@@ -148,7 +148,7 @@ impl Reader<'_> {
         }
     }
 
-    /// True for an empty value, `~` and `null` without quotes.
+    /// Returns true for an empty value, and for `~` and `null` without quotes.
     fn is_null(&self, id: NodeId) -> bool {
         matches!(self.scalar(id), Some(("" | "~" | "null" | "Null" | "NULL", Style::Plain)))
     }
@@ -173,7 +173,7 @@ impl Reader<'_> {
         );
     }
 
-    /// The entries of a mapping, with `<<` merged in: own keys win, then earlier merges.
+    /// Returns the entries of a mapping, with `<<` merged in: its own keys take precedence, then earlier merges.
     fn pairs(&mut self, id: NodeId) -> Vec<(NodeId, NodeId)> {
         let Kind::Mapping(own) = &self.node(id).kind else { return Vec::new() };
         let own = own.clone();
@@ -225,7 +225,7 @@ impl Reader<'_> {
         all
     }
 
-    /// The entries of a mapping whose keys must differ; the second of two equal keys is reported and left out.
+    /// Returns the entries of a mapping with distinct keys; the second of two equal keys is reported and skipped.
     fn distinct(&mut self, id: NodeId) -> Vec<(Spanned<String>, NodeId)> {
         let mut seen: BTreeMap<String, Span> = BTreeMap::new();
         let mut out = Vec::new();
@@ -241,7 +241,7 @@ impl Reader<'_> {
         out
     }
 
-    /// A key of a block: a name, a pattern of names, or in quotes a name with other characters.
+    /// Reads a key of a block: a name, a pattern of names, or a quoted name with other characters.
     fn block_key(&mut self, id: NodeId) -> Option<Spanned<String>> {
         match self.scalar(id) {
             Some((text, style)) if is_quoted_key(text) && (style == Style::Quoted || text.contains(['*', '?'])) => {
@@ -259,7 +259,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A key that must be a name.
+    /// Reads a key that must be a name.
     fn key(&mut self, id: NodeId) -> Option<Spanned<String>> {
         let span = self.span(id);
         match self.scalar(id) {
@@ -279,7 +279,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The name that a scalar gives, where nothing else may stand.
+    /// Reads a scalar that must be a name.
     fn name(&mut self, id: NodeId, what: &str) -> Option<Spanned<String>> {
         if self.scalar(id).is_none() || self.is_null(id) {
             self.wrong_shape(id, &format!("the name of {what}"), "write a single word");
@@ -288,7 +288,7 @@ impl Reader<'_> {
         self.key(id)
     }
 
-    /// Takes the comments around a key: those before it, and one behind `key:` when the value is on later lines.
+    /// Takes the comments around a key: those before it, and one after `key:` if the value is on later lines.
     fn key_comments(&mut self, key: Span) -> Comments {
         let mut comments = Comments::default();
         self.pool.before(key.range().start, &mut comments.before);
@@ -296,7 +296,7 @@ impl Reader<'_> {
         comments
     }
 
-    /// A mapping as a block.
+    /// Reads a mapping as a block.
     fn block(&mut self, id: NodeId) -> Block {
         let span = self.span(id);
         let mut block = Block { span, ..Block::default() };
@@ -321,7 +321,7 @@ impl Reader<'_> {
         block
     }
 
-    /// Comments at the end of a mapping: before its brace, or as far to the right as its keys.
+    /// Takes the comments at the end of a mapping: before its brace, or indented at least as far as its keys.
     fn closing(&mut self, id: NodeId, comments: &mut Comments) {
         let Node { span, flow, .. } = *self.node(id);
         if flow {
@@ -333,7 +333,7 @@ impl Reader<'_> {
         }
     }
 
-    /// An item of a sequence, with the comment behind it.
+    /// Reads an item of a sequence, with the comment after it.
     fn item(&mut self, id: NodeId, key: Option<&Spanned<String>>) -> Value {
         let mut value = self.value(id, key);
         if let ValueKind::Block(block) = &mut value.kind {
@@ -343,7 +343,7 @@ impl Reader<'_> {
         value
     }
 
-    /// Any value; `key` is the key it belongs to.
+    /// Reads any value; `key` is the key that it belongs to.
     fn value(&mut self, id: NodeId, key: Option<&Spanned<String>>) -> Value {
         let span = self.span(id);
         let text_key = key.is_some_and(|k| is_text_key(&k.value));

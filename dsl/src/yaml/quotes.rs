@@ -1,5 +1,5 @@
-//! Values that need quotes in YAML: `[up(tool, 3 /s)]`, which YAML divides at the comma, and `[0.5, 0, 0.4] m`, which it
-//! takes for a sequence with something behind it. Each gets one diagnostic, and is read as if the quotes were there.
+//! Values that need quotes in YAML: `[up(tool, 3 /s)]`, which YAML splits at the comma, and `[0.5, 0, 0.4] m`, which it
+//! parses as a sequence followed by text. Each gets one diagnostic, and is read as if the quotes were there.
 
 use std::ops::Range;
 
@@ -12,22 +12,22 @@ use crate::grammar::{Grammar, Rule};
 use crate::limits::MAX_DEPTH;
 use crate::{Diagnostic, SourceId, Span};
 
-/// Longest value that is looked at, in bytes.
+/// Maximum length of a value that is examined, in bytes.
 const MAX_LENGTH: usize = 2000;
 
-/// A value in the quotes that it needs.
+/// Quotes a value.
 fn quoted(value: &str) -> String {
     if value.contains(['"', '\\']) { format!("'{}'", value.replace('\'', "''")) } else { format!("\"{value}\"") }
 }
 
-/// The diagnostic for a value without the quotes that it needs.
+/// Returns the diagnostic for a value without the quotes that it needs.
 fn diagnostic(source: SourceId, place: Range<usize>, value: &str, why: &str) -> Diagnostic {
     let text = format!("`{}` needs quotes", clip(value));
     let help = format!("put quotes around it: `{}`", quoted(value));
     Diagnostic::error("HQ0137", Span::new(source, place.start, place.end), text).note(why).help(help)
 }
 
-/// The diagnostic for a mapping in the place of a text: `The middle: of the table` without quotes is one too.
+/// Returns the diagnostic for a mapping in place of a text: an unquoted `The middle: of the table` is a mapping too.
 pub(super) fn no_text(key: &str, text: &str, span: Span) -> Diagnostic {
     let raw = text.get(span.range()).unwrap_or("").trim_end();
     let diagnostic = Diagnostic::error("HQ0119", span, format!("`{}` takes a text, not a mapping", clip(key)));
@@ -38,7 +38,7 @@ pub(super) fn no_text(key: &str, text: &str, span: Span) -> Diagnostic {
     diagnostic.note(why).help(format!("put quotes around it: `{}`", quoted(raw)))
 }
 
-/// True where a text is a value or a task as a whole.
+/// Returns true if a text is a complete value or task.
 fn reads(text: &str) -> bool {
     let deep = text.bytes().filter(|b| matches!(b, b'(' | b'[' | b'{')).count() > MAX_DEPTH;
     let whole = |rule: Rule| {
@@ -51,15 +51,16 @@ fn reads(text: &str) -> bool {
     text.len() <= MAX_LENGTH && !deep && (whole(Rule::scalar_expr) || whole(Rule::scalar_task))
 }
 
-/// How many more brackets `(` than `)` a text has.
+/// Returns the number of `(` minus the number of `)` in a text.
 fn open(text: &str) -> i64 {
     text.bytes().map(|b| i64::from(b == b'(') - i64::from(b == b')')).sum()
 }
 
-/// Joins what YAML divided at commas inside brackets, in a sequence or mapping of flow style. Gives the diagnostics.
+/// Joins values that YAML split at commas inside brackets, in a sequence or mapping of flow style. Returns the
+/// diagnostics.
 pub(super) fn mend(source: SourceId, text: &str, nodes: &mut Vec<Node>, id: NodeId) -> Vec<Diagnostic> {
     let std::ops::Range { start, end } = nodes[id].span.range();
-    // `f(x, min: 3)` as an item: YAML takes what stands before the colon for a key.
+    // `f(x, min: 3)` as an item: for YAML, the text before the colon is a key.
     if let Kind::Mapping(entries) = &nodes[id].kind
         && let [(key, value)] = *entries.as_slice()
         && is_open(text, nodes, key, start)
@@ -78,11 +79,12 @@ pub(super) fn mend(source: SourceId, text: &str, nodes: &mut Vec<Node>, id: Node
     }
     let mut diags = Vec::new();
     let kind = nodes[id].kind.clone();
-    // A value that begins with a scalar, where that is divided: the node of the whole, and how many parts follow.
+    // Joins a split value that begins with a scalar: returns the node of the whole value and the number of parts that
+    // follow.
     let mut join = |nodes: &mut Vec<Node>, first: NodeId, rest: &mut dyn Iterator<Item = NodeId>| {
         let found =
             Some(first).filter(|f| is_open(text, nodes, *f, start)).and_then(|f| divided(text, nodes, f, end))?;
-        // What begins inside the value is a part of it.
+        // Nodes that begin inside the value are parts of it.
         let taken = rest.take_while(|n| nodes[*n].span.range().start < found.end).count();
         let value = text[found.clone()].split_whitespace().collect::<Vec<_>>().join(" ");
         if taken == 0 || !reads(&value) {
@@ -113,7 +115,7 @@ pub(super) fn mend(source: SourceId, text: &str, nodes: &mut Vec<Node>, id: Node
                     out.push((key, whole));
                     i += taken;
                 } else if let Some((whole, taken)) = first(nodes, key) {
-                    // A key that was divided: what stands behind the last part is its value.
+                    // If a key was split, its value is the one after the last part.
                     let last = entries[i + taken].1;
                     let (end, behind) = (nodes[whole].span.range().end, nodes[last].span.range().start);
                     if behind >= end && !nodes[last].span.is_empty() {
@@ -136,8 +138,8 @@ pub(super) fn mend(source: SourceId, text: &str, nodes: &mut Vec<Node>, id: Node
     diags
 }
 
-/// True for a value without quotes in which a `(` is not closed, in a collection that begins at byte `from`; an alias
-/// stands for what is written elsewhere.
+/// Returns true for an unquoted value with an unclosed `(`, in a collection that begins at byte `from`. An alias, which
+/// refers to text elsewhere, does not count.
 fn is_open(text: &str, nodes: &[Node], id: NodeId, from: usize) -> bool {
     let node = &nodes[id];
     let plain = matches!(&node.kind, Kind::Scalar(_, Style::Plain));
@@ -147,8 +149,8 @@ fn is_open(text: &str, nodes: &[Node], id: NodeId, from: usize) -> bool {
         && text.get(node.span.range()).is_some_and(|t| open(t) > 0)
 }
 
-/// The bytes of the value that begins with a scalar, to where its brackets are closed and the next comma or the end of
-/// the collection comes.
+/// Returns the range of the value that begins with a scalar. It extends over the closed brackets to the next comma or
+/// the end of the collection.
 fn divided(text: &str, nodes: &[Node], first: NodeId, end: usize) -> Option<Range<usize>> {
     let start = nodes[first].span.range().start;
     let limit = end.min(start + MAX_LENGTH);
@@ -174,10 +176,10 @@ fn divided(text: &str, nodes: &[Node], first: NodeId, end: usize) -> Option<Rang
     (closed && parens == 0 && limit == end).then(|| start..start + value.len())
 }
 
-/// The diagnostic for an error of syntax at byte `at` that comes from a value without quotes, and the text with the
-/// quotes, every byte behind it where it was; without them where they do not fit.
+/// Returns the diagnostic for a syntax error at byte `at` that stems from an unquoted value, and the text with quotes,
+/// in which the bytes after the value keep their positions. No text if the quotes do not fit.
 pub(super) fn missing(source: SourceId, text: &str, at: usize) -> Option<(Diagnostic, Option<String>)> {
-    // A sequence with something behind it may be noticed on the next line only.
+    // YAML may report a sequence that is followed by text only on the next line.
     let above = |text: &str| {
         let found = value_around(text, text[..at].trim_end().len())?;
         let value = &text[found.0.clone()];
@@ -193,7 +195,7 @@ pub(super) fn missing(source: SourceId, text: &str, at: usize) -> Option<(Diagno
     Some((diagnostic(source, place.clone(), value, why), with_quotes(text, place)))
 }
 
-/// The text with a value in quotes; two blanks of the value make the room.
+/// Returns the text with a value in quotes; they replace two spaces of the value.
 fn with_quotes(text: &str, place: Range<usize>) -> Option<String> {
     let value = &text[place.clone()];
     if value.contains(['"', '\\', '\'']) {
@@ -208,7 +210,8 @@ fn with_quotes(text: &str, place: Range<usize>) -> Option<String> {
     Some([&text[..place.start], "\"", &inner, "\"", &text[place.end..]].concat())
 }
 
-/// The bytes of the value that byte `at` stands in or behind, on one line; true where it stands in a collection there.
+/// Returns the range of the value that contains or precedes byte `at`, on one line; true if it is inside a flow
+/// collection on that line.
 fn value_around(text: &str, at: usize) -> Option<(Range<usize>, bool)> {
     let line = line_of(text, at);
     if line.len() > MAX_LENGTH {
@@ -217,7 +220,7 @@ fn value_around(text: &str, at: usize) -> Option<(Range<usize>, bool)> {
     let bytes = &text.as_bytes()[..line.end];
     let indent = text[line.clone()].len() - text[line.clone()].trim_start_matches([' ', '-']).len();
     let mut i = line.start + indent;
-    // Where the value begins, whether nothing of it was seen, brackets inside it, and where each collection begins.
+    // Start of the value, no part of the value seen yet, depth of the brackets inside it, and start of each collection.
     let (mut start, mut fresh, mut inner, mut flows): (_, _, usize, Vec<usize>) = (i, true, 0, Vec::new());
     let mut parens = 0usize;
     let done = |start: usize, end: usize, flow: bool| {

@@ -1,4 +1,4 @@
-//! Repetitions: of declarations in the section `for`, and of members of a level.
+//! Reader of repetitions in YAML: declarations in the section `for`, and members of a level.
 
 use super::Reader;
 use super::events::{Kind, NodeId, Style};
@@ -11,7 +11,7 @@ use crate::words::nearest;
 use crate::{Diagnostic, Spanned};
 use pest::Parser;
 
-/// The sections that a repetition may hold.
+/// The sections that a repetition may contain.
 const REPEATED: &[&str] = &[
     "params",
     "lets",
@@ -27,11 +27,11 @@ const REPEATED: &[&str] = &[
     "for",
 ];
 
-/// Reads what stands behind a key of a repetition; says whether it knows the key.
+/// Reads the value of a key of a repetition; returns false if the key is unknown.
 type PartReader<'f, R> = &'f mut dyn FnMut(&mut R, &Spanned<String>, NodeId, &mut Comments) -> bool;
 
 impl Reader<'_> {
-    /// `for`: a sequence of `{ name: side, in: [left, right], tasks: { .. } }`.
+    /// Reads `for`: a sequence of `{ name: side, in: [left, right], tasks: { .. } }`.
     pub(super) fn repeats(&mut self, id: NodeId, items: &mut Vec<Item>) {
         if self.is_null(id) {
             return;
@@ -74,7 +74,7 @@ impl Reader<'_> {
         }
     }
 
-    /// `for: { name: side, in: [left, right], tasks: [..] }` in the place of a member.
+    /// Reads `for: { name: side, in: [left, right], tasks: [..] }` in place of a member.
     pub(super) fn member_repeat(&mut self, id: NodeId) -> Option<Member> {
         let Kind::Mapping(own) = &self.node(id).kind else { return None };
         let [(key, value)] = own.as_slice() else { return None };
@@ -109,7 +109,8 @@ impl Reader<'_> {
         Some(Member { task: MemberTask::For(Box::new(repeat)), weight: None, span, comments })
     }
 
-    /// `name` and `in` of a repetition; `part` reads the other keys, which are `words`, and says whether it knows one.
+    /// Reads `name` and `in` of a repetition. `part` reads the other keys, which are listed in `words`, and returns
+    /// false for an unknown one.
     pub(super) fn repeat_head(
         &mut self,
         id: NodeId,
@@ -153,7 +154,7 @@ impl Reader<'_> {
         Some((name?, values?))
     }
 
-    /// `[left, right]`, `1..4`.
+    /// Reads `[left, right]` or `1..4`.
     fn values(&mut self, id: NodeId, key: &Spanned<String>) -> Option<Values> {
         let plain = self.scalar(id).is_some_and(|(text, style)| text.contains("..") && style != Style::Block);
         if !plain {

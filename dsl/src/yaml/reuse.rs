@@ -1,4 +1,4 @@
-//! Declarations that use others: `import`, and what stands behind a name: parameters, `from`, `changes`.
+//! Reader of declarations that use others, in YAML: `import`, parameters of declarations, `from`, `changes`.
 
 use std::collections::BTreeMap;
 
@@ -17,8 +17,8 @@ use crate::{Diagnostic, Span, Spanned, checks};
 use pest::Parser;
 
 impl Reader<'_> {
-    /// The entries of a section in which a name may have parameters, `"reach(side: arm)": ..`: each with the place of
-    /// its whole key.
+    /// Reads the entries of a section in which names may have parameters, `"reach(side: arm)": ..`, each with the span
+    /// of its whole key.
     pub(super) fn heads(&mut self, id: NodeId) -> Vec<(Spanned<String>, Span, Vec<Parameter>, NodeId)> {
         let mut out: Vec<(Spanned<String>, Span, Vec<Parameter>, NodeId)> = Vec::new();
         let mut seen: BTreeMap<String, Span> = BTreeMap::new();
@@ -66,7 +66,7 @@ impl Reader<'_> {
         name.map(|name| (name, parameters))
     }
 
-    /// A node `expr`, in which no block may stand.
+    /// Converts a node `expr` that must not contain blocks.
     pub(super) fn flat(&mut self, pair: Pair<'_>, place: crate::expr::Place) -> Value {
         crate::expr::value(pair, place, &mut self.diags, &mut |block, diags| {
             let span = place.of(&block);
@@ -78,9 +78,9 @@ impl Reader<'_> {
         })
     }
 
-    /// A `param`: a value, or a mapping with the value and its range.
+    /// Reads a `param`: a value, or a mapping with the value and its range.
     pub(super) fn param(&mut self, name: &Spanned<String>, id: NodeId, comments: &mut Comments) -> Param {
-        // The keys that take text are keys of blocks; a parameter may have any name.
+        // Keys that take text are keys of blocks only; a parameter may have such a name without taking text.
         let key = Some(name).filter(|n| !crate::words::is_text_key(&n.value));
         let at = self.later(id, name.span).range().end;
         let mut range = Block { span: Span::new(self.source, at, at), ..Block::default() };
@@ -114,7 +114,7 @@ impl Reader<'_> {
         Param { name: name.clone(), value, range }
     }
 
-    /// The robot behind `from`, taken out of the body.
+    /// Removes the robot named by `from` from the body, and returns its name.
     pub(super) fn robot_base(&mut self, body: &mut Block, comments: &mut Comments) -> Option<Spanned<String>> {
         let at = body.entries.iter().position(|e| e.key.value == "from")?;
         let entry = body.entries.remove(at);
@@ -131,7 +131,7 @@ impl Reader<'_> {
         }
     }
 
-    /// `guarded`, `guarded(left)`.
+    /// Reads `guarded` or `guarded(left)`.
     pub(super) fn call(&mut self, id: NodeId, key: Span) -> Option<Call> {
         if self.scalar(id).is_none() || self.is_null(id) {
             let span = if self.is_null(id) { key } else { self.span(id) };
@@ -145,7 +145,7 @@ impl Reader<'_> {
         Some(Call { name: definition.kind, args: definition.args, named: definition.named, span })
     }
 
-    /// `changes`: `- { replace: motion, tasks: [..] }`, `- { add: extra, before: posture, tasks: [..] }`,
+    /// Reads `changes`: `- { replace: motion, tasks: [..] }`, `- { add: extra, before: posture, tasks: [..] }`,
     /// `- { remove: posture }`.
     pub(super) fn changes(&mut self, id: NodeId) -> Vec<Change> {
         let Kind::Sequence(items) = &self.node(id).kind else {
@@ -201,7 +201,7 @@ impl Reader<'_> {
         Some(Change::Remove(Removal { level: level?, span, comments }))
     }
 
-    /// `import`: `common/safety.hq: [deck, canopies as robot]`.
+    /// Reads `import`: `common/safety.hq: [deck, canopies as robot]`.
     pub(super) fn imports(&mut self, title: &Spanned<String>, id: NodeId, items: &mut Vec<Item>) {
         let help = "write `common/safety.hq: [deck, canopies]` below `import:`";
         if self.is_null(id) {
@@ -273,7 +273,7 @@ impl Reader<'_> {
         Some(ImportName { name: name?, alias, comments })
     }
 
-    /// True for a name that needs no parsing.
+    /// Returns true for a name that needs no parsing.
     pub(super) fn plain_name(&self, id: NodeId) -> bool {
         self.scalar(id).is_some_and(|(text, style)| style != Style::Block && is_name(text))
     }

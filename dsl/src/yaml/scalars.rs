@@ -1,4 +1,4 @@
-//! Scalars that hold expressions or task definitions of the native grammar.
+//! Scalars with expressions or task definitions in the native grammar.
 
 use super::Reader;
 use super::events::{NodeId, Style};
@@ -13,7 +13,7 @@ use crate::{Diagnostic, Spanned};
 use pest::Parser;
 
 impl Reader<'_> {
-    /// What a scalar says and where: byte-exact where the source spells it the same way.
+    /// Returns the text of a scalar and its place: byte-exact if the source spells it the same.
     pub(super) fn spelled(&self, id: NodeId) -> (String, Place) {
         let span = self.span(id);
         let Some((value, style)) = self.scalar(id) else { return (String::new(), Place::Whole(span)) };
@@ -29,7 +29,7 @@ impl Reader<'_> {
         (value.to_owned(), place)
     }
 
-    /// Problems that the grammar must not see: brackets nested too deeply, comments of the other spelling.
+    /// Reports text that must not reach the grammar: brackets nested too deeply, comments of the other spelling.
     pub(super) fn unfit(&self, text: &str, place: Place) -> Option<Diagnostic> {
         let bytes = text.as_bytes();
         let (mut depth, mut at) = (0usize, 0usize);
@@ -61,7 +61,7 @@ impl Reader<'_> {
         None
     }
 
-    /// Words a diagnostic about an expression for readers of YAML.
+    /// Adapts the help of a diagnostic about an expression to YAML, and adds the diagnostic.
     pub(super) fn report(&mut self, mut diagnostic: Diagnostic) -> &'static str {
         if diagnostic.code == "HQ0108" {
             diagnostic.help = Some("one key and one value stand on a line; quote a text as `'\"..\"'`".to_owned());
@@ -73,7 +73,7 @@ impl Reader<'_> {
         code
     }
 
-    /// A scalar as an expression.
+    /// Parses a scalar as an expression.
     pub(super) fn expression(&mut self, id: NodeId, key: Option<&Spanned<String>>) -> Value {
         let span = self.span(id);
         let (text, place) = self.spelled(id);
@@ -117,7 +117,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A scalar as `kind` or `kind(args)`, with what stands in `body`. The flag tells whether parentheses stood.
+    /// Parses a scalar as `kind` or `kind(args)`, with the given `body`. The flag is true if there were parentheses.
     pub(super) fn task_head(&mut self, id: NodeId, body: Block) -> Option<(TaskDefinition, bool)> {
         let span = self.span(id);
         let (text, place) = self.spelled(id);

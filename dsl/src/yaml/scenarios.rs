@@ -1,4 +1,4 @@
-//! Scenarios and their expectations.
+//! Reader of scenarios and their expectations in YAML.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use crate::{Diagnostic, Span, Spanned, checks, formulas};
 use pest::Parser;
 
 impl Reader<'_> {
-    /// `scenarios`: each below its name, which may be any text.
+    /// Reads `scenarios`: each below its name, which may be any text.
     pub(super) fn scenarios(&mut self, title: &Spanned<String>, id: NodeId, items: &mut Vec<Item>) {
         if self.is_null(id) {
             return;
@@ -69,7 +69,7 @@ impl Reader<'_> {
         Scenario { name, body, expects }
     }
 
-    /// One expectation, or a sequence of them.
+    /// Reads one expectation, or a sequence of them.
     fn expects(&mut self, key: &Spanned<String>, id: NodeId) -> Vec<Expect> {
         let Kind::Sequence(items) = &self.node(id).kind else {
             let mut comments = self.key_comments(key.span);
@@ -84,7 +84,7 @@ impl Reader<'_> {
         all
     }
 
-    /// A formula, or `label: formula`.
+    /// Reads a formula, or `label: formula`.
     fn expect(&mut self, id: NodeId, key: &Spanned<String>, comments: &mut Comments) -> Option<Expect> {
         if !self.enter(id) {
             return None;
@@ -120,7 +120,7 @@ impl Reader<'_> {
         Some(Expect { label, formula, span, comments: std::mem::take(comments) })
     }
 
-    /// A scalar as a formula.
+    /// Reads a scalar as a formula.
     fn formula(&mut self, id: NodeId) -> Formula {
         let span = self.span(id);
         let (text, place) = self.spelled(id);

@@ -1,4 +1,4 @@
-//! Signals and variables.
+//! Reader of signals and variables in YAML.
 
 use super::Reader;
 use super::events::{Kind, NodeId};
@@ -8,7 +8,7 @@ use crate::words::{is_name, nearest};
 use crate::{Diagnostic, Span, Spanned, calls, checks, transitions};
 
 impl Reader<'_> {
-    /// `point?`, or `{ type: point?, timeout: 0.5 s }`.
+    /// Reads `point?`, or `{ type: point?, timeout: 0.5 s }`.
     pub(super) fn signal(&mut self, name: &Spanned<String>, id: NodeId, comments: &mut Comments) -> Signal {
         let mut settings = Block { span: self.span(id), ..Block::default() };
         let mut ty = None;
@@ -36,7 +36,7 @@ impl Reader<'_> {
         Signal { name: name.clone(), ty, optional, settings }
     }
 
-    /// `point?`, or `{ type: number, value: 0 }`.
+    /// Reads `point?`, or `{ type: number, value: 0 }`.
     pub(super) fn variable(&mut self, name: &Spanned<String>, id: NodeId, comments: &mut Comments) -> Variable {
         let (mut ty, mut value) = (None, None);
         if matches!(self.node(id).kind, Kind::Mapping(_)) {
@@ -79,7 +79,7 @@ impl Reader<'_> {
         Variable { name: name.clone(), ty, optional, value }
     }
 
-    /// `point`, `point?`: the type, and where the `?` stands.
+    /// Reads `point` or `point?`: the type, and the location of the `?`.
     fn signal_type(&mut self, id: NodeId) -> Option<(Spanned<String>, Option<Span>)> {
         if self.scalar(id).is_none() {
             self.wrong_shape(id, "the type of a signal", "write for instance `point` or `point?`");

@@ -1,17 +1,17 @@
-//! Errors of YAML syntax in the words of this project, and the lines to leave out so that reading can go on.
+//! Diagnostics for YAML syntax errors in the terms of this project, and recovery by blanking lines.
 
 use crate::{Diagnostic, SourceId, Span};
 use std::ops::Range;
 
-/// Bytes of the line that holds byte `at`, without its end.
+/// Returns the range of the line that contains byte `at`, without its line break.
 pub(super) fn line_of(text: &str, at: usize) -> Range<usize> {
     let start = text[..at].rfind('\n').map_or(0, |n| n + 1);
     let end = text[at..].find('\n').map_or(text.len(), |n| at + n);
     start..end
 }
 
-/// The diagnostic for an error at byte `at`, and a byte of the line to leave out next time. `text` is the file,
-/// `current` the file with the lines of earlier errors left out.
+/// Returns the diagnostic for an error at byte `at`, and a byte of the line to blank for the next attempt. `text` is
+/// the file, `current` the file in which the lines of earlier errors are blank.
 pub(super) fn explain(source: SourceId, text: &str, current: &str, at: usize, message: &str) -> (Diagnostic, usize) {
     let mut at = at.min(current.len());
     while !current.is_char_boundary(at) {
@@ -74,7 +74,7 @@ pub(super) fn explain(source: SourceId, text: &str, current: &str, at: usize, me
     (diagnostic, line.start)
 }
 
-/// The first visible thing at or before byte `at`.
+/// Returns the range of the first visible text at or before byte `at`.
 fn visible(text: &str, at: usize) -> Range<usize> {
     let mut at = at;
     if text[at..].trim_start().is_empty() {
@@ -90,7 +90,7 @@ fn visible(text: &str, at: usize) -> Range<usize> {
     start..end.max(word)
 }
 
-/// A tab among the first blanks of the line at `at`, or of the one before it.
+/// Returns the position of a tab in the indentation of the line at `at`, or of the line before it.
 fn tab_in_indentation(text: &str, at: usize) -> Option<usize> {
     let line = line_of(text, at);
     let previous = line.start.checked_sub(1).map(|end| line_of(text, end));
@@ -101,7 +101,7 @@ fn tab_in_indentation(text: &str, at: usize) -> Option<usize> {
     })
 }
 
-/// The opening quote of a quoted scalar that the reader did not see the end of.
+/// Returns the opening quote of a quoted scalar whose end the YAML library did not find.
 fn open_quote(text: &str, at: usize, message: &str) -> Option<usize> {
     if !message.contains("quote") {
         return None;
@@ -122,13 +122,13 @@ fn open_quote(text: &str, at: usize, message: &str) -> Option<usize> {
     None
 }
 
-/// The line above the one that begins at `start`, empty ones left out.
+/// Returns the line above the one that begins at `start`; skips empty ones.
 fn previous_line(text: &str, start: usize) -> Option<Range<usize>> {
     let end = text[..start].trim_end().len();
     (end > 0).then(|| line_of(text, end))
 }
 
-/// The line above the one that begins at `start`, empty ones and comments left out.
+/// Returns the line above the one that begins at `start`; skips empty ones and comments.
 fn content_above(text: &str, start: usize) -> Option<Range<usize>> {
     let mut line = previous_line(text, start)?;
     while text[line.clone()].trim_start().starts_with('#') {
@@ -137,7 +137,7 @@ fn content_above(text: &str, start: usize) -> Option<Range<usize>> {
     Some(line)
 }
 
-/// The innermost `[` or `{` of flow style that is open at byte `at`.
+/// Returns the innermost `[` or `{` of flow style that is open at byte `at`.
 fn open_bracket(text: &str, at: usize) -> Option<(usize, char)> {
     let bytes = text.as_bytes();
     let mut open: Vec<(usize, char)> = Vec::new();
@@ -180,7 +180,8 @@ fn open_bracket(text: &str, at: usize) -> Option<(usize, char)> {
     (!closed_later(text, from, at)).then_some((from, bracket))
 }
 
-/// True where the brackets opened at byte `from` balance before the lines go back to the indentation of its line.
+/// Returns true if the brackets opened at byte `from` balance after byte `at`, and before the lines return to the
+/// indentation of the first one.
 fn closed_later(text: &str, from: usize, at: usize) -> bool {
     let indent = |line: &str| line.len() - line.trim_start().len();
     let own = indent(&text[line_of(text, from)]);
@@ -201,8 +202,8 @@ fn closed_later(text: &str, from: usize, at: usize) -> bool {
     false
 }
 
-/// How far a line is indented, and the columns to its left and right in which the lines above it stand, where it
-/// stands in none of those. What follows a `- ` begins a column of its own.
+/// Returns the indentation of a line that matches no column of the lines above it, and the nearest columns to its left
+/// and right. The text after a `- ` begins a column of its own. `None` if the line matches a column.
 fn odd_indentation(text: &str, line: &Range<usize>) -> Option<(usize, usize, usize)> {
     let indent = |line: Range<usize>| text[line.clone()].len() - text[line].trim_start_matches(' ').len();
     let own = indent(line.clone());
@@ -234,7 +235,7 @@ fn odd_indentation(text: &str, line: &Range<usize>) -> Option<(usize, usize, usi
     Some((own, left?, right?))
 }
 
-/// A second `: ` on a line of block style.
+/// Returns the position of a second `: ` on a line of block style.
 fn second_colon(text: &str, line: &Range<usize>) -> Option<usize> {
     let content = &text[line.clone()];
     if content.contains(['"', '\'', '{', '[', '#']) {
@@ -250,7 +251,7 @@ fn missing_colon(content: &str) -> bool {
         && !content.starts_with(['-', '[', '{', '}', ']', '"', '\'', '&', '*', '%'])
 }
 
-/// The text with the line of byte `at`, and the lines below it that are indented more, replaced by spaces.
+/// Returns the text with the line of byte `at`, and the lines below it that are indented more, replaced by spaces.
 pub(super) fn blank(text: &str, at: usize) -> Option<(String, Range<usize>)> {
     let first = line_of(text, at.min(text.len()));
     let indent = |line: &str| line.len() - line.trim_start_matches([' ', '\t']).len();

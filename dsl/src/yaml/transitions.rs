@@ -1,4 +1,4 @@
-//! Transitions: what one waits for, and where it leads.
+//! Reader of transitions in YAML: trigger, target and settings.
 
 use super::Reader;
 use super::events::{Kind, NodeId};
@@ -8,7 +8,7 @@ use crate::words::{has_block, is_name};
 use crate::{Diagnostic, Span, Spanned, calls, transitions};
 
 impl Reader<'_> {
-    /// The transitions of a state.
+    /// Reads the transitions of a state.
     pub(super) fn transitions(&mut self, id: NodeId) -> Vec<Transition> {
         if self.is_null(id) {
             return Vec::new();
@@ -20,7 +20,7 @@ impl Reader<'_> {
         items.clone().into_iter().filter_map(|item| self.transition(item)).collect()
     }
 
-    /// `{ when: x < 3 N, for: 3 s, to: grasp, blend: 1 s }`
+    /// Reads `{ when: x < 3 N, for: 3 s, to: grasp, blend: 1 s }`.
     fn transition(&mut self, id: NodeId) -> Option<Transition> {
         if !self.enter(id) {
             return None;
@@ -101,7 +101,7 @@ impl Reader<'_> {
         Some(Transition { trigger, target, settings, span, comments })
     }
 
-    /// `grasp`, `outer.inner`
+    /// Reads `grasp` or `outer.inner`.
     fn target(&mut self, id: NodeId) -> Option<Spanned<String>> {
         let Some((text, _)) = self.scalar(id).filter(|_| !self.is_null(id)) else {
             self.wrong_shape(id, "the name of a state", "write a single word, or a path `OUTER.INNER`");

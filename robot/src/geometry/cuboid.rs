@@ -1,21 +1,21 @@
-//! Boxes: against points, segments and boxes. A box is centred and aligned in its own frame;
-//! `half` are half its edge lengths.
+//! Distances of boxes to points, segments and boxes. A box is centred and axis-aligned in its own frame; `half` are
+//! half its edge lengths.
 
 use nalgebra::{Isometry3, Vector3};
 
-/// A point against a box.
+/// Result of a point against a box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointBox {
-    /// Distance \[m\], negative inside.
+    /// Signed distance \[m\], negative inside.
     pub distance: f64,
-    /// Nearest point on the box's surface, in the box's frame.
+    /// Nearest point on the surface of the box, in the box's frame.
     pub on_box: Vector3<f64>,
-    /// Unit vector from the box to the point (outwards, also from inside).
+    /// Unit vector from the box to the point (outwards, also for a point inside).
     pub normal: Vector3<f64>,
 }
 
-/// The surface point of the box nearest to `p` (both in the box's frame). From inside it is on
-/// the nearest face; of faces equally near, the first in the order x, y, z.
+/// Returns the surface point of the box nearest to `p` (both in the box's frame). For a point inside it is on the
+/// nearest face; of equally near faces, the first in the order x, y, z.
 pub fn closest_point_box(p: &Vector3<f64>, half: &[f64; 3]) -> PointBox {
     let h = Vector3::from(*half);
     let on_box = p.zip_map(&h, |x, h| x.clamp(-h, h));
@@ -39,12 +39,12 @@ pub fn closest_point_box(p: &Vector3<f64>, half: &[f64; 3]) -> PointBox {
     PointBox { distance: -depth(axis), on_box, normal }
 }
 
-/// The nearest points of the segment `centre ± along` and the box, all in the box's frame:
-/// first the segment's, then the box's; equal when they meet.
+/// Returns the nearest points of the segment `centre ± along` and the box, all in the box's frame: first the point of
+/// the segment, then that of the box. They are equal if the two intersect.
 ///
-/// f(t) = Σ_i max(|c_i + t d_i| - h_i, 0)² for t in -1..1 is convex with a piecewise linear
-/// derivative whose kinks are where the line crosses the planes of the faces: between two kinks
-/// the zero is found exactly. Where f is flat (the segment runs along a face) the middle is taken.
+/// f(t) = Σ_i max(|c_i + t d_i| - h_i, 0)² for t in -1..1 is convex with a piecewise linear derivative. Its kinks are
+/// the intersections of the line with the planes of the faces; between two kinks the zero is computed exactly. If f is
+/// flat at its minimum (the segment is parallel to a face), the middle of the flat part is returned.
 pub fn closest_segment_box(
     centre: &Vector3<f64>,
     along: &Vector3<f64>,
@@ -79,7 +79,7 @@ pub fn closest_segment_box(
     }
     kinks[n] = 1.0;
     n += 1;
-    // Smallest t with slope >= 0 and greatest t with slope <= 0.
+    // Smallest t with slope >= 0 and largest t with slope <= 0.
     let mut first = 1.0;
     let mut last = 1.0;
     let mut found = false;
@@ -107,11 +107,11 @@ pub fn closest_segment_box(
     (p, on_box)
 }
 
-/// The nearest points of two boxes, in the world; equal when they meet.
+/// Returns the nearest points of two boxes, in the world; they are equal if the boxes intersect.
 ///
-/// Two polytopes apart are nearest at a corner and a face or at two edges, and every corner ends
-/// an edge: so the edges of each against the other are enough. If they meet, an edge of one
-/// reaches into the other.
+/// Two separate polytopes are nearest at a corner and a face or at two edges, and every corner is the end of an edge:
+/// it suffices to test the edges of each box against the other box. If the boxes intersect, an edge of one enters the
+/// other.
 pub fn closest_box_box(
     X_Wa: &Isometry3<f64>,
     half_a: &[f64; 3],
@@ -126,8 +126,8 @@ pub fn closest_box_box(
     if pq <= rs { (to_world(X_Wb, &p), to_world(X_Wb, &q)) } else { (to_world(X_Wa, &s), to_world(X_Wa, &r)) }
 }
 
-/// The nearest points of the edges of box `e` (at `X_fe`) and box `f`, in the frame of `f`, with
-/// their squared distance.
+/// Returns the nearest points of the edges of box `e` (at `X_fe`) and box `f`, in the frame of `f`, with their squared
+/// distance.
 fn edges_against_box(X_fe: &Isometry3<f64>, half_e: &[f64; 3], half_f: &[f64; 3]) -> (Vector3<f64>, Vector3<f64>, f64) {
     let R = X_fe.rotation.to_rotation_matrix().into_inner();
     let mut best = (Vector3::zeros(), Vector3::zeros(), f64::INFINITY);

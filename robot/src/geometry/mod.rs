@@ -1,8 +1,8 @@
 //! Distances between shapes, in closed form.
 //!
-//! A shape is a core (a point, a segment, a box) with a radius around it. The distance of two
-//! shapes is that of their cores less the radii, and the normal is the line between the nearest
-//! points of the cores: it exists, and is steady, until the cores themselves meet.
+//! A shape is a core (a point, a segment, a box) with a radius around it. The distance of two shapes is the distance of
+//! their cores minus the radii. The normal is the direction between the nearest points of the cores: it exists and is
+//! continuous until the cores intersect.
 
 use nalgebra::{Isometry3, Vector3};
 
@@ -16,39 +16,39 @@ pub use cuboid::{PointBox, closest_box_box, closest_point_box, closest_segment_b
 pub use plane::closest_plane;
 pub use segment::{closest_point_segment, closest_segment_segment};
 
-/// Cores nearer than this \[m\] give no trustworthy normal.
+/// Minimum distance of the cores for a reliable normal \[m\].
 const CORES_MEET: f64 = 1e-9;
 
 /// The closest points of two shapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
-    /// Distance of the surfaces \[m\]; negative when they overlap.
+    /// Distance of the surfaces \[m\]; negative if they overlap.
     pub distance: f64,
     /// Point on the surface of `a`, in the world \[m\].
     pub on_a: Vector3<f64>,
     /// Point on the surface of `b`, in the world \[m\].
     pub on_b: Vector3<f64>,
-    /// Unit vector from `b` to `a`: `distance = normal · (on_a - on_b)`, and moving `a` along
-    /// it increases the distance at unit rate.
+    /// Unit vector from `b` to `a`: `distance = normal · (on_a - on_b)`, and a motion of `a` along it increases the
+    /// distance at unit rate.
     pub normal: Vector3<f64>,
 }
 
-/// Why there are no closest points.
+/// Reason why the closest points do not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Degenerate {
-    /// The cores meet (or a number is not finite), so no normal exists. The caller keeps its last
-    /// one or reports a fault.
+    /// The cores intersect, or a number is not finite, so that there is no normal. The caller keeps its last normal or
+    /// reports a fault.
     #[error("the shapes overlap so deeply that no direction leads apart")]
     Touching,
 }
 
 impl Closest {
-    /// The same, seen from the other shape.
+    /// Returns the result with the two shapes exchanged.
     pub fn swapped(self) -> Closest {
         Closest { distance: self.distance, on_a: self.on_b, on_b: self.on_a, normal: -self.normal }
     }
 
-    /// From the nearest points of two cores and the radii around them.
+    /// Computes the result from the nearest points of two cores and their radii.
     fn of_cores(a: &Vector3<f64>, radius_a: f64, b: &Vector3<f64>, radius_b: f64) -> Result<Closest, Degenerate> {
         let away = a - b;
         let distance = away.norm();
@@ -67,7 +67,7 @@ impl Closest {
     }
 }
 
-/// What a shape is around.
+/// Core of a shape, without its radius.
 enum Core {
     Point(Vector3<f64>),
     Segment(Vector3<f64>, Vector3<f64>),
@@ -87,12 +87,12 @@ fn core(shape: &Shape, X_WS: &Isometry3<f64>) -> (Core, f64) {
     }
 }
 
-/// The closest points of `a` at `X_Wa` and `b` at `X_Wb`. Exact; allocates nothing; no NaN comes
-/// out, whatever goes in.
+/// Returns the closest points of `a` at `X_Wa` and `b` at `X_Wb`. Exact; does not allocate; never returns NaN, for any
+/// input.
 ///
-/// Round shapes that overlap have a negative distance, and so has a ball whose centre is inside a
-/// box. [`Degenerate::Touching`] when the cores meet: centres that coincide, axes that cross, an
-/// axis that enters a box, boxes that touch.
+/// Overlapping round shapes have a negative distance, and so has a ball whose centre is inside a box.
+/// [`Degenerate::Touching`] is returned if the cores intersect: coincident centres, crossing axes, an axis that enters
+/// a box, boxes that touch.
 pub fn closest(a: &Shape, X_Wa: &Isometry3<f64>, b: &Shape, X_Wb: &Isometry3<f64>) -> Result<Closest, Degenerate> {
     let (core_a, ra) = core(a, X_Wa);
     let (core_b, rb) = core(b, X_Wb);

@@ -1,17 +1,17 @@
-//! A shape against a half-space.
+//! Distance of a shape to a half-space.
 
 use nalgebra::{Isometry3, Vector3};
 
 use crate::{Closest, Shape};
 
-/// The point of the shape that is deepest against the unit vector `n_W`, and its distance above
-/// the plane `n·x = offset`: `distance = min over the shape of n·x - offset` \[m\].
+/// Returns the point of the shape that is lowest along the unit vector `n_W`, and its distance above the plane
+/// `n·x = offset`: `distance = min over the shape of n·x - offset` \[m\].
 ///
-/// `on_a` is that point of the shape, `on_b` its foot on the plane, `normal` is `n_W`. A face or a
-/// side that lies flat gives its middle. There is always an answer.
+/// `on_a` is that point of the shape, `on_b` its projection onto the plane, `normal` is `n_W`. If a face, an edge or
+/// the axis of a capsule is parallel to the plane, its middle is returned. The result always exists.
 pub fn closest_plane(shape: &Shape, X_WS: &Isometry3<f64>, n_W: &Vector3<f64>, offset: f64) -> Closest {
     let c = X_WS.translation.vector;
-    // A sign that is zero where the feature is flat against the plane.
+    // Sign that is zero if the feature is parallel to the plane.
     let against = |x: f64| if x.abs() <= 1e-12 { 0.0 } else { -x.signum() };
     let on_a = match *shape {
         Shape::Sphere { radius } => c - n_W * radius,

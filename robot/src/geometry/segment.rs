@@ -1,8 +1,8 @@
-//! Points and segments.
+//! Nearest points of points and segments.
 
 use nalgebra::Vector3;
 
-/// The point of the segment from `s0` to `s1` nearest to `p`, and its parameter in 0..1.
+/// Returns the point of the segment from `s0` to `s1` nearest to `p`, and its parameter in 0..1.
 #[inline]
 pub fn closest_point_segment(p: &Vector3<f64>, s0: &Vector3<f64>, s1: &Vector3<f64>) -> (Vector3<f64>, f64) {
     let d = s1 - s0;
@@ -11,12 +11,12 @@ pub fn closest_point_segment(p: &Vector3<f64>, s0: &Vector3<f64>, s1: &Vector3<f
     (s0 + d * t, t)
 }
 
-/// The nearest points of the segments `a0 a1` and `b0 b1`. Of parallel ones that lie side by
-/// side, the middle of the overlap.
+/// Returns the nearest points of the segments `a0 a1` and `b0 b1`; for overlapping parallel segments, the middle of the
+/// overlap.
 ///
-/// Where the lines are well apart in direction: the nearest points of the lines, clamped into a,
-/// then into b, then into a again. Source: Ericson, Real-Time Collision Detection (2005), 5.1.9.
-/// Nearly parallel lines determine those points badly: there all four ends are tried as well.
+/// If the directions differ clearly, these are the nearest points of the lines, clamped into a, then into b, then into
+/// a again. Source: Ericson, Real-Time Collision Detection (2005), 5.1.9. For nearly parallel lines this is
+/// ill-conditioned: all four ends are tried as well.
 pub fn closest_segment_segment(
     a0: &Vector3<f64>,
     a1: &Vector3<f64>,
@@ -37,7 +37,7 @@ pub fn closest_segment_segment(
         return (a0 + da * s, b0 + db * t);
     }
     if n2 <= 1e-24 * aa * bb && aa > 0.0 && bb > 0.0 {
-        // Parallel: the part of a that lies beside b.
+        // Parallel: the part of a that overlaps b.
         let (u, v) = (r.dot(&da) / aa, (r + db).dot(&da) / aa);
         let (low, high) = (u.min(v).max(0.0), u.max(v).min(1.0));
         if low < high {
@@ -48,7 +48,7 @@ pub fn closest_segment_segment(
     nearest_by_ends(a0, a1, b0, b1)
 }
 
-/// The best of the four ends, and of the lines' nearest points if those are determined at all.
+/// Tries the four ends, and the lines' nearest points if these are defined; returns the best pair.
 #[cold]
 fn nearest_by_ends(
     a0: &Vector3<f64>,
@@ -60,7 +60,7 @@ fn nearest_by_ends(
     let n = da.cross(&db);
     let n2 = n.norm_squared();
     let of_lines = if n2 > 0.0 { (b0 - a0).cross(&db).dot(&n) / n2 } else { 0.0 };
-    // Projecting to and fro only brings them closer.
+    // Alternating projection can only reduce the distance.
     let on_b = closest_point_segment(&(a0 + da * of_lines.clamp(0.0, 1.0)), b0, b1).0;
     let mut best = (closest_point_segment(&on_b, a0, a1).0, on_b);
     for pair in [

@@ -1,15 +1,15 @@
-//! A capsule around points: small, not smallest, and certain to contain them.
+//! A bounding capsule of points: small, not minimal, and guaranteed to contain them.
 
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::Shape;
 
-/// Thinnest capsule \[m\]: flat and straight meshes have none by themselves.
+/// Minimum radius \[m\]: straight meshes would get a radius of zero.
 const THINNEST: f64 = 1e-6;
 
-/// A capsule that contains all points, and its pose in their frame. The axis is tried along the
-/// coordinate axes, the principal axes and the longest extent, and the least volume is taken.
-/// `None` without points, or when one is not finite.
+/// Returns a capsule that contains all points, and its pose in their frame. Candidates for its axis are the coordinate
+/// axes, the principal axes and the longest extent; the one with the least volume is used. Returns `None` if there are
+/// no points, or if a coordinate is not finite or beyond 1e9 m.
 pub(crate) fn bounding_capsule(points: &[Vector3<f64>]) -> Option<(Isometry3<f64>, Shape)> {
     if points.is_empty() || points.iter().flatten().any(|x| !x.is_finite() || x.abs() > 1e9) {
         return None;
@@ -44,7 +44,7 @@ pub(crate) fn bounding_capsule(points: &[Vector3<f64>]) -> Option<(Isometry3<f64
     let Capsule { axis, centre, radius, half_length } = if fine.volume() < rough.volume() { fine } else { rough };
     let rotation = UnitQuaternion::rotation_between(&Vector3::z(), &axis)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
-    // Room for rounding, here and in the poses to come.
+    // Margin for rounding errors, here and in later transformations.
     let slack = 1e-9 * (1.0 + centre.norm());
     let shape = Shape::Capsule { radius: radius.max(THINNEST) * (1.0 + 1e-9) + slack, half_length };
     Some((Isometry3::from_parts(Translation3::from(centre), rotation), shape))
@@ -58,15 +58,15 @@ struct Capsule {
 }
 
 impl Capsule {
-    /// Up to a factor π.
+    /// Volume divided by π.
     fn volume(&self) -> f64 {
         self.radius * self.radius * (2.0 * self.half_length + 4.0 / 3.0 * self.radius)
     }
 }
 
-/// The capsule along `axis`: a circle around the points' shadow, then caps as near as they may be.
-/// The circle starts at the middle of the extents and takes `rounds` steps towards the farthest
-/// point, each shorter (Bădoiu and Clarkson, Smaller core-sets for balls, 2003).
+/// Computes a capsule along `axis`: a circle around the points projected along the axis, then caps as close together as
+/// the points allow. The centre of the circle starts at the middle of the extents and takes `rounds` steps towards the
+/// farthest point, each shorter (Bădoiu and Clarkson, Smaller core-sets for balls, 2003).
 fn around(points: &[Vector3<f64>], axis: Unit<Vector3<f64>>, rounds: usize) -> Capsule {
     let e = axis.into_inner();
     let u = e.cross(&Vector3::ith(e.iamin(), 1.0)).normalize();
@@ -128,7 +128,7 @@ mod tests {
             flat in 0usize..3,
         ) {
             let mut points: Vec<_> = points.into_iter().map(Vector3::from).collect();
-            // Solid, flat and straight clouds.
+            // Solid, flat and straight point clouds.
             for p in &mut points {
                 for i in 0..flat {
                     p[i] = 0.5;

@@ -1,16 +1,16 @@
-//! COLLADA: positions of the vertices, with the file's unit and the transformations of its scene.
+//! COLLADA: vertex positions, with the unit of the file and the transformations of its scene.
 //!
-//! The `up_axis` is not applied, as in ROS viewers: the axes of the file are those of the link.
+//! The `up_axis` is not applied, as in ROS viewers: the axes of the file are the axes of the link.
 
 use nalgebra::{Matrix4, Rotation3, Unit, Vector3};
 use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::markup::{MAX_ATTRIBUTES, crowded};
 
-/// Most XML nodes.
+/// Maximum number of XML nodes.
 const MAX_NODES: u32 = 4_000_000;
 
-/// All vertices that the scene shows, or all there are if there is no scene.
+/// Returns all vertices that the scene shows, or all vertices of the file if it has no scene.
 pub(super) fn vertices(text: &str) -> Result<Vec<Vector3<f64>>, String> {
     if crowded(text).is_some() {
         return Err(format!("an element has more than {MAX_ATTRIBUTES} attributes"));
@@ -34,7 +34,7 @@ pub(super) fn vertices(text: &str) -> Result<Vec<Vector3<f64>>, String> {
     let mut found = Vec::new();
     let mut shown = false;
     for scene in elements(root, "visual_scene") {
-        // Depth first without recursion: the nesting is the file's to choose.
+        // Depth first without recursion, because the file decides on the depth of the nesting.
         let mut stack: Vec<(Node, Matrix4<f64>)> = children(scene, "node").map(|n| (n, Matrix4::identity())).collect();
         while let Some((node, above)) = stack.pop() {
             let X = above * transform(node)?;
@@ -73,7 +73,7 @@ fn numbers(node: Node) -> Result<Vec<f64>, String> {
         .collect()
 }
 
-/// The positions that `<vertices>` of the geometry refer to.
+/// Returns the positions that the `<vertices>` of a geometry refer to.
 fn positions(geometry: Node) -> Result<Vec<Vector3<f64>>, String> {
     let mut found = Vec::new();
     for input in elements(geometry, "vertices").flat_map(|v| children(v, "input")) {
@@ -97,7 +97,7 @@ fn positions(geometry: Node) -> Result<Vec<Vector3<f64>>, String> {
     Ok(found)
 }
 
-/// The product of a node's transformations, in the order written.
+/// Returns the product of a node's transformations, in file order.
 fn transform(node: Node) -> Result<Matrix4<f64>, String> {
     let mut X = Matrix4::identity();
     for element in node.children().filter(Node::is_element) {

@@ -1,5 +1,5 @@
-//! Vertices of mesh files, and the capsule around them. Faces are not read: a capsule is convex,
-//! and contains the mesh as soon as it contains the vertices.
+//! Vertices of mesh files, and their bounding capsule. Faces are not read: a capsule is convex, and contains the mesh
+//! if it contains the vertices.
 
 use std::path::Path;
 
@@ -12,10 +12,10 @@ mod stl;
 
 pub(crate) use bound::bounding_capsule;
 
-/// Largest mesh file that is read \[bytes\].
+/// Maximum size of a mesh file \[bytes\].
 const MAX_BYTES: u64 = 256 << 20;
 
-/// The vertices in a `.stl`, `.obj` or `.dae` file \[m\], or what is wrong with it.
+/// Reads the vertices of a `.stl`, `.obj` or `.dae` file \[m\], or returns the reason why it cannot be used.
 pub(crate) fn vertices(path: &Path) -> Result<Vec<Vector3<f64>>, String> {
     let bytes = files::read(path, MAX_BYTES).map_err(|e| e.to_string())?;
     let kind = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
@@ -27,7 +27,7 @@ pub(crate) fn vertices(path: &Path) -> Result<Vec<Vector3<f64>>, String> {
     }
 }
 
-/// Three numbers at the head of `words`.
+/// Parses the first three of `words` as coordinates.
 fn point<'w>(mut words: impl Iterator<Item = &'w str>) -> Option<Vector3<f64>> {
     let mut next = || words.next()?.parse::<f64>().ok();
     Some(Vector3::new(next()?, next()?, next()?))

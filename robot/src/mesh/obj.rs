@@ -1,8 +1,8 @@
-//! Wavefront OBJ: the lines that start with `v`.
+//! Wavefront OBJ: reads the lines that start with `v`.
 
 use nalgebra::Vector3;
 
-/// All vertices of the file.
+/// Returns all vertices of the file.
 pub(super) fn vertices(text: &str) -> Result<Vec<Vector3<f64>>, String> {
     let mut found = Vec::new();
     for (i, line) in text.lines().enumerate() {

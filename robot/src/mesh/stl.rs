@@ -2,12 +2,12 @@
 
 use nalgebra::Vector3;
 
-/// Header and count of a binary file, and the size of one triangle in it \[bytes\].
+/// Sizes in a binary file: header with the count, and one triangle \[bytes\].
 const HEAD: usize = 84;
 const TRIANGLE: usize = 50;
 
-/// The corners of all triangles. A file whose length fits its count is binary, whatever it
-/// starts with: many binary files start with `solid` too.
+/// Returns the corners of all triangles. A file is binary if its length matches its count, independent of its
+/// beginning: many binary files start with `solid` too.
 pub(super) fn vertices(bytes: &[u8]) -> Result<Vec<Vector3<f64>>, String> {
     let count = bytes
         .get(HEAD - 4..HEAD)
@@ -21,7 +21,7 @@ pub(super) fn vertices(bytes: &[u8]) -> Result<Vec<Vector3<f64>>, String> {
         return ascii(&String::from_utf8_lossy(bytes));
     }
     if bytes.len() >= HEAD && whole.is_some_and(|n| n < bytes.len()) {
-        // Some programs append to the file.
+        // Some programs append data to the file.
         return Ok(binary(&bytes[HEAD..HEAD + count * TRIANGLE]));
     }
     Err("it is cut off, or no STL file".into())

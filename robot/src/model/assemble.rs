@@ -1,4 +1,4 @@
-//! From a description to a [`Model`]: checks that it is a tree, then lays the kinematics out flat.
+//! Construction of a [`Model`] from a description: checks the tree, then flattens the kinematics.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 use super::{Drive, JointKind, Support};
 use crate::{Base, Dof, Joint, Link, Model};
 
-/// Most joints that may move: `support` grows with their square in a chain.
+/// Maximum number of moving joints: in a chain, the size of `supports` grows with their square.
 pub(crate) const MAX_MOVING: usize = 4096;
 
-/// What is written to files: the model without the flat copy.
+/// Serialised form of a model: without the flat copy.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Parts {
     pub name: String,
@@ -19,7 +19,7 @@ pub(crate) struct Parts {
     pub dofs: Vec<Dof>,
 }
 
-/// How a step of the tape moves.
+/// Motion type of a step of the tape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Motor {
     Still,
@@ -27,35 +27,35 @@ pub(crate) enum Motor {
     Slide,
 }
 
-/// One joint, ready to run. Locked positions are folded into `turn` and `shift`.
+/// One joint, prepared for evaluation. Locked positions are folded into `turn` and `shift`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Step {
     pub motor: Motor,
-    /// Link it hangs on.
+    /// Index of the parent link.
     pub parent: u32,
-    /// Its motion column, when it moves.
+    /// Index of its motion column, if it moves.
     pub column: u32,
-    /// Where its position stands in `q`.
+    /// Index of its position in `q`.
     pub q_index: u32,
     pub multiplier: f64,
     pub offset: f64,
     /// Axis in the parent's frame.
     pub axis: Vector3<f64>,
-    /// Rotation of the origin, and the same times the pure quaternion of the axis:
-    /// the joint's rotation is `turn cos(x/2) + turn_axis sin(x/2)`.
+    /// `turn` is the rotation of the origin, `turn_axis` its product with the pure quaternion of the axis: the joint's
+    /// rotation is `turn cos(x/2) + turn_axis sin(x/2)`.
     pub turn: Quaternion<f64>,
     pub turn_axis: Quaternion<f64>,
     pub shift: Vector3<f64>,
 }
 
-/// The flat copy that kinematics runs on.
+/// The flat copy of the model that kinematics runs on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Tape {
     /// Step `k` poses link `k + 1`.
     pub steps: Vec<Step>,
     pub columns: usize,
     pub supports: Vec<Support>,
-    /// Per link, its part of `supports`; links without motion between them share one.
+    /// Range in `supports` for each link; links without motion between them share one range.
     pub ranges: Vec<(u32, u32)>,
 }
 
@@ -80,7 +80,7 @@ fn rigid(x: &Isometry3<f64>) -> bool {
     x.translation.vector.iter().all(|v| v.is_finite()) && (x.rotation.quaternion().norm_squared() - 1.0).abs() < 1e-9
 }
 
-/// Everything that indexing later relies on.
+/// Checks every property that later indexing relies on.
 fn check(parts: &Parts) -> Result<(), String> {
     let Parts { base, links, joints, dofs, .. } = parts;
     if links.len() != joints.len() + 1 {
@@ -152,7 +152,7 @@ fn check(parts: &Parts) -> Result<(), String> {
     Ok(())
 }
 
-/// The pose that a joint at `position` gives its child in its parent's frame.
+/// Returns the pose of the child link in its parent's frame if the joint is at `position`.
 pub(crate) fn joint_pose(joint: &Joint, position: f64) -> Isometry3<f64> {
     joint.origin
         * match joint.kind {

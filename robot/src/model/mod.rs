@@ -1,4 +1,4 @@
-//! The robot as it was built: links, joints, degrees of freedom. Read-only once made.
+//! The robot model: links, joints, degrees of freedom. It is read-only after construction.
 
 pub(crate) mod assemble;
 
@@ -10,25 +10,25 @@ use serde::{Deserialize, Serialize};
 use crate::{Base, JointId, LinkId, PlacedShape, Visual};
 use assemble::{Parts, Tape};
 
-/// How a joint can move.
+/// Motion type of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum JointKind {
-    /// Not at all.
+    /// No motion.
     Fixed,
     /// Turns about its axis within limits \[rad\].
     Revolute,
-    /// Turns about its axis without end \[rad\].
+    /// Turns about its axis without limits \[rad\].
     Continuous,
     /// Slides along its axis \[m\].
     Prismatic,
 }
 
-/// What sets the position of a joint.
+/// Source of a joint's position.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Drive {
-    /// Nothing: the joint is fixed.
+    /// None: the joint is fixed.
     Fixed,
     /// The degree of freedom with this index in [`Model::dofs`].
     Dof(usize),
@@ -36,9 +36,9 @@ pub enum Drive {
     Mimic {
         /// Index in [`Model::dofs`].
         dof: usize,
-        /// Factor on the position (and so on the velocity) of the followed one.
+        /// Factor on the position (and so on the velocity) of the leader.
         multiplier: f64,
-        /// Position where the followed one is at zero \[rad or m\].
+        /// Position of this joint if the leader is at zero \[rad or m\].
         offset: f64,
     },
     /// Held at this position \[rad or m\].
@@ -50,31 +50,31 @@ pub enum Drive {
 pub struct Joint {
     /// Name in the URDF.
     pub name: String,
-    /// How it can move.
+    /// Motion type.
     pub kind: JointKind,
-    /// The link it hangs on.
+    /// Link that carries the joint.
     pub parent: LinkId,
-    /// The link it moves. Joint `k` always moves link `k + 1`.
+    /// Link that the joint moves. Joint `k` always moves link `k + 1`.
     pub child: LinkId,
     /// Pose of the joint frame in the parent's frame.
     pub origin: Isometry3<f64>,
     /// Unit axis in the joint frame.
     pub axis: Vector3<f64>,
-    /// What moves it.
+    /// Source of its position.
     pub drive: Drive,
-    /// Lowest position \[rad or m\]; -inf when there is none.
+    /// Lowest position \[rad or m\]; -inf if there is no limit.
     #[serde(with = "crate::unlimited")]
     pub lower: f64,
-    /// Highest position \[rad or m\]; inf when there is none.
+    /// Highest position \[rad or m\]; inf if there is no limit.
     #[serde(with = "crate::unlimited")]
     pub upper: f64,
-    /// Greatest speed \[rad/s or m/s\]; inf when there is none.
+    /// Maximum speed \[rad/s or m/s\]; inf if there is no limit.
     #[serde(with = "crate::unlimited")]
     pub velocity: f64,
-    /// Greatest effort \[N m or N\]; inf when there is none.
+    /// Maximum effort \[N m or N\]; inf if there is no limit.
     #[serde(with = "crate::unlimited")]
     pub effort: f64,
-    /// Greatest acceleration and deceleration \[rad/s² or m/s²\]; inf when there is none.
+    /// Maximum acceleration and deceleration \[rad/s² or m/s²\]; inf if there is no limit.
     #[serde(with = "crate::unlimited", default = "crate::unlimited::none")]
     pub acceleration: f64,
 }
@@ -84,15 +84,15 @@ pub struct Joint {
 pub struct Link {
     /// Name in the URDF.
     pub name: String,
-    /// The joint that moves it; none for the root.
+    /// Joint that moves the link; none for the root.
     pub parent_joint: Option<JointId>,
-    /// Shapes for distances.
+    /// Shapes for distance computations.
     pub collision: Vec<PlacedShape>,
     /// Shapes for drawing.
     pub visual: Vec<Visual>,
-    /// Mass \[kg\]; 0 when the URDF gives none.
+    /// Mass \[kg\]; 0 if the URDF has none.
     pub mass: f64,
-    /// Centre of that mass in the link's frame \[m\]; the link's origin when the URDF gives none.
+    /// Centre of mass in the link's frame \[m\]; the link's origin if the URDF has none.
     #[serde(default)]
     pub center_of_mass: Vector3<f64>,
 }
@@ -112,114 +112,114 @@ pub enum DofUnit {
 pub struct Dof {
     /// The joint's name, or one of [`Base::dof_names`].
     pub name: String,
-    /// The joint that it moves (mimicking ones apart); none for the base.
+    /// Joint that the degree of freedom drives directly, without its followers; none for the base.
     pub joint: Option<JointId>,
-    /// Its unit.
+    /// Unit.
     pub unit: DofUnit,
-    /// Index of its position in `q`; none for the base, whose `q` has other coordinates.
+    /// Index of its position in `q`; none for the base, whose configuration has other coordinates.
     pub q_index: Option<usize>,
-    /// Lowest position; -inf when there is none.
+    /// Lowest position; -inf if there is no limit.
     #[serde(with = "crate::unlimited")]
     pub lower: f64,
-    /// Highest position; inf when there is none.
+    /// Highest position; inf if there is no limit.
     #[serde(with = "crate::unlimited")]
     pub upper: f64,
-    /// Greatest speed; inf when there is none.
+    /// Maximum speed; inf if there is no limit.
     #[serde(with = "crate::unlimited")]
     pub velocity: f64,
-    /// Greatest acceleration; inf when there is none.
+    /// Maximum acceleration; inf if there is no limit.
     #[serde(with = "crate::unlimited", default = "crate::unlimited::none")]
     pub acceleration: f64,
 }
 
-/// A motion column that moves a link, and the degree of freedom that drives it.
+/// A motion column of a link, and the degree of freedom that drives it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Support {
     /// Index of the column in [`crate::Data::columns`].
     pub column: u32,
-    /// Index in [`Model::dofs`], the row entry it adds to.
+    /// Index in [`Model::dofs`]: the entry of a Jacobian row that the column adds to.
     pub dof: u32,
 }
 
-/// A tree of links. Made by [`Model::from_urdf`] or by deserialising; the public fields are for
-/// reading: kinematics runs on a flat copy taken when the model was made.
+/// A tree of links, created by [`Model::from_urdf`] or by deserialising. The public fields are for reading only:
+/// kinematics runs on a flat copy that is made at construction.
 ///
-/// `q` holds the base's numbers ([`Base`]), then one per joint degree of freedom; `v` the base's
-/// velocities, then the same joints in the same order.
+/// `q` holds the coordinates of the base ([`Base`]), then one per joint degree of freedom; `v` the velocities of the
+/// base, then the same joints in the same order.
 #[derive(Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Parts", into = "Parts")]
 pub struct Model {
     /// Name of the robot.
     pub name: String,
-    /// What carries the root.
+    /// Mobility of the root link.
     pub base: Base,
-    /// Parents before children; `links[0]` is the root.
+    /// Links, parents before children; `links[0]` is the root.
     pub links: Vec<Link>,
-    /// Depth first, children in file order; `joints[k]` moves `links[k + 1]`.
+    /// Joints, depth first, children in file order; `joints[k]` moves `links[k + 1]`.
     pub joints: Vec<Joint>,
-    /// Base first, then joints in order.
+    /// Degrees of freedom: those of the base, then those of the joints in order.
     pub dofs: Vec<Dof>,
     pub(crate) tape: Tape,
 }
 
 impl Model {
-    /// Numbers in a configuration.
+    /// Length of a configuration `q`.
     #[inline]
     pub fn nq(&self) -> usize {
         self.base.nq() + self.dofs.len() - self.base.nv()
     }
 
-    /// Numbers in a velocity: the degrees of freedom.
+    /// Length of a velocity `v`: the number of degrees of freedom.
     #[inline]
     pub fn nv(&self) -> usize {
         self.dofs.len()
     }
 
-    /// The root link.
+    /// Returns the root link.
     #[inline]
     pub fn root(&self) -> LinkId {
         LinkId(0)
     }
 
-    /// The link of this name.
+    /// Returns the link with this name.
     pub fn link(&self, name: &str) -> Option<LinkId> {
         self.links.iter().position(|l| l.name == name).map(|i| LinkId(i as u32))
     }
 
-    /// The joint of this name.
+    /// Returns the joint with this name.
     pub fn joint(&self, name: &str) -> Option<JointId> {
         self.joints.iter().position(|j| j.name == name).map(|i| JointId(i as u32))
     }
 
-    /// The degree of freedom of this name (a joint's, or one of the base's).
+    /// Returns the index of the degree of freedom with this name (of a joint or of the base).
     pub fn dof(&self, name: &str) -> Option<usize> {
         self.dofs.iter().position(|d| d.name == name)
     }
 
-    /// The link with this index, which must come from this model.
+    /// Returns the link with this index, which must come from this model.
     #[inline]
     pub fn link_ref(&self, id: LinkId) -> &Link {
         &self.links[id.index()]
     }
 
-    /// The joint with this index, which must come from this model.
+    /// Returns the joint with this index, which must come from this model.
     #[inline]
     pub fn joint_ref(&self, id: JointId) -> &Joint {
         &self.joints[id.index()]
     }
 
-    /// The link that `link` hangs on; none for the root.
+    /// Returns the parent link of `link`; none for the root.
     pub fn parent(&self, link: LinkId) -> Option<LinkId> {
         self.link_ref(link).parent_joint.map(|j| self.joint_ref(j).parent)
     }
 
-    /// Whether the two links can move against each other.
+    /// Returns true if the two links can move relative to each other.
     pub fn moves_between(&self, a: LinkId, b: LinkId) -> bool {
         self.support(a) != self.support(b)
     }
 
-    /// Position of `joint` at `q`: the degree of freedom, what follows from it, or the locked
-    /// value \[rad or m\]; 0 for a fixed joint.
+    /// Returns the position of `joint` at `q`: its degree of freedom, the position that a follower derives from its
+    /// leader, or the locked value \[rad or m\]; 0 for a fixed joint.
     pub fn joint_position(&self, joint: JointId, q: &[f64]) -> f64 {
         let at = |dof: usize| self.dofs[dof].q_index.map_or(0.0, |i| q[i]);
         match self.joint_ref(joint).drive {
@@ -230,7 +230,7 @@ impl Model {
         }
     }
 
-    /// The columns that move `link`, the base's first, then from the root outwards.
+    /// Returns the columns that move `link`: those of the base, then from the root outwards.
     #[inline]
     pub fn support(&self, link: LinkId) -> &[Support] {
         let (start, end) = self.tape.ranges[link.index()];

@@ -1,5 +1,5 @@
-//! What the parts of the reader share: the text, the complaints so far, and small readers of
-//! elements, attributes and numbers.
+//! Shared context of the URDF reader: the text, the messages so far, and small readers of elements, attributes and
+//! numbers.
 
 use std::ops::Range;
 
@@ -8,14 +8,14 @@ use roxmltree::Node;
 
 use super::{UrdfCode, UrdfMessage};
 
-/// The complaints while reading one text.
+/// The messages about one text.
 pub(super) struct Cx<'t> {
     pub text: &'t str,
     pub errors: Vec<UrdfMessage>,
     pub warnings: Vec<UrdfMessage>,
 }
 
-/// A value and where it was written.
+/// A value and its location in the text.
 pub(super) struct Spanned<T> {
     pub value: T,
     pub span: Range<usize>,
@@ -30,7 +30,7 @@ impl<'t> Cx<'t> {
         self.warnings.push(message);
     }
 
-    /// The opening tag of an element.
+    /// Returns the range of the opening tag of an element.
     pub(super) fn tag(&self, node: Node) -> Range<usize> {
         let range = node.range();
         let mut quote = None;
@@ -45,12 +45,12 @@ impl<'t> Cx<'t> {
         range
     }
 
-    /// First line that `span` is on, from 1.
+    /// Returns the line of the start of `span`, from 1.
     pub(super) fn line(&self, span: &Range<usize>) -> usize {
         self.text[..span.start].matches('\n').count() + 1
     }
 
-    /// An attribute that must be there and must not be empty.
+    /// Returns a required attribute; reports an error if it is missing or empty.
     pub(super) fn need<'a>(&mut self, node: Node<'a, '_>, name: &str) -> Option<Spanned<&'a str>> {
         match attribute(node, name) {
             Some(found) if !found.value.trim().is_empty() => Some(found),
@@ -64,7 +64,7 @@ impl<'t> Cx<'t> {
         }
     }
 
-    /// `N` finite numbers, if the attribute is there. A bad one is an error and gives `None`.
+    /// Reads `N` finite numbers, if the attribute exists. An invalid one is an error and returns `None`.
     pub(super) fn numbers<const N: usize>(&mut self, node: Node, name: &str) -> Option<[f64; N]> {
         let found = attribute(node, name)?;
         match parse_numbers(found.value) {
@@ -77,12 +77,12 @@ impl<'t> Cx<'t> {
         }
     }
 
-    /// One finite number, if the attribute is there.
+    /// Reads one finite number, if the attribute exists.
     pub(super) fn number(&mut self, node: Node, name: &str) -> Option<f64> {
         self.numbers::<1>(node, name).map(|[x]| x)
     }
 
-    /// The pose in the `<origin>` of `node`; identity without one.
+    /// Reads the pose in the `<origin>` of `node`; identity if there is none.
     pub(super) fn origin(&mut self, node: Node) -> Isometry3<f64> {
         let Some(origin) = child(node, "origin") else { return Isometry3::identity() };
         let xyz = self.numbers(origin, "xyz").unwrap_or([0.0; 3]);
@@ -102,7 +102,8 @@ impl<'t> Cx<'t> {
     }
 }
 
-/// Parses exactly `N` finite numbers between spaces; else what is wrong, to follow a name.
+/// Parses exactly `N` finite numbers separated by white space. The error text continues a sentence that begins with the
+/// name of the attribute.
 pub(super) fn parse_numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let mut values = [0.0; N];
     let mut count = 0;
@@ -124,14 +125,14 @@ pub(super) fn parse_numbers<const N: usize>(text: &str) -> Result<[f64; N], Stri
     }
 }
 
-/// An attribute without namespace, with the place of its value.
+/// Returns an attribute without namespace, with the location of its value.
 pub(super) fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Option<Spanned<&'a str>> {
     node.attributes()
         .find(|a| a.name() == name && a.namespace().is_none())
         .map(|a| Spanned { value: a.value(), span: a.range_value() })
 }
 
-/// Child elements of this name, in the namespace of their parent.
+/// Returns the child elements with this name, in the namespace of their parent.
 pub(super) fn children<'a, 'i: 'a>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
     let namespace = node.tag_name().namespace();
     node.children()
@@ -143,7 +144,7 @@ pub(super) fn child<'a, 'i: 'a>(node: Node<'a, 'i>, name: &'static str) -> Optio
     children(node, name).next()
 }
 
-/// At most eight names, for a message.
+/// Formats at most eight names for a message.
 pub(super) fn list<'n>(names: impl IntoIterator<Item = &'n str>) -> String {
     let names: Vec<&str> = names.into_iter().collect();
     let mut text = names.iter().take(8).map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");

@@ -1,4 +1,4 @@
-//! What moves each joint: limits, locks, mimics.
+//! Drives of the joints: limits, locks, mimics.
 
 use std::collections::BTreeMap;
 
@@ -9,11 +9,11 @@ use crate::model::assemble::MAX_MOVING;
 use crate::sample::nearest;
 use crate::{Drive, JointKind};
 
-/// Fastest speed that is believed \[rad/s or m/s\].
+/// Maximum plausible speed limit \[rad/s or m/s\].
 const FASTEST: f64 = 1e3;
 
-/// How far a follower may pass its own limits before it is worth a word: multipliers are written
-/// rounded \[rad, m, or either per second\].
+/// Tolerance for a follower that exceeds its own limits, because multipliers are written rounded \[rad, m, or either
+/// per second\].
 const ROUNDING: f64 = 1e-6;
 
 /// Drive and limits of one joint.
@@ -27,11 +27,11 @@ pub(super) struct Driven {
     pub acceleration: f64,
 }
 
-/// What limits of position say.
+/// Position limits of a joint.
 enum Range {
-    /// There are none.
+    /// The type of the joint has no limits.
     Free,
-    /// There should be some.
+    /// The type of the joint needs limits, but none are written.
     Unsaid,
     Between(f64, f64),
     Crossed,
@@ -44,7 +44,7 @@ fn range(joint: &RawJoint) -> Range {
         (_, Some(limit)) => match (limit.lower, limit.upper) {
             (None, None) => Range::Unsaid,
             (lower, upper) => {
-                // An attribute left out is 0: urdf.org, joint/limit.
+                // A missing attribute is 0: urdf.org, joint/limit.
                 let (lower, upper) = (lower.unwrap_or(0.0), upper.unwrap_or(0.0));
                 if lower > upper { Range::Crossed } else { Range::Between(lower, upper) }
             }
@@ -52,7 +52,8 @@ fn range(joint: &RawJoint) -> Range {
     }
 }
 
-/// Gives every joint in `order` its drive, in that order; `base_dofs` come before the joints'.
+/// Determines the drive of every joint in `order`, in that order. The first `base_dofs` degrees of freedom are those of
+/// the base.
 pub(super) fn resolve(
     cx: &mut Cx,
     robot: &RawRobot,
@@ -110,7 +111,8 @@ pub(super) fn resolve(
     driven
 }
 
-/// The complaint about a mimic of nothing. A copied hand often keeps the names without its prefix.
+/// Returns the error for a mimic of an unknown joint. A copied hand often keeps the joint names without their prefix,
+/// so the help lists names with a common suffix.
 fn no_leader(robot: &RawRobot, wanted: &Spanned<String>) -> UrdfMessage {
     let leaders = robot.joints.iter().filter(|j| j.kind != JointKind::Fixed && j.mimic.is_none());
     let names = leaders.map(|j| j.name.value.as_str());
@@ -124,7 +126,7 @@ fn no_leader(robot: &RawRobot, wanted: &Spanned<String>) -> UrdfMessage {
     UrdfMessage::new(UrdfCode::UnknownJoint, wanted.span.clone(), text).help(help)
 }
 
-/// Complains about names in `lock` and `keep` that no joint has, or that have no effect.
+/// Reports names in `lock` and `keep` that no joint has, or that belong to a fixed joint.
 fn known_names(cx: &mut Cx, robot: &RawRobot, options: &Options) {
     let kinds: BTreeMap<&str, JointKind> = robot.joints.iter().map(|j| (j.name.value.as_str(), j.kind)).collect();
     let locked = options.lock.keys().map(|name| ("locked", name));
@@ -170,7 +172,7 @@ fn limits(cx: &mut Cx, joint: &RawJoint) -> Driven {
     Driven { drive: Drive::Fixed, lower, upper, velocity, effort, acceleration }
 }
 
-/// Warns about limits that a degree of freedom lacks.
+/// Warns about missing limits of a degree of freedom.
 fn remark_limits(cx: &mut Cx, joint: &RawJoint) {
     let name = &joint.name.value;
     let span = joint.limit.as_ref().map_or(&joint.tag, |l| &l.span).clone();
@@ -210,8 +212,8 @@ fn check_lock(cx: &mut Cx, robot: &RawRobot, joint: &RawJoint, position: f64, li
     }
 }
 
-/// Resolves who follows whom down to a degree of freedom or a fixed position. Each joint is
-/// walked over once, however long the chains.
+/// Resolves chains of mimics down to a degree of freedom or a fixed position. Each joint is visited once, however long
+/// the chains.
 fn follow(
     cx: &mut Cx,
     robot: &RawRobot,
@@ -250,7 +252,7 @@ fn follow(
     }
 }
 
-/// Warns about followers that their leaders take past the followers' own limits, which nobody keeps.
+/// Warns about followers that their leaders can drive beyond the followers' own limits: these are not enforced.
 fn remark_followers(
     cx: &mut Cx,
     robot: &RawRobot,
@@ -301,7 +303,7 @@ fn remark_followers(
     }
 }
 
-/// `multiplier * leader + offset`.
+/// Returns the drive of a follower at `multiplier * leader + offset`.
 fn compose(leader: Drive, multiplier: f64, offset: f64) -> Drive {
     match leader {
         Drive::Fixed => Drive::Locked(offset),

@@ -1,12 +1,11 @@
-//! Where the file of a mesh is. Looks at the file system and three environment variables, and
-//! runs nothing.
+//! Location of mesh files. Reads the file system and two environment variables, and runs no programs.
 
 use std::env;
 use std::path::{Path, PathBuf};
 
 use super::Options;
 
-/// The file of an address, or what to do to have it found.
+/// Returns the path of the file for a mesh address, or advice on how to make it findable.
 pub(super) fn find(address: &str, options: &Options) -> Result<PathBuf, String> {
     if let Some(rest) = address.strip_prefix("package://").or(address.strip_prefix("model://")) {
         let (package, inside) = rest.split_once('/').unwrap_or((rest, ""));
@@ -56,7 +55,7 @@ fn names(folder: &Path, package: &str) -> bool {
     folder.file_name().is_some_and(|name| name.to_str() == Some(package))
 }
 
-/// Resolves `%20` and the like; what is not such an escape stays.
+/// Decodes percent escapes such as `%20`; invalid escapes stay as they are.
 fn unescape(text: &str) -> String {
     let bytes = text.as_bytes();
     let mut out = Vec::with_capacity(bytes.len());

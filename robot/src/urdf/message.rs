@@ -1,4 +1,4 @@
-//! What can be said about a URDF, and where in its text.
+//! Diagnostics of a URDF, with their location in the text.
 
 use std::fmt;
 use std::ops::Range;
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 macro_rules! codes {
     ($($(#[$doc:meta])* $name:ident = $text:literal,)*) => {
-        /// What kind of complaint a [`UrdfMessage`] is. Stable: tools may match on it.
+        /// Kind of a [`UrdfMessage`]. Stable: tools may match on it.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
         #[serde(rename_all = "kebab-case")]
         pub enum UrdfCode { $($(#[$doc])* $name,)* }
@@ -16,7 +16,7 @@ macro_rules! codes {
             /// All codes, in the order of declaration.
             pub const ALL: &[UrdfCode] = &[$(UrdfCode::$name,)*];
 
-            /// The code as written in messages, in kebab case.
+            /// Returns the code as written in messages, in kebab case.
             pub const fn as_str(self) -> &'static str {
                 match self { $(UrdfCode::$name => $text,)* }
             }
@@ -31,25 +31,25 @@ codes! {
     BrokenXml = "broken-xml",
     /// The root element is not `<robot>`.
     NoRobot = "no-robot",
-    /// Macros that were not expanded.
+    /// The file contains xacro macros that were not expanded.
     Xacro = "xacro",
-    /// No link at all.
+    /// The robot has no link.
     NoLinks = "no-links",
-    /// An element or an attribute that must be there is missing.
+    /// A required element or attribute is missing.
     Missing = "missing",
-    /// Two links, or two joints, of one name.
+    /// Two links, or two joints, have the same name.
     DuplicateName = "duplicate-name",
     /// A joint names a link that does not exist.
     UnknownLink = "unknown-link",
     /// A mimic, `lock` or `keep` names a joint that does not exist.
     UnknownJoint = "unknown-joint",
-    /// A joint type this program does not have.
+    /// A joint type that is not supported.
     UnknownJointType = "unknown-joint-type",
     /// A planar or floating joint inside the tree.
     FreeJoint = "free-joint",
     /// A link is the child of two joints.
     TwoParents = "two-parents",
-    /// Links that hang on each other in a circle.
+    /// Links that form a cycle.
     Cycle = "cycle",
     /// More than one link without a parent.
     SeveralRoots = "several-roots",
@@ -59,7 +59,7 @@ codes! {
     BadNumber = "bad-number",
     /// The axis of a moving joint has no direction.
     ZeroAxis = "zero-axis",
-    /// A size that must be greater than zero is not.
+    /// A size is not greater than zero, or a mass is negative.
     BadSize = "bad-size",
     /// The lower limit is above the upper one.
     CrossedLimits = "crossed-limits",
@@ -67,21 +67,21 @@ codes! {
     NoLimits = "no-limits",
     /// Warning: the limits leave the joint one position.
     Immovable = "immovable",
-    /// Warning: the limit of speed is missing, or is none.
+    /// Warning: the limit of speed is missing or is not usable.
     NoVelocityLimit = "no-velocity-limit",
     /// Too many moving joints.
     TooManyJoints = "too-many-joints",
-    /// A name is taken by a degree of freedom of the base.
+    /// A joint has the name of a degree of freedom of the base.
     ReservedName = "reserved-name",
-    /// A `lock` that cannot be: no number, or (as a warning) outside the limits or without effect.
+    /// An invalid `lock`: not finite, or (as a warning) outside the limits.
     BadLock = "bad-lock",
     /// Warning: a mesh file was not found.
     MeshMissing = "mesh-missing",
-    /// Warning: a mesh file could not be understood.
+    /// Warning: a mesh file could not be read or has no usable vertices.
     MeshUnreadable = "mesh-unreadable",
-    /// Warning: collision meshes were left out because reading them was not asked for.
+    /// Warning: collision meshes were left out because [`Options::read_meshes`](crate::Options::read_meshes) is off.
     MeshNotRead = "mesh-not-read",
-    /// Warning: a part that has no effect.
+    /// Warning: an element or an option without effect.
     Ignored = "ignored",
 }
 
@@ -91,35 +91,34 @@ impl fmt::Display for UrdfCode {
     }
 }
 
-/// A complaint about a URDF. Whether it is an error or a warning is said by where it stands in
-/// the result of [`crate::Model::from_urdf`].
+/// A diagnostic of a URDF. The result of [`crate::Model::from_urdf`] separates errors from warnings.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[error("{text}")]
 pub struct UrdfMessage {
-    /// What kind it is.
+    /// Kind of the message.
     pub code: UrdfCode,
     /// One sentence, without a full stop.
     pub text: String,
-    /// The offending bytes of the URDF text; always in range and on character boundaries.
+    /// Byte range in the URDF text; always in bounds and on character boundaries.
     pub span: Range<usize>,
-    /// What to do about it.
+    /// Proposed correction.
     pub help: Option<String>,
 }
 
 impl UrdfMessage {
-    /// A message without help.
+    /// Creates a message without help.
     pub(crate) fn new(code: UrdfCode, span: Range<usize>, text: impl Into<String>) -> UrdfMessage {
         UrdfMessage { code, text: text.into(), span, help: None }
     }
 
-    /// The same with help.
+    /// Returns the message with this help.
     pub(crate) fn help(mut self, help: impl Into<String>) -> UrdfMessage {
         self.help = Some(help.into());
         self
     }
 
-    /// Line and column (both from 1, the column in characters) where the span starts in `urdf`,
-    /// the text it was read from.
+    /// Returns the line and column of the start of the span (both from 1, the column in characters). `urdf` must be the
+    /// text that the message belongs to.
     pub fn line_column(&self, urdf: &str) -> (usize, usize) {
         let before = urdf.get(..self.span.start).unwrap_or(urdf);
         let line_start = before.rfind('\n').map_or(0, |i| i + 1);

@@ -1,7 +1,7 @@
-//! Reading a URDF: every complaint with its place in the text, as many as possible in one go.
+//! URDF reader: reports as many errors as possible in one pass, each with its location in the text.
 //!
-//! Order of work: XML (`xml`), what is written (`read`, `solid`), the tree (`tree`), what moves
-//! (`drive`), and then the model. Files and environment are looked at for meshes only (`locate`).
+//! Stages: XML (`xml`), links and joints as written (`read`, `solid`), the tree (`tree`), the drives (`drive`), the
+//! model. Only meshes access files and environment variables (`locate`).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -25,39 +25,38 @@ use drive::Driven;
 use read::RawRobot;
 use tree::Tree;
 
-/// How to read a URDF.
+/// Options for reading a URDF.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// What carries the root link. URDF itself does not say.
+    /// Mobility of the root link. A URDF does not define it.
     pub base: Base,
-    /// Joints to hold, and where \[rad or m\].
+    /// Joints to hold, with their positions \[rad or m\].
     pub lock: BTreeMap<String, f64>,
-    /// When given: every movable joint that is not listed is locked at 0, or at the limit
-    /// nearest to it. Mimicking joints need not be listed: they follow.
+    /// If present: every movable joint that is not listed is locked at 0, or at the limit nearest to 0. Mimicking
+    /// joints need not be listed: they follow.
     pub keep: Option<BTreeSet<String>>,
-    /// Folder of the URDF, for mesh addresses relative to it.
+    /// Folder of the URDF, for relative mesh addresses.
     pub urdf_dir: Option<PathBuf>,
-    /// Folders with packages, or of packages, for `package://` addresses; searched before
-    /// `ROS_PACKAGE_PATH` and `AMENT_PREFIX_PATH`.
+    /// Folders that contain packages, or are packages, for `package://` addresses; searched before `ROS_PACKAGE_PATH`
+    /// and `AMENT_PREFIX_PATH`.
     pub package_paths: Vec<PathBuf>,
-    /// Whether collision meshes are read and bounded by capsules; otherwise they are left out.
+    /// True to read collision meshes and bound them by capsules; otherwise they are left out.
     pub read_meshes: bool,
 }
 
 impl Model {
-    /// Reads a URDF. Warnings come with the model, errors instead of it, each in the order of
-    /// their places in the text.
+    /// Reads a URDF. Returns the model with warnings, or the errors; both are sorted by their location in the text.
     ///
-    /// Where the format leaves a choice: a moving joint without `<limit>`, or with neither
-    /// `lower` nor `upper`, is unlimited (a warning); one with `lower` equal to `upper` is locked
-    /// there (a warning); a speed limit that is missing, not positive or above 1000 is none (a
-    /// warning). A mimicking joint follows what its leader does, also when that is locked.
-    /// Elements that are not part of a model (transmissions, simulators' tags) are skipped.
-    /// Collision sizes must be positive (an error); a visual that cannot be drawn is left out (a
-    /// warning).
+    /// Choices that the format leaves open:
+    /// - A moving joint without `<limit>`, or with neither `lower` nor `upper`, is unlimited (a warning).
+    /// - A joint with `lower` equal to `upper` is locked there (a warning).
+    /// - A speed limit that is missing, not positive or above 1000 is ignored (a warning).
+    /// - A mimicking joint follows its leader, even if the leader is locked.
+    /// - Elements that are not part of a model (transmissions, simulators' tags) are skipped.
+    /// - Collision sizes must be positive (an error); a visual that cannot be drawn is left out (a warning).
     ///
     /// # Errors
-    /// All that [`UrdfCode`] lists and does not call a warning.
+    /// All codes of [`UrdfCode`] that are not marked as a warning.
     pub fn from_urdf(text: &str, options: &Options) -> Result<(Model, Vec<UrdfMessage>), Vec<UrdfMessage>> {
         let document = xml::parse(text).map_err(|message| vec![message])?;
         let mut cx = Cx { text, errors: Vec::new(), warnings: Vec::new() };
@@ -75,7 +74,7 @@ impl Model {
 
 fn build(cx: &mut Cx, robot: RawRobot, options: &Options) -> Option<Model> {
     let tree = tree::grow(cx, &robot);
-    // Without a tree the joints are still looked at, in file order, for more complaints.
+    // Without a tree the joints are still checked, in file order, to report more errors.
     let file_order: Vec<usize> = (0..robot.joints.len()).collect();
     let order = tree.as_ref().map_or(&file_order, |tree| &tree.joints);
     let driven = drive::resolve(cx, &robot, order, options.base.nv(), options);
@@ -92,13 +91,13 @@ fn build(cx: &mut Cx, robot: RawRobot, options: &Options) -> Option<Model> {
     let tree = tree.filter(|_| cx.errors.is_empty())?;
     let tag = robot.tag.clone();
     let parts = parts(robot, &tree, &driven, options.base);
-    // What has passed the checks above passes these; if not, it is said rather than hidden.
+    // The checks above imply those of `try_from`. A failure here is a bug in this crate, but is reported.
     Model::try_from(parts).map_err(|text| cx.error(UrdfMessage::new(UrdfCode::Missing, tag, text))).ok()
 }
 
 fn parts(robot: RawRobot, tree: &Tree, driven: &[Driven], base: Base) -> Parts {
     let RawRobot { name, links: raw_links, joints: raw_joints, .. } = robot;
-    // Where each written link stands in the model.
+    // Index in the model for each link as written.
     let mut place = vec![LinkId(0); raw_links.len()];
     for (k, &j) in tree.joints.iter().enumerate() {
         place[tree.ends[j].1] = LinkId(k as u32 + 1);
@@ -140,7 +139,7 @@ fn parts(robot: RawRobot, tree: &Tree, driven: &[Driven], base: Base) -> Parts {
     Parts { name, base, links: slots.into_iter().flatten().collect(), joints, dofs }
 }
 
-/// The base's degrees of freedom, then those of the joints that have one.
+/// Returns the degrees of freedom of the base, then those of the joints.
 fn dofs(base: Base, joints: &[Joint]) -> Vec<Dof> {
     let mut dofs: Vec<Dof> = base
         .dof_names()

@@ -1,4 +1,4 @@
-//! XML to the links and joints that are written there, each value checked by itself.
+//! Reader of links and joints from XML; each value is checked on its own.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -11,7 +11,7 @@ use super::solid::{self, Solids};
 use super::{UrdfCode, UrdfMessage, xml};
 use crate::{JointKind, PlacedShape, Visual};
 
-/// Most links of one robot.
+/// Maximum number of links of a robot.
 const MAX_LINKS: usize = 100_000;
 
 /// A link as written.
@@ -45,7 +45,7 @@ pub(super) struct RawJoint {
     pub name: Spanned<String>,
     pub tag: Range<usize>,
     pub kind: JointKind,
-    /// `planar` or `floating`, which are not for the inside of a tree, and where it is written.
+    /// `planar` or `floating` with its location; these types are not supported inside a tree.
     pub free: Option<Spanned<String>>,
     pub parent: Spanned<String>,
     pub child: Spanned<String>,
@@ -63,7 +63,7 @@ pub(super) struct RawRobot {
     pub joints: Vec<RawJoint>,
 }
 
-/// Reads all links and joints. `None` when it makes no sense to go on.
+/// Reads all links and joints. `None` if the file is not usable as a robot.
 pub(super) fn robot(cx: &mut Cx, root: Node, solids: &mut Solids) -> Option<RawRobot> {
     let tag = xml::first_line(cx.text, cx.tag(root));
     if root.tag_name().name() != "robot" {
@@ -191,13 +191,13 @@ fn joint(cx: &mut Cx, node: Node) -> Option<RawJoint> {
     Some(RawJoint { name, tag, kind, free, parent, child, origin, axis, limit, mimic })
 }
 
-/// The unit axis; x without one, as URDF has it.
+/// Returns the unit axis; the x axis if none is written, as URDF defines.
 fn axis(cx: &mut Cx, node: Node) -> Vector3<f64> {
     let Some(element) = child(node, "axis") else { return Vector3::x() };
     let Some(axis) = cx.numbers::<3>(element, "xyz").map(Vector3::from) else {
         return Vector3::x();
     };
-    // Scaled first: the square of a huge number is not finite.
+    // Scaled first, because the square of a huge number is not finite.
     let size = axis.amax();
     if size > 1e-9 {
         (axis / size).normalize()
@@ -222,14 +222,14 @@ fn limit(cx: &mut Cx, element: Node) -> RawLimit {
     }
 }
 
-/// The lower one of `acceleration` and `deceleration`, which URDF 1.2 has; of a jerk nothing is read.
+/// Returns the lower of `acceleration` and `deceleration` (URDF 1.2). A jerk limit is not read.
 fn acceleration(cx: &mut Cx, element: Node) -> f64 {
     let [up, down] = ["acceleration", "deceleration"]
         .map(|name| speed(cx, element, name).filter(|x| *x > 0.0).unwrap_or(f64::INFINITY));
     up.min(down)
 }
 
-/// A number for which "infinite" and "NaN" mean that there is no limit.
+/// Reads a number; infinity and NaN mean that there is no limit.
 fn speed(cx: &mut Cx, element: Node, name: &str) -> Option<f64> {
     match attribute(element, name)?.value.trim().parse::<f64>() {
         Ok(value) if !value.is_finite() => Some(f64::INFINITY),

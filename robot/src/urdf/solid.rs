@@ -1,4 +1,4 @@
-//! Collision and visual elements: shapes, meshes, colours.
+//! Reader of collision and visual elements: shapes, meshes, colours.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -12,7 +12,7 @@ use super::{Options, UrdfCode, UrdfMessage, locate};
 use crate::mesh;
 use crate::{PlacedShape, Shape, Visual, VisualGeometry};
 
-/// What shapes need from around them: where meshes are, and the named colours.
+/// Context of the shapes: options, named colours and the meshes read so far.
 pub(super) struct Solids<'o> {
     options: &'o Options,
     colors: BTreeMap<String, [f64; 4]>,
@@ -21,7 +21,7 @@ pub(super) struct Solids<'o> {
 }
 
 impl<'o> Solids<'o> {
-    /// Collects the named colours of the whole file; the first of a name counts.
+    /// Collects the named colours of the whole file; the first definition of a name is used.
     pub(super) fn new(cx: &mut Cx, root: Node, options: &'o Options) -> Solids<'o> {
         let mut colors = BTreeMap::new();
         for node in root.descendants().filter(|n| n.tag_name().name() == "material") {
@@ -29,7 +29,7 @@ impl<'o> Solids<'o> {
                 colors.entry(name.value.to_owned()).or_insert(rgba);
             }
         }
-        // Each visual looks at its own colour again, and complains then.
+        // Each visual parses its own colour again, and reports errors then.
         cx.warnings.clear();
         Solids { options, colors, meshes: BTreeMap::new(), unread: 0 }
     }
@@ -47,7 +47,7 @@ fn color(cx: &mut Cx, material: Node) -> Option<[f64; 4]> {
     }
 }
 
-/// The geometry of an element; complaints about sizes go to `complain`.
+/// Reads the geometry of an element. Invalid sizes are reported through `complain`.
 fn geometry(cx: &mut Cx, element: Node, complain: fn(&mut Cx, UrdfMessage)) -> Option<(VisualGeometry, Range<usize>)> {
     let what = element.tag_name().name();
     let Some(node) = child(element, "geometry").and_then(|g| g.children().find(Node::is_element)) else {
@@ -113,7 +113,7 @@ fn geometry(cx: &mut Cx, element: Node, complain: fn(&mut Cx, UrdfMessage)) -> O
     Some((shape, span))
 }
 
-/// Something to draw; what cannot be drawn is a warning.
+/// Reads a visual. A geometry that cannot be drawn is a warning.
 pub(super) fn visual(cx: &mut Cx, element: Node, solids: &Solids) -> Option<Visual> {
     let origin = cx.origin(element);
     let material = child(element, "material");
@@ -125,7 +125,7 @@ pub(super) fn visual(cx: &mut Cx, element: Node, solids: &Solids) -> Option<Visu
     Some(Visual { origin, geometry, color })
 }
 
-/// A shape for distances; meshes become the capsule around them.
+/// Reads a collision shape; a mesh becomes its bounding capsule.
 pub(super) fn collision(cx: &mut Cx, element: Node, solids: &mut Solids) -> Option<PlacedShape> {
     let origin = cx.origin(element);
     let (geometry, span) = geometry(cx, element, |cx, m| cx.error(m))?;

@@ -1,4 +1,4 @@
-//! Joints to a tree: who hangs on whom, and in what order.
+//! Construction of the tree: the parent of each joint, and the order of the joints.
 
 use std::collections::BTreeMap;
 
@@ -6,17 +6,17 @@ use super::cx::{Cx, list};
 use super::read::RawRobot;
 use super::{UrdfCode, UrdfMessage};
 
-/// The order of a sound tree.
+/// The structure of a valid tree.
 pub(super) struct Tree {
-    /// Index of the root among the written links.
+    /// Index of the root in the list of links as written.
     pub root: usize,
-    /// Indices of the written joints, depth first, children in file order.
+    /// Indices of the joints as written, depth first, children in file order.
     pub joints: Vec<usize>,
-    /// Per written joint, the written links it joins: parent, child.
+    /// Parent and child of each joint as written, as indices of links.
     pub ends: Vec<(usize, usize)>,
 }
 
-/// Checks that the joints make one tree of the links. `None` after complaints.
+/// Checks that the joints connect the links to one tree. Returns `None` if errors were reported.
 pub(super) fn grow(cx: &mut Cx, robot: &RawRobot) -> Option<Tree> {
     let before = cx.errors.len();
     let mut index = BTreeMap::new();
@@ -62,7 +62,7 @@ pub(super) fn grow(cx: &mut Cx, robot: &RawRobot) -> Option<Tree> {
     }
     let roots: Vec<usize> = (0..robot.links.len()).filter(|&i| above[i].is_none()).collect();
     if let [_, second, ..] = roots[..] {
-        // What follows from other mistakes is not worth a complaint of its own.
+        // Several roots may only follow from an earlier error, and are not reported again.
         if cx.errors.is_empty() {
             let names = list(roots.iter().map(|&i| robot.links[i].name.value.as_str()));
             let text = format!("only one link may be without a parent, {} are: {names}", roots.len());
@@ -81,9 +81,9 @@ pub(super) fn grow(cx: &mut Cx, robot: &RawRobot) -> Option<Tree> {
     Some(Tree { root, joints, ends })
 }
 
-/// Complains about each circle once, at the joint of it that comes first in the file.
+/// Reports each cycle once, at its first joint in the file.
 fn cycles(cx: &mut Cx, robot: &RawRobot, above: &[Option<usize>], ends: &[(usize, usize)]) {
-    // 0: not seen; n: seen on the walk from link n - 1.
+    // 0: not visited; n: visited on the walk from link n - 1.
     let mut walk = vec![0; above.len()];
     for start in 0..above.len() {
         let mut at = start;

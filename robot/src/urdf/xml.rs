@@ -1,4 +1,4 @@
-//! Text to XML, with what is refused before a robot is looked for.
+//! XML parsing, with the checks that come before the robot is read.
 
 use std::ops::Range;
 
@@ -7,12 +7,12 @@ use roxmltree::{Document, Error, ParsingOptions, TextPos};
 use super::{UrdfCode, UrdfMessage};
 use crate::markup::{MAX_ATTRIBUTES, crowded};
 
-/// Longest text \[bytes\].
+/// Maximum length of the text \[bytes\].
 const MAX_BYTES: usize = 64 << 20;
-/// Most XML nodes; bounds the memory a hostile file can claim.
+/// Maximum number of XML nodes; bounds the memory that a hostile file can use.
 const MAX_NODES: u32 = 4_000_000;
 
-/// Parses the text as XML. No document type definitions, so no entities to expand.
+/// Parses the text as XML. Document type definitions are rejected, so that there are no entities to expand.
 pub(super) fn parse(text: &str) -> Result<Document<'_>, UrdfMessage> {
     if text.len() > MAX_BYTES {
         let what = format!("the file has {} MiB, at most 64 are read", text.len() >> 20);
@@ -51,7 +51,7 @@ fn explain(text: &str, error: &Error) -> UrdfMessage {
     }
 }
 
-/// Byte offset of a line and column (columns count characters).
+/// Returns the byte offset of a line and column (columns count characters).
 fn offset(text: &str, pos: TextPos) -> usize {
     let mut line_start = 0;
     for _ in 1..pos.row {
@@ -70,7 +70,7 @@ fn end_of_char(text: &str, start: usize) -> usize {
     text[start..].chars().next().map_or(start, |c| start + c.len_utf8())
 }
 
-/// The whole opening tag, cut to its first line, for complaints about a whole file.
+/// Returns the opening tag, cut to its first line, as the location of messages about a whole file.
 pub(super) fn first_line(text: &str, span: Range<usize>) -> Range<usize> {
     let end = text[span.clone()].find('\n').map_or(span.end, |i| span.start + i);
     span.start..end

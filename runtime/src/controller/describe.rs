@@ -1,10 +1,10 @@
-//! Faults in words.
+//! Text of faults.
 
 use super::{Controller, TRACKING_LIMIT};
 use crate::fault::Fault;
 
 impl Controller {
-    /// A fault of the last tick in words.
+    /// Describes a fault of the last tick in words.
     pub fn describe(&self, fault: &Fault) -> String {
         let stage = &self.stages[self.active];
         let members = stage.evaluator.members();

@@ -1,31 +1,32 @@
-//! The transitions of a state while the machine is in it: their conditions, since when those hold, and which of them wait
-//! until they have been false.
+//! Transitions of a state while the machine is in it: their conditions, the times since which these hold, and the
+//! transitions that are blocked until their trigger has been false.
 
 use stdlib_tasks::expression::{Evaluation, Expression};
 
 use crate::program::{MachineProgram, Program, TransitionProgram, Trigger};
 use crate::values::ValueTable;
 
-/// What is known of a transition of a state that the machine is in.
+/// Runtime data of a transition of an active state.
 pub(super) struct Guard {
-    /// Its condition, where it has one.
+    /// Its condition, if it has one.
     pub condition: Option<Evaluation>,
-    /// Since when the condition has held, in s; NaN while it does not.
+    /// Time since which the condition has held (s); NaN while it does not.
     pub since: f64,
-    /// It enters anew the state in which it stands, and would be taken again at once where it goes on holding.
+    /// True if the transition re-enters the state that defines it, and would be taken again at once if its trigger
+    /// still holds.
     pub restarts: bool,
-    /// It is passed over: it restarts its state and has held at every tick since that was entered, or it is a time that was
-    /// taken since.
+    /// True if the transition is blocked: it restarts its state and has held at every tick since that state was
+    /// entered, or it is a time that was taken since then.
     pub waits: bool,
 }
 
-/// The transitions of a state.
+/// Transitions of a state.
 pub(super) struct Guards {
-    /// What their conditions read.
+    /// Values that the conditions read.
     pub values: ValueTable,
-    /// For each transition, in order.
+    /// Transitions in the order written.
     pub ways: Vec<Guard>,
-    /// Whether a condition reads what the robot does.
+    /// True if a condition reads the state of the robot.
     pub state: bool,
 }
 
@@ -37,7 +38,7 @@ fn condition(trigger: &Trigger) -> Option<&Expression> {
 }
 
 impl Guards {
-    /// Makes the transitions of a state of a checked machine ready.
+    /// Prepares the transitions of a state of a checked machine.
     pub fn new(program: &Program, machine: &MachineProgram, state: usize) -> Guards {
         let transitions = &machine.states[state].transitions;
         let all = || transitions.iter().filter_map(|t| condition(&t.trigger));
@@ -55,7 +56,7 @@ impl Guards {
         }
     }
 
-    /// Begins anew with the entry of the state.
+    /// Resets the transitions at the entry of the state.
     pub fn enter(&mut self) {
         self.ways.iter_mut().for_each(|w| (w.since, w.waits) = (f64::NAN, w.restarts));
     }

@@ -1,14 +1,15 @@
-//! The machine at run time: which state the controller is in, and the way from there.
+//! State machine at run time: the active states and their transitions.
 //!
-//! Once a tick, before the cascade, the transitions of the current state are looked at in the order written, then those of
-//! the state around it, and so on up to the machine; the first one whose trigger holds is taken, and no other at this tick.
-//! Where there is a fault, only transitions for faults are looked at. Leaving goes from the inside out up to the state in
-//! which the transition stands and its target too, entering from there inwards, and on into initial states.
+//! Once a tick, before the cascade, the transitions of the current state are tested in the order written, then those of
+//! its parent, and so on up to the machine. The first transition whose trigger holds is taken, and no other at this
+//! tick. If there is a fault, only transitions for faults are tested. States are exited from the inside out, up to the
+//! innermost state that contains both the transition and its target. States are then entered from there inwards, and on
+//! into initial states.
 //!
-//! A transition of a state around its target finds the machine in the target already, tick after tick: a condition and
-//! `reached` then take nothing and keep the machine there, before those written behind them; a time is taken once; an event
-//! enters the target anew. A condition or `reached` that enters anew the state in which it stands has to become true there. A
-//! fault never enters again the state that it happened in.
+//! A transition that is defined in a state around its target can find the machine in the target already, at every tick.
+//! A condition or `reached` is then not taken; it keeps the machine there and has priority over later transitions other
+//! than events. A time is taken once. An event enters the target again. A condition or `reached` that re-enters the
+//! state that defines it must first have been false there. A fault never re-enters the state in which it occurred.
 
 use robot::{Data, Model};
 use stdlib_tasks::task::State as TaskState;
@@ -22,32 +23,32 @@ use crate::program::{FaultPattern, MachineProgram, Program, Times, TransitionPro
 use crate::signals::Signals;
 use crate::values::ValueTable;
 
-/// What the outside world is asked at a tick.
+/// Request to the outside world at a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Request {
     /// Index into the machine's actions.
     pub action: usize,
-    /// Begin it, or call it off.
+    /// True to begin the action, false to cancel it.
     pub begin: bool,
 }
 
-/// A state changed.
+/// Change of state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Change {
-    /// How long the command takes to go over, in s.
+    /// Duration of the blend to the new command (s).
     pub blend: f64,
-    /// The stack of the new state is entered.
+    /// True if the stack of the new state is entered.
     pub stack: bool,
 }
 
-/// What the machine makes of a fault.
+/// Response of the machine to a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Answer {
     /// A transition was taken.
     Went(Change),
-    /// The state that a transition leads to is the current one.
+    /// The target of the matching transition is already active.
     Here,
-    /// No transition is for it.
+    /// No transition matches the fault.
     None,
 }
 
@@ -58,24 +59,24 @@ pub(super) struct Machine {
     model: Model,
     data: Data,
     current: usize,
-    /// For each state when it was entered, in s.
+    /// Time at which each state was entered (s).
     entered: Vec<f64>,
-    /// For each state how many times it has been entered.
+    /// Number of entries into each state.
     entries: Vec<u64>,
-    /// The state whose stack runs.
+    /// State whose stack runs.
     owner: usize,
     /// Requests of this tick.
     pub requests: Vec<Request>,
-    /// Events that the machine raised at the last tick, and those of this one.
+    /// Events that the machine raised at the previous tick, and those of this one.
     raised: [Vec<bool>; 2],
-    /// For each action what the machine does itself.
+    /// For each action, the part that the controller performs itself.
     own: Vec<Option<Own>>,
-    /// Those that are to be done at this tick, each with when its state was entered, in s.
+    /// Own actions due at this tick, each with the time at which its state was entered (s).
     pending: Vec<(usize, f64)>,
 }
 
 impl Machine {
-    /// Makes a checked machine ready.
+    /// Prepares a checked machine.
     pub fn new(program: &Program, machine: &MachineProgram) -> Machine {
         let states = machine.states.len();
         let events = program.interface.events.len();
@@ -101,32 +102,32 @@ impl Machine {
         self.current
     }
 
-    /// For each state how many times it has been entered since the start.
+    /// Number of entries into each state since the start.
     pub fn entries(&self) -> &[u64] {
         &self.entries
     }
 
-    /// The machine as data.
+    /// Program of the machine.
     pub fn program(&self) -> &MachineProgram {
         &self.program
     }
 
-    /// Whether the machine has come to its end.
+    /// Returns true if the machine is in a final state.
     pub fn is_final(&self) -> bool {
         self.program.path(self.current).any(|s| self.program.states[s].is_final)
     }
 
-    /// The stack that runs; none where the robot stands.
+    /// Index of the stack that runs, or `None` if the robot stands still.
     pub fn stack(&self) -> Option<usize> {
         self.program.states[self.owner].stack
     }
 
-    /// When the state whose stack runs was entered, in s.
+    /// Time at which the state whose stack runs was entered (s).
     pub fn stack_entered(&self) -> f64 {
         self.entered[self.owner]
     }
 
-    /// Begins anew in the initial state.
+    /// Restarts the machine in its initial state.
     pub fn start(&mut self, time: f64) {
         self.requests.clear();
         self.pending.clear();
@@ -136,17 +137,17 @@ impl Machine {
         self.enter(0, time);
     }
 
-    /// Makes ready for a tick: what was asked at the last one is history, what was raised then is seen now.
+    /// Begins a tick: clears the requests of the previous tick and makes the events raised then visible.
     pub fn begin(&mut self) {
         self.requests.clear();
         self.raised.swap(0, 1);
         self.raised[1].fill(false);
     }
 
-    /// Does what is to be done at this tick, in order. Never allocates.
+    /// Performs the own actions of this tick in order. Never allocates.
     ///
     /// # Errors
-    /// The first fault; what comes behind it is done.
+    /// The first fault. The actions after it are still performed.
     pub fn perform(&mut self, signals: &mut Signals, now: Present) -> Result<(), Fault> {
         let Machine { own, pending, model, data, .. } = self;
         let mut first = Ok(());
@@ -158,13 +159,13 @@ impl Machine {
         first
     }
 
-    /// A signal that a condition of the current state needs and has waited for too long.
+    /// Returns the fault of a stale signal that a condition of an active state needs.
     pub fn stale(&self, is_stale: impl Fn(usize) -> bool) -> Option<Fault> {
         let needs = self.program.path(self.current).flat_map(|s| self.guards[s].values.needs());
         needs.copied().find(|&s| is_stale(s)).map(|signal| Fault::Stale { signal })
     }
 
-    /// Answers a fault, which `stage` found.
+    /// Responds to a fault of `stage`.
     pub fn fault(&mut self, fault: &Fault, stage: &Stage, time: f64) -> Answer {
         let mut level = self.current;
         loop {
@@ -187,7 +188,7 @@ impl Machine {
         }
     }
 
-    /// The limit tasks whose being passed a transition of the current state waits for.
+    /// Returns true if a transition of an active state is triggered by the violation of this limit task.
     pub fn watches(&self, task: usize) -> bool {
         let all = self.program.path(self.current).flat_map(|s| &self.program.states[s].transitions);
         all.into_iter().any(|t| match &t.trigger {
@@ -209,7 +210,7 @@ impl Machine {
             self.look(s, q, moment);
             self.arm(s, time, stage);
             let found = self.first(s, events, time, stage);
-            // Conditions further out are looked at in any case: they may have to hold for a while.
+            // Conditions of outer states are evaluated in any case, because they may have to hold for a while.
             taken = taken.or(found.map(|i| (s, i)));
             level = self.program.states[s].parent;
         }
@@ -220,8 +221,8 @@ impl Machine {
         Some(self.go(s, target, blend, time))
     }
 
-    /// Takes note of transitions that restart a state and do not hold, which from now on may be taken, and of times that
-    /// have passed where they lead to, which have been.
+    /// Unblocks transitions that restart a state and whose trigger does not hold now, and blocks times that have
+    /// elapsed while the machine is already in their target.
     fn arm(&mut self, state: usize, time: f64, stage: &Stage) {
         for i in 0..self.guards[state].ways.len() {
             let t = &self.program.states[state].transitions[i];
@@ -233,12 +234,12 @@ impl Machine {
         }
     }
 
-    /// Whether a transition of a state keeps the machine where it is, in its target.
+    /// Returns true if a transition keeps the machine in its target, which is already active.
     fn stays(&self, state: usize, t: &TransitionProgram) -> bool {
         self.program.keeps(state, t) && self.program.path(self.current).any(|s| s == t.target)
     }
 
-    /// The first transition of a state that is taken at this tick.
+    /// Returns the first transition of a state that is taken at this tick.
     fn first(&self, state: usize, events: &[bool], time: f64, stage: &Stage) -> Option<usize> {
         let mut kept = false;
         for (i, t) in self.program.states[state].transitions.iter().enumerate() {
@@ -254,7 +255,7 @@ impl Machine {
         None
     }
 
-    /// Works out the conditions of a state.
+    /// Evaluates the conditions of a state.
     fn look(&mut self, state: usize, q: &[f64], moment: Moment) {
         let time = moment.times.time;
         let Machine { guards, model, data, entered, .. } = self;
@@ -280,7 +281,7 @@ impl Machine {
     fn holds(&self, state: usize, i: usize, events: &[bool], time: f64, stage: &Stage) -> bool {
         match &self.program.states[state].transitions[i].trigger {
             Trigger::Event(e) => events.get(*e) == Some(&true) || self.raised[0].get(*e) == Some(&true),
-            // A sum of periods is a little off: half a microsecond counts as nothing.
+            // Tolerates half a microsecond, for the rounding error of a sum of periods.
             Trigger::When { hold, .. } => time - self.guards[state].ways[i].since >= hold - 5e-7,
             Trigger::After(d) => time - self.entered[state] >= d - 5e-7,
             Trigger::Reached { task, tolerances } => {
@@ -298,15 +299,15 @@ impl Machine {
         }
     }
 
-    /// Whether what the stack of the current state measures counts. A target that sets out slowly stands still at its first
-    /// tick.
+    /// Returns true if the measures of the current state's stack are valid: that stack runs, and for more than one
+    /// tick. A target that starts slowly does not move at its first tick.
     fn runs(&self, stage: &Stage) -> bool {
         self.stack() == Some(stage.stack()) && stage.ticks() > 1
     }
 
-    /// Goes from the current state to another; `source` is the state whose transition it is.
+    /// Moves from the current state to another; `source` is the state that defines the transition.
     fn go(&mut self, source: usize, target: usize, blend: f64, time: f64) -> Change {
-        // The innermost state that is not left: the transition stands in it, and it holds the target.
+        // Innermost state that is not exited: it contains both the transition and its target.
         let holds_target = |s: usize| s != target && self.program.path(target).any(|p| p == s);
         let stays = self.program.path(source).find(|&s| holds_target(s)).unwrap_or(0);
         let (owner, mut state) = (self.owner, self.current);
@@ -321,7 +322,7 @@ impl Machine {
         Change { blend, stack: !same }
     }
 
-    /// Enters a state inside the current one, the states between, and its initial states.
+    /// Enters a state inside the current one, with the states between them and its initial states.
     fn enter(&mut self, target: usize, time: f64) {
         let leaf = self.program.leaf(target);
         let inside = |m: &Machine, s: usize| m.program.path(leaf).take_while(|&p| p != s).last();

@@ -1,6 +1,7 @@
-//! Measures of the motion in conditions of the machine: accelerations, reversals and speeds, as values that the machine keeps.
+//! Measures of the motion that conditions of the machine read (accelerations, reversals, speeds), stored as signals.
 //!
-//! They are measured at the end of a tick, of the velocity that the hierarchy chose, and conditions read them at the next one.
+//! They are computed at the end of a tick from the velocity that the hierarchy chose. Conditions read them at the next
+//! tick.
 
 use robot::{Data, Model};
 
@@ -8,16 +9,16 @@ use crate::motion::Motion;
 use crate::program::{MachineProgram, MeasuredProgram, Program};
 use crate::signals::Signals;
 
-/// A measure of a condition.
+/// Measure of a condition.
 struct Measured {
     program: MeasuredProgram,
-    /// How many times its state had been entered when it was last looked at.
+    /// Number of entries into its state when it was last updated.
     entries: u64,
-    /// What had been counted when its state was entered.
+    /// Value of the measure when its state was entered.
     base: f64,
 }
 
-/// The measures of a machine. All memory is allocated when they are made.
+/// Measures of a machine. All memory is allocated by [`MeasuredMotion::new`].
 pub(super) struct MeasuredMotion {
     all: Vec<Measured>,
     motion: Motion,
@@ -26,7 +27,7 @@ pub(super) struct MeasuredMotion {
 }
 
 impl MeasuredMotion {
-    /// Those of a checked machine; none where it has none.
+    /// Prepares the measures of a checked machine; `None` if it has none.
     pub fn new(program: &Program, machine: &MachineProgram) -> Option<Box<MeasuredMotion>> {
         if machine.measured.is_empty() {
             return None;
@@ -41,14 +42,14 @@ impl MeasuredMotion {
         }))
     }
 
-    /// Begins anew.
+    /// Restarts all measures.
     pub fn restart(&mut self) {
         self.motion.restart(&self.model);
         self.all.iter_mut().for_each(|m| (m.entries, m.base) = (0, 0.0));
     }
 
-    /// Measures a tick: the velocity that the hierarchy chose, `nv` numbers, at an observed configuration and a time in s.
-    /// `entries` are those of the machine's states. Never allocates.
+    /// Updates the measures with the velocity that the hierarchy chose (`nv` numbers), the observed configuration and
+    /// the time (s). `entries` are the numbers of entries into the machine's states. Never allocates.
     pub fn tick(&mut self, signals: &mut Signals, entries: &[u64], q: &[f64], v: &[f64], time: f64) {
         for m in &mut self.all {
             let Some(entered) = m.program.since.and_then(|s| entries.get(s)) else { continue };
@@ -56,7 +57,7 @@ impl MeasuredMotion {
                 (m.entries, m.base) = (*entered, self.motion.measure(&m.program.measure).unwrap_or(0.0));
             }
         }
-        // Where the observation is of no use there is a fault, and nothing moves.
+        // An observation that is unusable is a fault, and the robot does not move.
         if self.motion.needs_kinematics() && q.len() == self.model.nq() && q.iter().all(|x| x.is_finite()) {
             self.model.forward(q, &mut self.data);
         }

@@ -1,11 +1,13 @@
-//! The controller: `step(observation) -> command`, the only thing that is called at rate.
+//! Controller: `step(observation) -> command`, the only function that is called at the control rate.
 //!
-//! Machine: which stack runs; see [`machine`]. High-level layer (thesis 3.3.2): the stack's hierarchy is solved at the
-//! reference configuration `q_d`, which is then moved by the chosen velocity for one period. Low-level layer, thesis (3.9):
-//! `q' = q_d' + K_q (q_d - q)`, with the measured `q`, limited to the joints' speeds.
+//! The machine selects the stack that runs; see [`machine`]. In the high-level layer (thesis 3.3.2), the hierarchy of
+//! the stack is solved at the reference configuration `q_d`, which then moves with the chosen velocity for one period.
+//! The low-level layer is thesis (3.9), `q' = q_d' + K_q (q_d - q)`, with the measured `q`, limited to the joints'
+//! speeds.
 //!
-//! A fault never passes by: the robot is commanded to stand at the tick at which one is found. A machine that has a
-//! transition for it goes on in another state; otherwise the robot stands until [`Controller::restart`].
+//! A fault is never ignored: the robot is commanded to stand still at the tick at which it is found. A machine that has
+//! a transition for the fault continues in another state. Otherwise the robot stands still until
+//! [`Controller::restart`].
 
 mod describe;
 mod guards;
@@ -30,10 +32,10 @@ use measured::MeasuredMotion;
 pub use stage::Stage;
 use stage::{common_levels, standing};
 
-/// Largest distance between a joint and its reference before the controller gives up, in rad or m.
+/// Largest distance between a joint and its reference, in rad or m. A larger one is the fault `Tracking`.
 pub const TRACKING_LIMIT: f64 = 0.5;
 
-/// What the robot reports at a tick.
+/// Observation of the robot at a tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Observation<'a> {
     /// Time since the controller was started, in s.
@@ -42,68 +44,69 @@ pub struct Observation<'a> {
     pub q: &'a [f64],
 }
 
-/// What the robot is asked to do until the next tick.
+/// Command to the robot until the next tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Command<'a> {
     /// Velocity, `nv` numbers, always finite.
     pub velocity: &'a [f64],
-    /// The fault that was found at this tick, or that keeps the robot still.
+    /// Fault that was found at this tick, or that keeps the robot halted.
     pub fault: Option<Fault>,
-    /// Actions to begin and to call off, in order; see [`Controller::action`].
+    /// Actions to begin and to cancel, in order; see [`Controller::action`].
     pub requests: &'a [Request],
-    /// The tick's budget was spent before the stack's hierarchy was solved: the robot makes do with what is known of the answer, within its hard levels.
+    /// True if the tick's budget was spent before the stack's hierarchy was solved. The velocity then uses the part of
+    /// the answer that is known, within the hard levels.
     pub late: bool,
 }
 
-/// A program made ready to run.
+/// Program prepared for execution.
 pub struct Controller {
-    /// Stacks that a run can enter; behind them, for states without a stack, one that holds nothing.
+    /// Stacks that a run can enter, followed by an empty stack if a state has none.
     stages: Vec<Stage>,
-    /// Levels that two of them share.
+    /// Number of levels that each pair of stages shares.
     common: Vec<Vec<usize>>,
-    /// For each stack of the program its stage.
+    /// Index of the stage of each stack of the program.
     stage_of: Vec<usize>,
-    /// The stage that runs.
+    /// Index of the stage that runs.
     active: usize,
-    /// It is to be entered, with this blend.
+    /// Duration of the blend (s) if the stage is to be entered.
     entering: Option<f64>,
-    /// How many times a stack has been entered.
+    /// Number of times a stack has been entered.
     visits: u64,
-    /// The stage whose velocity the robot moves with.
+    /// Index of the stage whose velocity moves the robot.
     moving: Option<usize>,
     machine: Machine,
-    /// What its conditions measure; none where they measure nothing.
+    /// Measures that the machine's conditions read; `None` if there are none.
     measured: Option<Box<MeasuredMotion>>,
     signals: Signals,
-    /// For the axes of sensors: the robot as it is observed; none where no signal has a frame.
+    /// Observed robot, for the axes of sensors; `None` if no signal has a frame.
     observed: Option<Box<(Model, Data)>>,
     period: f64,
     deadline: f64,
-    /// The time that a tick may take.
+    /// Time budget of a tick.
     budget: Option<Duration>,
     tracking_gain: f64,
     reference: Vec<f64>,
     tracking: Vec<f64>,
-    /// The velocity that the reference moved with at the last tick.
+    /// Velocity of the reference at the last tick.
     velocity: Vec<f64>,
-    /// The velocity that the stack's hierarchy returned at the last tick; see [`Controller::stack_velocity`].
+    /// Velocity that the stack's hierarchy returned at the last tick; see [`Controller::stack_velocity`].
     stack_velocity: Vec<f64>,
     command: Vec<f64>,
-    /// When the first tick was, in s.
+    /// Time of the first tick (s).
     started: Option<f64>,
-    /// When the last tick was, in s.
+    /// Time of the last tick (s).
     last: f64,
-    /// Whether the tasks of the active stack ran to the end of this tick, and told what they tell.
+    /// True if the tasks of the active stack ran to the end of this tick and wrote their outputs.
     told: bool,
-    /// Whether the reference stands where the robot does.
+    /// True if the reference has been set to the robot's configuration.
     anchored: bool,
-    /// A fault of the last tick that the machine has not seen yet.
+    /// Fault of the last tick that the machine has not handled yet.
     raised: Option<Fault>,
-    /// The fault that keeps the robot still for good.
+    /// Fault that halted the robot until a restart.
     halted: Option<Fault>,
 }
 
-/// The machine of a run without one: a single state.
+/// Machine with a single state, for a run without a machine.
 fn single(stack: usize) -> MachineProgram {
     let state = StateProgram {
         name: String::new(),
@@ -120,10 +123,10 @@ fn single(stack: usize) -> MachineProgram {
 }
 
 impl Controller {
-    /// Checks a program and makes what it runs ready. All memory of the loop is allocated here.
+    /// Checks a program and prepares its stacks and its machine. All memory of the loop is allocated here.
     ///
     /// # Errors
-    /// The program cannot be executed; one that the compiler made always can.
+    /// The program cannot be executed. A program that the compiler made always can.
     pub fn new(program: &Program) -> Result<Controller, ProgramError> {
         program.check()?;
         match (program.run.subject, &program.machine) {
@@ -133,7 +136,7 @@ impl Controller {
         }
     }
 
-    /// The same for any stack of a program that was checked, or that the compiler made.
+    /// Prepares a controller for any stack of a program that was checked, or that the compiler made.
     ///
     /// # Errors
     /// There is no such stack, or it cannot be executed.
@@ -186,7 +189,7 @@ impl Controller {
         })
     }
 
-    /// Forgets the past: the next step begins anew at the configuration that it observes.
+    /// Resets the controller: the next step starts at the configuration that it observes.
     pub fn restart(&mut self) {
         (self.started, self.anchored) = (None, false);
         (self.raised, self.halted) = (None, None);
@@ -196,7 +199,7 @@ impl Controller {
         }
     }
 
-    /// One tick. Never panics, never allocates.
+    /// Executes one tick. Never panics, never allocates.
     pub fn step(&mut self, observation: &Observation) -> Command<'_> {
         let until = self.budget.map(|budget| Instant::now() + budget);
         let fault = if self.halted.is_some() {
@@ -216,114 +219,114 @@ impl Controller {
         Command { velocity: &self.command, fault, requests: &self.machine.requests, late }
     }
 
-    /// The signals that the host sends, and its events.
+    /// Signals and events that the host sends.
     pub fn signals(&mut self) -> &mut Signals {
         &mut self.signals
     }
 
-    /// The action that a request is about.
+    /// Action that a request refers to.
     pub fn action(&self, request: &Request) -> Option<&ActionProgram> {
         self.machine.program().actions.get(request.action)
     }
 
-    /// The innermost state that the machine is in, by its path; empty where there is no machine.
+    /// Path of the innermost active state; empty if there is no machine.
     pub fn state(&self) -> &str {
         self.machine.program().states.get(self.machine.state()).map_or("", |s| s.name.as_str())
     }
 
-    /// Index of that state.
+    /// Index of the innermost active state.
     pub fn state_index(&self) -> usize {
         self.machine.state()
     }
 
-    /// For each state of the machine how many times it has been entered.
+    /// Number of entries into each state of the machine.
     pub fn entries(&self) -> &[u64] {
         self.machine.entries()
     }
 
-    /// The machine that runs; one of a single state where the program has none.
+    /// Machine that runs; it has a single state if the program has no machine.
     pub fn machine(&self) -> &MachineProgram {
         self.machine.program()
     }
 
-    /// Whether the machine has come to its end.
+    /// Returns true if the machine is in a final state.
     pub fn is_final(&self) -> bool {
         self.machine.is_final()
     }
 
-    /// The time from a tick to the next, in s.
+    /// Time between two ticks (s).
     pub fn period(&self) -> f64 {
         self.period
     }
 
-    /// Whether the command is still going over from one stack to another.
+    /// Returns true while the command blends from one stack to another.
     pub fn is_blending(&self) -> bool {
         self.stages[self.active].is_blending()
     }
 
-    /// Stacks that the run can enter, made ready; the last one holds nothing where a state has no stack.
+    /// Stages of the stacks that the run can enter; the last one is empty if a state has no stack.
     pub fn stages(&self) -> &[Stage] {
         &self.stages
     }
 
-    /// The place of the stack that ran at the last tick among [`Controller::stages`].
+    /// Index into [`Controller::stages`] of the stack that ran at the last tick.
     pub fn stage(&self) -> usize {
         self.active
     }
 
-    /// How many times a stack has been entered.
+    /// Number of times a stack has been entered.
     pub fn visit(&self) -> u64 {
         self.visits
     }
 
-    /// When the stack that runs was entered, in s.
+    /// Time at which the running stack was entered (s).
     pub fn stage_entered(&self) -> f64 {
         self.machine.stack_entered()
     }
 
-    /// The table of signals at the last tick.
+    /// Table of signals at the last tick.
     pub fn signal_table(&self) -> &[f64] {
         self.signals.table()
     }
 
-    /// True where the budget of the last tick was spent before the stack's hierarchy was solved.
+    /// Returns true if the budget of the last tick was spent before the stack's hierarchy was solved.
     pub fn is_late(&self) -> bool {
         self.told && self.stages[self.active].is_late()
     }
 
-    /// Whether a fault keeps the robot still for good.
+    /// Returns true if a fault has halted the robot until a restart.
     pub fn is_halted(&self) -> bool {
         self.halted.is_some()
     }
 
-    /// The stack as it stood at the last tick.
+    /// Evaluator of the active stack, as of the last tick.
     pub fn evaluator(&self) -> &Evaluator {
         self.stages[self.active].evaluator()
     }
 
-    /// The answer of the last tick for the stack that runs. During a blend [`Controller::velocity`] differs from it.
+    /// Solution of the last tick for the running stack. It differs from [`Controller::velocity`] during a blend.
     pub fn solution(&self) -> &Solution {
         &self.stages[self.active].solution
     }
 
-    /// The problem of the last tick.
+    /// Problem of the last tick.
     pub fn problem(&self) -> &Problem {
         self.stages[self.active].problem()
     }
 
-    /// The velocity that the reference moved with at the last tick.
+    /// Velocity of the reference at the last tick.
     pub fn velocity(&self) -> &[f64] {
         &self.velocity
     }
 
-    /// The velocity that the hierarchy of the running stack returned at the last tick. It differs from
-    /// [`Controller::velocity`] during a blend, and is zero where a fault lets the robot stand. Tasks that integrate
-    /// accelerations go on from it: the offset of a blend is no acceleration of theirs.
+    /// Velocity that the hierarchy of the running stack returned at the last tick. It differs from
+    /// [`Controller::velocity`] during a blend, and is zero if a fault stops the robot. Tasks that integrate
+    /// accelerations continue from this velocity, because the offset of a blend is not part of their acceleration.
     pub fn stack_velocity(&self) -> &[f64] {
         &self.stack_velocity
     }
 
-    /// Name of the solver that finds the velocities.
+    /// Name of the solver that computes the velocities.
     pub fn solver_name(&self) -> &'static str {
         self.stages[self.active].solver_name()
     }
@@ -334,12 +337,12 @@ impl Controller {
         left.saturating_sub(self.evaluator().locked().len())
     }
 
-    /// Names of the levels of the stack that runs.
+    /// Names of the levels of the running stack.
     pub fn level_names(&self) -> &[String] {
         self.stages[self.active].level_names()
     }
 
-    /// The reference configuration for the next tick.
+    /// Reference configuration for the next tick.
     pub fn reference(&self) -> &[f64] {
         &self.reference
     }

@@ -1,7 +1,8 @@
-//! What the machine does itself: it sets variables and tares sensors.
+//! Actions that the controller performs itself: setting variables and taring sensors.
 //!
-//! At a tick the actions of the states that are left and entered are done one after another, in that order. Each sees the
-//! table of signals as those before it left it; so does the stack that runs at the same tick. Triggers see it at the next.
+//! At a tick, the actions of the states that are exited and entered are performed one after another, in that order.
+//! Each one reads the table of signals as the previous ones left it, and so does the stack that runs at the same tick.
+//! Triggers read the table at the next tick.
 
 use robot::{Data, Model};
 use stdlib_tasks::expression::{Evaluation, Expression};
@@ -12,35 +13,35 @@ use crate::program::{OwnAction, Program, Times};
 use crate::signals::Signals;
 use crate::values::ValueTable;
 
-/// An action of the controller itself, made ready.
+/// Prepared action of the controller itself.
 pub(super) enum Own {
     Set { variable: usize, optional: bool, value: Box<Assigned> },
     Clear(usize),
     Tare(usize),
 }
 
-/// The value that a variable is set to, made ready.
+/// Prepared expression of the value that a variable is set to.
 pub(super) struct Assigned {
     values: ValueTable,
     expression: Evaluation,
-    /// Whether it reads what the robot does.
+    /// True if it reads the state of the robot.
     state: bool,
     numbers: Vec<f64>,
 }
 
-/// What is known at the tick of an action.
+/// State of the robot at the tick of an action.
 #[derive(Clone, Copy)]
 pub(super) struct Present<'a> {
-    /// The observed configuration, which may be of no use.
+    /// Observed configuration, which may be unusable.
     pub q: &'a [f64],
-    /// The velocity that the reference moved with since the last tick.
+    /// Velocity of the reference since the last tick.
     pub velocity: &'a [f64],
-    /// The time of the tick, in s.
+    /// Time of the tick (s).
     pub time: f64,
 }
 
 impl Own {
-    /// Makes a checked action ready.
+    /// Prepares a checked action.
     pub fn new(program: &Program, action: &OwnAction) -> Own {
         match action {
             OwnAction::Set { variable, value } => Own::Set {
@@ -53,11 +54,11 @@ impl Own {
         }
     }
 
-    /// Does it; `entered` is when the state was entered in which it stands. Never allocates.
+    /// Performs the action; `entered` is the time at which its state was entered (s). Never allocates.
     ///
     /// # Errors
-    /// A signal that it needs is absent, or a variable that is never absent was to be set to what is not finite. Nothing
-    /// is changed then.
+    /// A signal that the action needs is absent, or a variable that is never absent would get a value that is not
+    /// finite. The variable or bias is then unchanged.
     pub fn act(
         &mut self,
         signals: &mut Signals,
@@ -100,7 +101,7 @@ impl Assigned {
         }
     }
 
-    /// The numbers, which need not be finite.
+    /// Computes the numbers, which may not be finite.
     fn evaluate(
         &mut self,
         signals: &[f64],

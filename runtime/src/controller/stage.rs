@@ -1,42 +1,47 @@
-//! A stack on stage: its tasks, the problem that they fill, the solver, and the way over from another stack's velocity.
+//! Stage of a stack: its tasks, the problem that they fill, the solver, and the blend from the velocity of another
+//! stack.
 //!
-//! Going over. Let v be the velocity that the reference moved with at the last tick, and v_B(0) what this stack asks for at
-//! its first tick. While a blend of T seconds lasts, the stack's hierarchy is solved as ever, giving v_B, and then once
-//! more for
+//! Blend. Let v be the velocity of the reference at the last tick, and v_B(0) the solution of this stack at its first
+//! tick. During a blend of T seconds, the stack's hierarchy is solved as usual, which yields v_B, and then once more
+//! for
 //!
 //! ```text
 //! v*  =  v_B + (1 - s) (v - v_B(0)),     s = x²(3 - 2x),  x = t/T
 //! ```
 //!
-//! as the point nearest to v* among those that meet every hard level of the stack as well as can be, and every soft level
-//! that the stack left has too, above the first one in which the two differ. At x = 0 that is v, up to what these levels
-//! demand; at x = 1 it is v_B. A hard level therefore holds at every tick of a blend as at every other. Source: ours.
+//! The result is the point nearest to v* among those that meet every hard level of the stack as well as possible, and
+//! every soft level that it shares with the previous stack, above the first level in which the two differ. At x = 0 the
+//! result is v, up to the demands of these levels; at x = 1 it is v_B. A hard level therefore holds at every tick of a
+//! blend as at every other. Source: ours.
 //!
-//! Limits of accelerations are no part of v_B while a blend lasts: with them v_B(0) would be next to v and leave nothing to
-//! blend, and the stack would go to what it asks for as fast as they let it. They are part of the problem of the point nearest
-//! to v*. A stack with a safety planner keeps them, since the planner reckons with all rows above it.
+//! Limits of accelerations are not part of v_B during a blend: with them v_B(0) would be close to v and leave nothing
+//! to blend, and the stack would approach its own solution as fast as the limits allow. They are part of the problem of
+//! the point nearest to v*. A stack with a safety planner keeps them in v_B, since the planner takes all rows above it
+//! into account.
 //!
-//! The damping of a level is part of v_B and of no other velocity: in the problem of the point nearest to v* it would pull
-//! v* to rest. A soft level that was damped asks there for what its rows reached.
+//! The damping of a level applies to v_B only: in the problem of the point nearest to v* it would pull v* to rest. In
+//! that problem, a soft level that was damped asks for the values that its rows reached.
 //!
-//! A tick whose budget is spent before the hierarchy is solved. The robot then moves with the velocity nearest to v* among
-//! those that meet every hard level. The solver follows a line from the last answer to this one, and v* is the point of it that
-//! was reached. Where there is no such line, as at a first tick, or where it does not lead to the answer itself, since a level
-//! is to be damped, v* is the velocity of the tick before; from the second such tick in a row on
+//! Late tick: the budget is spent before the hierarchy is solved. The robot then moves with the velocity nearest to v*
+//! among those that meet every hard level. The solver follows a line from the last answer to this one, and v* is the
+//! point of the line that was reached. If there is no such line, as at a first tick, or if it does not lead to the
+//! answer itself because a level is to be damped, v* is the velocity of the previous tick; from the second such tick in
+//! a row on
 //!
 //! ```text
 //! v*  =  exp(-T / 0.1 s) v
 //! ```
 //!
-//! with `T` the period: the robot goes on as it did, and slower from tick to tick. The solver goes on at the next tick from what
-//! it reached.
+//! with `T` the period: the robot continues its motion and slows down from tick to tick. At the next tick, the solver
+//! continues from the point that it reached.
 //!
-//! Joints that the stack locks, and that move when it is entered, come to rest on the way: v_B lets them stand, so v* lets
-//! them go from v to rest with 1 - s, and in the problem of the point nearest to v* their columns are those that they have,
-//! with `0 <= v_i / v_i(last tick) <= 1` above all else. That problem has an answer whenever the stack's own has: v_B is one,
-//! but for limits of acceleration, which `v_i(last tick) - a T` meets. Where these hold a joint back the way over goes on
-//! until it stands; without a blend it is as short as they allow. A limit of acceleration that is not one joint's own may
-//! have no answer at a switch, which is the fault `infeasible`.
+//! Locked joints that move when the stack is entered come to rest during the blend. Their velocity is zero in v_B, so
+//! v* reduces it from v to zero with 1 - s. The problem of the point nearest to v* contains their true columns, with `0
+//! <= v_i / v_i(last tick) <= 1` above all levels. That problem has a solution whenever the stack's own problem has
+//! one: v_B is one, except for limits of accelerations, which `v_i(last tick) - a T` meets. If these limits hold a
+//! joint back, the blend continues until the joint is at rest; without a blend, the joint stops as soon as they allow.
+//! A limit of acceleration that concerns more than one joint may have no solution at a switch, which is the fault
+//! `infeasible`.
 
 use std::time::Instant;
 
@@ -46,42 +51,43 @@ use crate::evaluator::{Evaluator, Moment};
 use crate::fault::Fault;
 use crate::program::{LevelProgram, Program, ProgramError, StackProgram};
 
-/// The way over from another velocity.
+/// Blend from the velocity of another stack.
 struct Blend {
     problem: Problem,
     solution: Solution,
     solver: Box<dyn HierarchicalSolver + Send>,
     /// v - v_B(0)
     offset: Vec<f64>,
-    /// How long it takes, in s; 0 while none is under way.
+    /// Duration (s); 0 if no blend is in progress.
     duration: f64,
-    /// For each level whether it holds during this blend.
+    /// True for each level that holds during this blend.
     kept: Vec<bool>,
-    /// The rows of limits of accelerations, by level, and their bounds at this tick; none where a planner reckons with them.
+    /// Rows of limits of accelerations, by level; none if a planner takes them into account. Their bounds at this tick
+    /// follow.
     gentle: Vec<(usize, std::ops::Range<usize>)>,
     bounds: Vec<(f64, f64)>,
-    /// A locked joint moved at the last tick.
+    /// True if a locked joint moved at the last tick.
     coasting: bool,
-    /// It moves at this one too.
+    /// True if a locked joint moves at this tick too.
     goes_on: bool,
-    /// The offset is known: the first tick has been solved.
+    /// True once the first tick has been solved and the offset is known.
     begun: bool,
 }
 
 impl Blend {
-    /// Whether a blend is under way at a moment, and not at its last tick.
+    /// Returns true if a blend is in progress and this is not its last tick.
     fn lasts(&self, moment: Moment) -> bool {
-        // A sum of periods is a little off: half a microsecond counts as nothing.
+        // Tolerates half a microsecond, for the rounding error of a sum of periods.
         moment.times.t < self.duration - 5e-7
     }
 
-    /// Which part of the offset is left at a moment.
+    /// Fraction of the offset that is left, `1 - s`.
     fn left(&self, moment: Moment) -> f64 {
         let x = if self.lasts(moment) { moment.times.t / self.duration } else { 1.0 };
         1.0 - x * x * (3.0 - 2.0 * x)
     }
 
-    /// Takes the bounds of accelerations out of the problem of the stack, and keeps them.
+    /// Removes the bounds of accelerations from the problem of the stack and stores them.
     fn leave_out_accelerations(&mut self, problem: &mut Problem) {
         let mut bounds = self.bounds.iter_mut();
         for (level, rows) in &self.gentle {
@@ -93,7 +99,8 @@ impl Blend {
         }
     }
 
-    /// Puts them into the problem of the velocity between, where their levels hold.
+    /// Restores the bounds of accelerations in the problem of the blended velocity, for levels that hold during the
+    /// blend.
     fn give_back_accelerations(&mut self) {
         let mut bounds = self.bounds.iter();
         for (level, rows) in &self.gentle {
@@ -107,10 +114,10 @@ impl Blend {
     }
 }
 
-/// A locked joint that moves slower counts as one that stands, in rad/s or m/s.
+/// Speed up to which a locked joint counts as stationary, in rad/s or m/s.
 const STANDS: f64 = 1e-9;
 
-/// A stack on stage.
+/// Stack prepared for execution.
 pub struct Stage {
     pub(super) evaluator: Evaluator,
     problem: Problem,
@@ -121,15 +128,15 @@ pub struct Stage {
     blend: Blend,
     /// Index of the stack in the program.
     stack: usize,
-    /// Ticks since it was entered.
+    /// Number of ticks since the stack was entered.
     ticks: u64,
-    /// There was no time to solve the hierarchy at the last tick.
+    /// True if the hierarchy was not solved in time at the last tick.
     late: bool,
-    /// The part of the velocity that is left after a tick without time.
+    /// Factor on the velocity from one late tick to the next.
     slowing: f64,
 }
 
-/// The parameters of a stack's tasks by their places, as `` `gain` of task `reach` ``.
+/// Parameters of a stack's tasks by their ranges in the table of values, as `` `gain` of task `reach` ``.
 fn value_names(program: &Program, stack: &StackProgram) -> Vec<(std::ops::Range<usize>, String)> {
     let tasks = stack.levels.iter().flat_map(|l| &l.members).filter_map(|m| program.tasks.get(m.task));
     let named = |task: &crate::program::TaskProgram| {
@@ -142,7 +149,7 @@ fn value_names(program: &Program, stack: &StackProgram) -> Vec<(std::ops::Range<
     tasks.flat_map(named).collect()
 }
 
-/// Whether two levels ask for the same.
+/// Returns true if two levels have the same settings and equivalent tasks.
 fn same_level(program: &Program, a: &LevelProgram, b: &LevelProgram) -> bool {
     let members = || a.members.iter().zip(&b.members);
     a.hard == b.hard
@@ -152,8 +159,8 @@ fn same_level(program: &Program, a: &LevelProgram, b: &LevelProgram) -> bool {
         && members().all(|(x, y)| x.weight == y.weight && program.alike(x.task, y.task))
 }
 
-/// How many levels two stacks have in common, from the top. Soft levels that ask for something else when they are entered
-/// anew do not count.
+/// Number of levels that two stacks share, from the top. A soft level does not count if one of its tasks depends on the
+/// entry of the stack.
 fn in_common(program: &Program, a: &StackProgram, b: &StackProgram) -> usize {
     if a.locked != b.locked {
         return 0;
@@ -162,10 +169,12 @@ fn in_common(program: &Program, a: &StackProgram, b: &StackProgram) -> usize {
     a.levels.iter().zip(&b.levels).take_while(|(a, b)| same_level(program, a, b) && lasting(a)).count()
 }
 
-/// Time constant in s with which damping by rows above a level fades, and the velocity where there is no time.
+/// Time constant (s) with which the damping by rows above a level fades, and with which the velocity decays at late
+/// ticks.
 const FADING: f64 = 0.1;
 
-/// The solver of a stack. A planner's own level asks for the velocity that it decided on, damped where it had to be.
+/// Creates the solver of a stack. A planner's own level is exact: it asks for the velocity that the planner decided on,
+/// damped if necessary.
 fn smooth(problem: &Problem, stack: &StackProgram, program: &Program) -> Smooth {
     let solver = Smooth::new(problem, program.run.solver).with_fading((-program.robot.period / FADING).exp());
     let plans = |task: usize| program.tasks.get(task).is_some_and(|t| crate::planning::protected_by(t).is_some());
@@ -183,7 +192,7 @@ impl Stage {
         let exact: Vec<bool> = stack_program.levels.iter().map(|level| level.exact).collect();
         evaluator.measure_curvature(program.robot.period, &program.interface, &exact, &mut problem);
         let nv = evaluator.model().nv();
-        // Above the levels of the stack one for the joints that it locks.
+        // One more level above those of the stack, for the joints that it locks.
         let mut between = problem.clone();
         let rows = evaluator.locked().len();
         between.levels.iter_mut().for_each(|level| level.damping = 0.0);
@@ -222,10 +231,10 @@ impl Stage {
         self.stack
     }
 
-    /// The same stack made ready once more, for monitors.
+    /// Prepares the same stack once more, for monitors.
     ///
     /// # Errors
-    /// It cannot be executed, which was excluded when this one was made.
+    /// The stack cannot be executed, which was excluded when this stage was made.
     pub fn again(&self, program: &Program) -> Result<(Evaluator, Problem), ProgramError> {
         match program.stacks.get(self.stack) {
             Some(_) => Evaluator::new(program, self.stack),
@@ -233,22 +242,23 @@ impl Stage {
         }
     }
 
-    /// Its tasks.
+    /// Evaluator of its tasks.
     pub fn evaluator(&self) -> &Evaluator {
         &self.evaluator
     }
 
-    /// What its solver was asked when it last ran.
+    /// Problem that its solver last solved.
     pub fn problem(&self) -> &Problem {
         &self.problem
     }
 
-    /// The problem whose exact optimum the answer of the last tick is: damped levels ask for what they reached.
+    /// Problem whose exact optimum is the solution of the last tick: damped levels ask for the values that they
+    /// reached.
     pub fn settled(&self) -> &Problem {
         self.solver.settled().unwrap_or(&self.problem)
     }
 
-    /// The solver of its hierarchy, after the last tick.
+    /// Solver of its hierarchy, as of the last tick.
     pub fn solver(&self) -> &Smooth {
         &self.solver
     }
@@ -258,22 +268,22 @@ impl Stage {
         &self.level_names
     }
 
-    /// Ticks since it was entered.
+    /// Number of ticks since the stack was entered.
     pub(super) fn ticks(&self) -> u64 {
         self.ticks
     }
 
-    /// Whether the command is still going over from what ran before.
+    /// Returns true while the command blends from the velocity of the previous stack.
     pub(super) fn is_blending(&self) -> bool {
         self.blend.duration > 0.0 || self.blend.goes_on
     }
 
-    /// True where there was no time to solve the hierarchy at the last tick.
+    /// Returns true if the hierarchy was not solved in time at the last tick.
     pub(super) fn is_late(&self) -> bool {
         self.late
     }
 
-    /// Whether the velocity of the last tick is one between the two stacks.
+    /// Returns true if the velocity of the last tick is a blended one.
     fn is_between(&self) -> bool {
         self.blend.duration > 0.0 || self.blend.coasting
     }
@@ -282,8 +292,8 @@ impl Stage {
         self.solver.name()
     }
 
-    /// Enters the stack. `blend` is how long the way over takes, in s; `common` how many levels, from the top, it shares
-    /// with what ran before.
+    /// Enters the stack. `blend` is the duration of the blend (s), and `common` the number of levels, from the top,
+    /// that it shares with the previous stack.
     pub(super) fn enter(&mut self, q: &[f64], moment: Moment, blend: f64, common: usize) {
         self.evaluator.enter(q, moment);
         self.solver.forget();
@@ -297,11 +307,11 @@ impl Stage {
         }
     }
 
-    /// Works out the velocity of a tick at a configuration. Never allocates. Where that takes longer than until the given instant, it is
-    /// the one nearest to the last that hard levels let through.
+    /// Computes the velocity of a tick at a configuration. Never allocates. If this is not finished at the instant
+    /// `until`, the result is the velocity of a late tick; see the head of the file.
     ///
     /// # Errors
-    /// There is none.
+    /// No velocity was found.
     pub(super) fn solve(&mut self, q: &[f64], moment: Moment, until: Option<Instant>) -> Result<(), Fault> {
         self.blend.coasting = self.evaluator.locked().iter().any(|&dof| moment.velocity[dof].abs() > STANDS);
         self.evaluator.coast(self.blend.coasting);
@@ -322,7 +332,8 @@ impl Stage {
         Ok(())
     }
 
-    /// Solves the hierarchy, and once more for each safety planner that decides anew. False where there was no time.
+    /// Solves the hierarchy, and once more for each safety planner that revises its decision. Returns false if time ran
+    /// out.
     fn solve_hierarchy(&mut self, q: &[f64], moment: Moment) -> Result<bool, Fault> {
         for k in 0..=self.evaluator.safety().count() {
             if k == 0 || self.evaluator.reconsider(k - 1, q, moment, &mut self.problem, &self.solution.x)? {
@@ -336,11 +347,11 @@ impl Stage {
         Ok(true)
     }
 
-    /// The velocity where there is no time for the hierarchy, for the first time or again: see the head of the file.
+    /// Computes the velocity of a late tick, the first one or a further one in a row: see the head of the file.
     fn make_do(&mut self, moment: Moment, again: bool) -> Result<(), Fault> {
         let left = self.blend.left(moment);
         let b = &mut self.blend;
-        // At the first tick of a stack its solver's last answer is of another time.
+        // At the first tick of a stack, the last answer of its solver belongs to an earlier visit.
         let begun = self.ticks > 0 && (b.duration == 0.0 || b.begun);
         if begun && self.solution.status == (Status::OutOfTime { on_the_way: true }) {
             for ((r, v), offset) in b.problem.reference.iter_mut().zip(&self.solution.x).zip(&b.offset) {
@@ -354,7 +365,7 @@ impl Stage {
         self.solution.x.copy_from_slice(&self.blend.solution.x);
         self.solution.measure(&self.problem);
         if begun {
-            // The offset is no motion of the stack's.
+            // The offset is not part of the stack's own velocity.
             self.solution.x.iter_mut().zip(&self.blend.offset).for_each(|(x, offset)| *x -= left * offset);
         }
         Ok(())
@@ -381,8 +392,8 @@ impl Stage {
         self.nearest(moment, lasts)
     }
 
-    /// The velocity nearest to the reference among those that meet the levels that hold between stacks, or where there was no
-    /// time the hard ones. Locked joints come to rest, at once where these levels let them do nothing else.
+    /// Computes the velocity nearest to the reference among those that meet the levels that hold during a blend, or at
+    /// a late tick the hard levels. Locked joints come to rest, at once if these levels allow nothing else.
     fn nearest(&mut self, moment: Moment, lasts: bool) -> Result<(), Fault> {
         self.between(moment, lasts, false);
         if self.blend.coasting && matches!(self.blend.solution.status, Status::Infeasible { .. }) {
@@ -398,8 +409,8 @@ impl Stage {
         usable_between(&self.blend.solution, &self.evaluator)
     }
 
-    /// Solves for that velocity; `stop` brings locked joints to rest at once. A row that speaks of these alone is then met: its
-    /// distance stays what it is.
+    /// Solves for that velocity; `stop` brings locked joints to rest at once. A row that depends on these joints alone
+    /// is then met, since its distance stays constant.
     fn between(&mut self, moment: Moment, lasts: bool, stop: bool) {
         let late = self.late;
         let b = &mut self.blend;
@@ -418,7 +429,7 @@ impl Stage {
                 }
             }
         }
-        // A level that was damped holds what its rows reached, which the velocity between need not give up.
+        // A damped level asks for the values that its rows reached, so that the blended velocity need not give them up.
         let settled = self.solver.settled().filter(|_| !late).unwrap_or(&self.problem);
         for (i, ((to, from), kept)) in levels.iter_mut().zip(&settled.levels).zip(&b.kept).enumerate() {
             if from.hard || (*kept && !late) {
@@ -442,7 +453,7 @@ impl Stage {
         if self.is_between() || self.late { &self.blend.solution.x } else { &self.solution.x }
     }
 
-    /// Names of the rows of a level that were not met at the last tick, as `task: row`.
+    /// Names of the rows of a level that were not met at the last tick, as `` `task`, row ``.
     pub(super) fn unmet(&self, level: usize) -> Vec<String> {
         let Some(l) = self.solution.levels.get(level) else { return Vec::new() };
         if l.status == LevelStatus::NotSolved {
@@ -457,7 +468,7 @@ impl Stage {
     }
 }
 
-/// The same for the velocity between, whose problem has one more level on top.
+/// Checks a solution for the blended velocity, whose problem has one more level on top.
 fn usable_between(solution: &Solution, evaluator: &Evaluator) -> Result<(), Fault> {
     match solution.status {
         Status::Optimal => usable(solution, evaluator),
@@ -469,7 +480,7 @@ fn usable_between(solution: &Solution, evaluator: &Evaluator) -> Result<(), Faul
     }
 }
 
-/// Whether an answer may be used.
+/// Checks that a solution may be used.
 fn usable(solution: &Solution, evaluator: &Evaluator) -> Result<(), Fault> {
     match solution.status {
         Status::Optimal if solution.x.iter().all(|v| v.is_finite()) => Ok(()),
@@ -487,14 +498,14 @@ fn usable(solution: &Solution, evaluator: &Evaluator) -> Result<(), Fault> {
     }
 }
 
-/// A program with one more stack, which holds nothing: the robot stands.
+/// Copy of a program with one more stack, which is empty: the robot stands still.
 pub(super) fn standing(program: &Program) -> Program {
     let mut program = program.clone();
     program.stacks.push(StackProgram { name: String::new(), locked: Vec::new(), levels: Vec::new() });
     program
 }
 
-/// For each pair of stages how many levels they share, from the top: `common[from][to]`.
+/// Number of levels that each pair of stages shares, from the top: `common[from][to]`.
 pub(super) fn common_levels(program: &Program, stages: &[Stage]) -> Vec<Vec<usize>> {
     let of = |s: &Stage| program.stacks.get(s.stack);
     let pair = |a: &Stage, b: &Stage| of(a).zip(of(b)).map_or(0, |(a, b)| in_common(program, a, b));

@@ -1,4 +1,4 @@
-//! A tick: what the robot shows, what the machine makes of it, and the stack that runs.
+//! One tick of the controller: the observation, the machine, and the stack that runs.
 
 use std::time::Instant;
 
@@ -9,16 +9,17 @@ use crate::evaluator::Moment;
 use crate::fault::Fault;
 use crate::program::Times;
 
-/// A limit counts as passed below minus this, in the unit of its row: the reference ends a tick on it up to rounding.
+/// Tolerance of a limit, in the unit of its row: a margin below minus this counts as violated. The reference ends a
+/// tick on the limit up to rounding.
 const PASSED: f64 = 1e-6;
 
 impl Controller {
-    /// What the machine and the active stack answer to an observation: the command, or what is wrong.
+    /// Runs the machine and the active stack for an observation. Returns the fault, if there is one.
     pub(super) fn tick(&mut self, o: &Observation, until: Option<Instant>) -> Option<Fault> {
         self.told = false;
         let fault = self.answer(o, until);
         if !self.told {
-            // What was told before is of another tick: no condition goes on holding by it.
+            // Outputs of an earlier tick must not keep a condition true.
             for signal in self.stages[self.active].evaluator.telling() {
                 self.signals.forget(signal);
             }
@@ -27,7 +28,7 @@ impl Controller {
     }
 
     fn answer(&mut self, o: &Observation, until: Option<Instant>) -> Option<Fault> {
-        // A clock that says nothing is taken to go on.
+        // A time that is not finite is replaced by the expected one.
         let time = if o.time.is_finite() { o.time } else { self.last + self.period };
         self.sense(o.q, time);
         self.machine.begin();
@@ -80,7 +81,7 @@ impl Controller {
         self.raised.or(seen)
     }
 
-    /// Works out the signals of a tick. A sensor whose axes are not known shows nothing.
+    /// Updates the signals for a tick. A sensor whose axes are not known has no value.
     fn sense(&mut self, q: &[f64], time: f64) {
         let usable = q.len() == self.reference.len() && q.iter().all(|x| x.is_finite());
         if let Some(observed) = self.observed.as_deref_mut().filter(|_| usable) {
@@ -90,7 +91,7 @@ impl Controller {
         self.signals.at(time, |link| data.map(|d| d.pose(link).rotation));
     }
 
-    /// Looks for what is wrong before anything is worked out.
+    /// Checks the observation, the deadline and the signals of the machine before anything is computed.
     fn look(&mut self, o: &Observation) -> Option<Fault> {
         let q = o.q;
         if !o.time.is_finite() {
@@ -106,7 +107,7 @@ impl Controller {
         if gap > self.deadline || gap < 0.0 {
             return Some(Fault::Deadline { gap });
         }
-        // Nobody has waited for a signal before the timeout of the first value has passed.
+        // A signal is stale only after its timeout has passed since the first tick.
         let since = o.time - self.started.unwrap_or(o.time);
         let signals = &self.signals;
         let patience = |s: usize| signals.interface().signals[s].timeout.unwrap_or(f64::INFINITY);
@@ -115,21 +116,21 @@ impl Controller {
         self.machine.stale(is_stale)
     }
 
-    /// Lets the stack of the current state be entered.
+    /// Selects the stack of the current state and requests its entry.
     fn enter(&mut self, change: Change) {
         if change.stack {
             let stack = self.machine.stack();
             self.active = stack.map_or(self.stages.len() - 1, |s| self.stage_of[s]);
             self.entering = Some(change.blend);
             self.visits += 1;
-            // A task that does not run has nothing to tell.
+            // A task that does not run has no outputs.
             for signal in self.stages.iter().flat_map(|s| s.evaluator.telling()) {
                 self.signals.forget(signal);
             }
         }
     }
 
-    /// Runs the active stack for a tick.
+    /// Runs the active stack for one tick.
     fn run(&mut self, q: &[f64], time: f64, until: Option<Instant>) -> Result<(), Fault> {
         if !self.anchored {
             self.reference.copy_from_slice(q);
@@ -174,18 +175,18 @@ impl Controller {
         passed(stage, &self.machine)
     }
 
-    /// Commands the robot to stand.
+    /// Commands the robot to stand still.
     pub(super) fn stand(&mut self) {
         self.command.fill(0.0);
         self.velocity.fill(0.0);
         self.stack_velocity.fill(0.0);
         self.moving = None;
-        // Margins and errors of velocities are those of a robot that stands.
+        // Margins and errors of velocities must be those of a robot at rest.
         self.stages[self.active].evaluator.observe(&self.reference, &self.command);
     }
 }
 
-/// Whether a limit is passed that a transition watches.
+/// Returns the fault of the first violated limit that a transition watches.
 fn passed(stage: &Stage, machine: &Machine) -> Result<(), Fault> {
     for (member, m) in stage.evaluator.members().iter().enumerate() {
         if m.margins.is_empty() || !machine.watches(m.program_index) {

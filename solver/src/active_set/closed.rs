@@ -1,9 +1,10 @@
-//! Levels that settle the whole point: a wish for almost every variable (a posture, damping) and perhaps some rows beside.
+//! Levels that determine the whole point: a target for almost every variable (a posture, damping) and possibly some
+//! other rows.
 //!
-//! The general elimination finds a direction for each degree of freedom that is left. None is needed here, because nothing is
-//! left for the stages that follow. Let `t` be the step that the level's bounds of one variable ask for and `w` their weights,
-//! `A` its other rows with what they ask for, `a`, `Q` the rows of the frame and `U` the variables without a bound of their
-//! own. The minimiser of
+//! The general elimination computes a direction for each remaining degree of freedom. None is needed here, because
+//! nothing is left for the stages that follow. Let `t` be the step that the level's rows with a single variable ask for
+//! and `w` their weights, `A` its other rows with their targets `a`, `Q` the rows of the frame and `U` the variables
+//! without a row of their own. The minimiser of
 //!
 //! ```text
 //! sum_j w_j (d_j - t_j)^2 + |A d - a|^2   with  Q d = 0
@@ -15,25 +16,25 @@
 //! (C V C^T + D) y - C_U u = C t - (0, a),   C_U^T y = 0,   D = diag(0, 1)
 //! ```
 //!
-//! As `C_U^T y` is zero, any `v > 0` in `U` gives the same answer, and makes the matrix definite. The system is as large as
-//! the frame and the level's other rows, and diagonal where all weights are equal and there are none of these. Refinement
-//! makes up for weights that differ.
+//! As `C_U^T y` is zero, any `v > 0` in `U` gives the same result, and makes the matrix positive definite. The size of
+//! the system is that of the frame plus the level's other rows. It is diagonal if all weights are equal and there are
+//! no other rows. Iterative refinement compensates for different weights.
 
 use super::frame::Frame;
 use super::kernels::{LANES, axpy, dot, norm};
 
-/// No more than this may lie between the least and the largest number on the system's diagonal: a step of refinement then gains
-/// five digits.
+/// Maximum ratio of the largest weight, or squared norm of another row, to the smallest weight: a step of refinement
+/// then gains five digits.
 const SPREAD: f64 = 1e10;
 
-/// Variables without a bound are settled by the other rows where this part of them, or more, lies in the space of these.
+/// Variables in `U` are determined by the other rows if at least this fraction of them lies in the span of these.
 const SETTLED: f64 = 1e-6;
 
-/// Steps of refinement, and how little the last one may change.
+/// Maximum number of refinement steps, and maximum relative change of the last one.
 const REFINEMENTS: usize = 4;
 const REFINED: f64 = 1e-13;
 
-/// A member of a level: its weighted row at the point, and the variable if it is a bound of one.
+/// A member of a level: its weighted row, its target relative to the point, and its variable if it has a single one.
 pub(crate) struct Member<'r> {
     pub(crate) row: &'r [f64],
     pub(crate) target: f64,
@@ -44,32 +45,32 @@ pub(crate) struct Member<'r> {
 pub(crate) struct Closed {
     n: usize,
     stride: usize,
-    /// Weights of the variables, 0 without a bound; what they ask of the step; the inverses of the weights.
+    /// Per variable: weight (0 in `U`), target of the step, inverse weight.
     weight: Vec<f64>,
     wish: Vec<f64>,
     loose: Vec<f64>,
     /// All weights are equal.
     even: bool,
-    /// The inverse weight that stands for that of variables without a bound.
+    /// Inverse weight that is used for the variables in `U`.
     middle: f64,
-    /// Variables without a bound.
+    /// The variables in `U`.
     free: Vec<usize>,
-    /// C and C V, `size` rows, of which the first `fixed` are of the frame; what the others ask for.
+    /// C and C V with `size` rows, of which the first `fixed` are those of the frame; targets of the others.
     rows: Vec<f64>,
     spread: Vec<f64>,
     asked: Vec<f64>,
     fixed: usize,
     size: usize,
-    /// The upper Cholesky factor R of the system, `size` numbers a row.
+    /// The upper Cholesky factor R of the system, `size` numbers per row.
     factor: Vec<f64>,
-    /// `R^-T C_U`, `size` numbers a variable, and the lower Cholesky factor of `C_U^T (R^T R)^-1 C_U`.
+    /// `R^-T C_U`, `size` numbers per variable, and the lower Cholesky factor of `C_U^T (R^T R)^-1 C_U`.
     reach: Vec<f64>,
     gram: Vec<f64>,
-    /// The solution of the system and of what corrects it.
+    /// Solution of the system, and its correction.
     y: Vec<f64>,
     y_more: Vec<f64>,
     u: Vec<f64>,
-    /// The step, and what corrects it.
+    /// The step, and its correction.
     pub(crate) step: Vec<f64>,
     more: Vec<f64>,
 }
@@ -103,8 +104,8 @@ impl Closed {
         }
     }
 
-    /// Works out the step from the frame's point to the minimiser. False where the members leave something to choose, or where they
-    /// are of another kind; nothing has changed then.
+    /// Computes the step from the frame's point to the minimiser. Returns false if the members do not determine the
+    /// whole point, or are not suitable for this method.
     pub(crate) fn minimise<'r>(&mut self, members: impl Iterator<Item = Member<'r>>, frame: &Frame) -> bool {
         if frame.is_full() || !self.read(members, frame) {
             return false;
@@ -128,11 +129,12 @@ impl Closed {
         for (&j, &u) in self.free.iter().zip(&self.u) {
             self.step[j] = u;
         }
-        // With equal weights alone the step is the wish without its part in the frame: nothing to refine.
+        // With equal weights and no other rows the step is the target without its component in the frame: nothing to
+        // refine.
         (self.even && self.fixed == self.size && self.free.is_empty()) || self.refine(frame)
     }
 
-    /// Sorts the members into bounds and others; false if they are not of the kind for this.
+    /// Sorts the members into rows with a single variable and others; returns false if they are not suitable.
     fn read<'r>(&mut self, members: impl Iterator<Item = Member<'r>>, frame: &Frame) -> bool {
         let s = self.stride;
         self.weight.fill(0.0);
@@ -182,7 +184,7 @@ impl Closed {
         true
     }
 
-    /// C V and the system's matrix.
+    /// Computes C V and the matrix of the system.
     fn build(&mut self) {
         let (s, m) = (self.stride, self.size);
         for (spread, row) in self.spread.chunks_exact_mut(s).zip(self.rows.chunks_exact(s)).take(m) {
@@ -206,7 +208,7 @@ impl Closed {
         }
     }
 
-    /// Both Cholesky factors; false where something is left to choose.
+    /// Computes both Cholesky factors; returns false if a freedom remains.
     fn factorise(&mut self) -> bool {
         let m = self.size;
         for k in 0..m {
@@ -217,7 +219,7 @@ impl Closed {
             }
             let root = row[0].sqrt();
             row.iter_mut().for_each(|a| *a /= root);
-            // Of an even system the rows of the frame do not meet each other.
+            // With equal weights the rows of the frame are not coupled.
             let next = if self.even { self.fixed.max(k + 1) } else { k + 1 };
             for i in next..m {
                 let at = (i - k - 1) * m;
@@ -248,7 +250,7 @@ impl Closed {
         true
     }
 
-    /// Solves `R^T R y - C_U u = b`, `C_U^T y = -c` with `b` in `y` and `c` in `u`, and leaves the solution there.
+    /// Solves `R^T R y - C_U u = b`, `C_U^T y = -c` with `b` in `y` and `c` in `u`; the solution overwrites both.
     fn solve(&mut self, y: &mut [f64]) {
         let (m, f) = (self.size, self.free.len());
         let y = &mut y[..m];
@@ -278,7 +280,7 @@ impl Closed {
         }
     }
 
-    /// Works out what the step leaves of the equations, and corrects it. False if that does not end.
+    /// Computes the residual of the equations at the step, and corrects it. Returns false if this does not converge.
     fn refine(&mut self, frame: &Frame) -> bool {
         let (s, m) = (self.stride, self.size);
         for _ in 0..REFINEMENTS {

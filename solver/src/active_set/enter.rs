@@ -1,5 +1,5 @@
-//! Rows that enter the working set: the violated row to add next, and its way up the stages as its force grows, see the head of the
-//! module.
+//! Rows that enter the working set: the violated row to add next, and its path up the stages as its force grows, see
+//! the documentation of the module.
 
 use super::kernels::{dot, norm};
 use super::rows::{Rows, tolerance};
@@ -9,21 +9,20 @@ use crate::problem::Problem;
 use crate::space::Kind;
 use crate::structure::Structure;
 
-/// How often a row may be added in one solve: more is a circle.
+/// Maximum number of times that a row is added in one solve: more are a cycle.
 const ADDS: u8 = 60;
 
-/// A coefficient in the combination of held rows below this is none.
+/// A coefficient in the combination of held rows below this counts as zero.
 const COMBINED: f64 = 1e-9;
 
-/// What is left of a row of norm one below this is so little that held rows give way to it
-/// before the point moves.
+/// If the remainder of a row of norm one is below this, held rows give way to it before the point moves.
 const NEAR: f64 = 1e-6;
 
-/// The worst row of those seen so far.
+/// The worst row seen so far.
 struct Worst {
-    /// The first one is kept, however bad others are.
+    /// Keep the first row, even if others are worse.
     first: bool,
-    /// The size of the point.
+    /// Norm of the point.
     far: f64,
     excess: f64,
     found: Option<Entry>,
@@ -49,8 +48,9 @@ impl Worst {
 }
 
 impl Search {
-    /// The row outside the working set to add next, by the rule; none at the optimum. The values
-    /// of all rows that it looks at, bounds of one variable apart, go to `rows.value`.
+    /// Returns the row outside the working set to add next, by the rule; none at the optimum. The values of all rows
+    /// that it evaluates are stored in `rows.value`; bounds of one variable are skipped while the point is within all
+    /// of them.
     pub(super) fn next_violated(&mut self, problem: &Problem) -> Option<Entry> {
         let x = &self.relaxed.frame.x;
         let stride = self.relaxed.stride;
@@ -85,7 +85,7 @@ impl Search {
         worst.found
     }
 
-    /// Adds a violated row; see the head of the file.
+    /// Adds a violated row; see the documentation of the module.
     pub(super) fn add(&mut self, problem: &Problem, mut entry: Entry) -> Result<(), Stopped> {
         let at = self.relaxed.rows.at(entry.level, entry.row);
         self.relaxed.rows.side[at] = if entry.side > 0.0 { 1 } else { -1 };
@@ -108,8 +108,8 @@ impl Search {
             self.relaxed.complete(problem);
             let list = if own { &self.relaxed.stages.own[s] } else { &self.relaxed.stages.held[s] };
             if list.last().is_some_and(|e| e.trial < -e.noise) {
-                // The multiplier of a violated row rises; where it falls, the working set is so
-                // nearly dependent that rounding has taken over. Another order avoids it.
+                // The multiplier of an added row rises. If it falls, the working set is so nearly dependent that
+                // rounding dominates. Another order avoids it.
                 return Err(Stopped::Circle);
             }
             let Some((stage, is_own, j, part)) = self.first_to_leave(s, Some(own)) else {
@@ -130,8 +130,8 @@ impl Search {
         }
     }
 
-    /// Adds a row to those held at stage `s`, and to the frame. If it depends on them, one of them gives way to it, or those
-    /// that it presses against rise to the stage above, and the stage to try next is returned.
+    /// Adds a row to those held at stage `s`, and to the frame. If it depends on them, one of them gives way to it, or
+    /// those that it presses against move to the stage above; the stage to try next is then returned.
     pub(super) fn hold(&mut self, problem: &Problem, s: usize, entry: &mut Entry) -> Option<usize> {
         let held = self.relaxed.stages.held[s].len();
         self.relaxed.rewind(s, held);
@@ -147,9 +147,9 @@ impl Search {
         None
     }
 
-    /// The combination of the rows held at stage `s` that the last projection took out of a row
-    /// at that stage, into `combination`; returns the held row whose multiplier reaches zero
-    /// first when the row is pushed back by a growing force.
+    /// Computes the combination of the rows held at stage `s` that the last projection removed from a row at that
+    /// stage, into `combination`. Returns the held row whose multiplier reaches zero first if a growing force pushes
+    /// the row back.
     fn combine(&mut self, s: usize) -> Option<usize> {
         let (n, from) = (self.relaxed.n, self.relaxed.mark[s]);
         let held = &self.relaxed.stages.held[s];
@@ -171,9 +171,9 @@ impl Search {
         leaving
     }
 
-    /// The row that is to join the rows held at stage `s` depends on them, by `combination`.
-    /// Either `leaving` gives way to it, or the held rows that it presses against rise with it to
-    /// the stage above. Returns the stage to try next.
+    /// Handles a row that is to join the rows held at stage `s` but depends on them, by `combination`. Either `leaving`
+    /// gives way to it, or the held rows that it presses against move with it to the stage above. Returns the stage to
+    /// try next.
     fn oppose(&mut self, s: usize, leaving: Option<usize>, entry: &mut Entry) -> usize {
         let held = &mut self.relaxed.stages.held[s];
         let w = held.len();

@@ -1,16 +1,17 @@
-//! The warm start: from the last tick's optimum to this one's along a straight line of problems.
+//! Warm start: follows the optimum of the last tick to that of this one along a straight line of problems.
 //!
 //! With the matrices of this tick, the working set, the point and the multipliers of the last tick are the optimum of a
-//! problem that differs from this one in numbers alone: bounds that lie where the rows are, targets and forces that balance the
-//! multipliers. While these numbers move to those of this tick, the point and all multipliers move linearly from what they were
-//! to what the working set gives for this tick (`Relaxed::complete`). The first multiplier that reaches zero on the way leaves
-//! the working set, the first row that reaches its bound enters it, and from there they move on to what the new working set
-//! gives. So rows are changed about as often as they change between the two ticks, however far off the first end was: the idea
-//! of qpOASES (Ferreau, Bock and Diehl 2008), here over all levels at once.
+//! problem that differs from this one only in its right-hand sides: bounds at the values of the rows, targets and
+//! forces that balance the multipliers. While these numbers move to those of this tick, the point and all multipliers
+//! move linearly to the values that the working set has for this tick (`Relaxed::complete`). The first multiplier that
+//! reaches zero on the line leaves the working set, the first row that reaches its bound enters it, and the motion
+//! continues towards the values of the new working set. The number of changes is therefore about the number of rows
+//! that differ between the two ticks, however far apart these are: the idea of qpOASES (Ferreau, Bock and Diehl 2008),
+//! here over all levels at once.
 //!
-//! A row that depends on the rows held at a stage sends one of them away or rises with them, as in [`super::search`]; at the
-//! moment when it enters its force is zero. What is left at the end, rows whose multiplier is zero, is settled by the dual method,
-//! which also takes over where many rows enter and leave at one place of the line.
+//! A row that depends on the rows held at a stage replaces one of them or moves up with them, as in [`super::search`];
+//! its force is zero when it enters. Rows whose multiplier is zero at the end are settled by the dual method, which
+//! also takes over if many rows enter and leave at one point of the line.
 
 use super::kernels::{dot, norm};
 use super::rows::tolerance;
@@ -20,31 +21,32 @@ use crate::problem::Problem;
 use crate::space::Kind;
 use crate::structure::Structure;
 
-/// With more signs and rows that are wrong than this, and than a third of the working set, the last tick is no start.
+/// Maximum number of wrong signs and violated rows, in addition to a third of the working set, for which the last tick
+/// is used as a start.
 const FAR: usize = 3;
 
-/// After so many changes, or a third of the working set, the rest of the line is judged by what they came to: one that would take more
-/// than [`WHOLE`], or half as many again as the working set, is given up.
+/// After this many changes, or a third of the working set if that is more, the changes of the whole line are
+/// extrapolated: if they would exceed [`WHOLE`], or 1.5 times the working set if that is more, following is given up.
 const TRIAL: f64 = 9.0;
 const WHOLE: f64 = 40.0;
 
-/// The most entries of one row on the way: more are a circle.
+/// Maximum number of entries of one row along the line: more are a cycle.
 const ENTRIES: u8 = 3;
 
-/// Two events this close on what is left of the line happen at once.
+/// Two events closer than this, relative to the rest of the line, happen at the same point.
 const AT_ONCE: f64 = 1e-12;
 
-/// The next change of the working set on the line.
+/// The next change of the working set along the line.
 enum Event {
-    /// A multiplier reaches zero: stage, whether the row is a violated one of its level, place in the list.
+    /// A multiplier reaches zero: stage, true for a violated row of its level, index in the list.
     Leaves(usize, bool, usize),
     /// A row reaches its bound.
     Enters(Entry),
 }
 
 impl Search {
-    /// Goes from the point and the multipliers at hand, those of the last tick, to those of this tick. The frame is complete, with
-    /// trial multipliers. False where it was given up on the way; the working set is then as good a start as any.
+    /// Moves from the current point and multipliers, those of the last tick, to those of this tick. The frame must be
+    /// complete, with trial multipliers. Returns false if it was given up on the way.
     pub(super) fn follow(&mut self, problem: &Problem) -> Result<bool, Stopped> {
         let count = self.relaxed.stages.count();
         if self.locate(problem) + self.wrong() > FAR + count / 3 {
@@ -52,18 +54,18 @@ impl Search {
         }
         let (trial, whole) = (TRIAL.max(count as f64 / 3.0), WHOLE.max(1.5 * count as f64));
         let from = self.budget;
-        // How much of the line is left.
+        // Fraction of the line that is left.
         let mut rest = 1.0;
         loop {
             if self.budget < from && self.is_late() {
-                // What has been reached is the optimum of a problem on the line: the next tick goes on from there.
+                // The current point is the optimum of a problem on the line: the next tick continues from there.
                 self.known = self.relaxed.levels;
                 return Err(Stopped::Late);
             }
             let Some((part, event)) = self.next_event(problem) else {
                 self.relaxed.accept(0);
                 let Some((stage, keep)) = self.first_idle() else { return Ok(true) };
-                // A row that holds its stage back no longer may hold the next one back: from here on the line is that of its
+                // A row that no longer holds its stage back may hold the next one back: the line continues with its
                 // force there.
                 self.count()?;
                 self.approach(1.0);
@@ -102,13 +104,14 @@ impl Search {
         }
     }
 
-    /// Number of multipliers of the wrong sign at the frame's point.
+    /// Returns the number of multipliers of the wrong sign at the frame's point.
     fn wrong(&self) -> usize {
         let stages = &self.relaxed.stages;
         stages.own.iter().chain(&stages.held).flatten().filter(|e| e.trial < -e.noise).count()
     }
 
-    /// Works out the values of all rows at the point at hand. Returns how many rows outside the working set are violated there.
+    /// Computes the values of all rows at the current point. Returns the number of violated rows outside the working
+    /// set.
     fn locate(&mut self, problem: &Problem) -> usize {
         let stride = self.relaxed.stride.max(1);
         let far = norm(&self.point);
@@ -136,7 +139,7 @@ impl Search {
         violated
     }
 
-    /// Moves the point at hand, and the values of the rows there, a part of the way to the frame's point.
+    /// Moves the current point, and the values of the rows there, by the fraction `part` towards the frame's point.
     fn approach(&mut self, part: f64) {
         if part == 0.0 {
             return;
@@ -149,7 +152,8 @@ impl Search {
         }
     }
 
-    /// What happens first on the way to the frame's point, and on which part of the way. None if nothing does.
+    /// Returns the first event on the way to the frame's point, and the fraction of the way at which it happens. None
+    /// if there is no event.
     fn next_event(&mut self, problem: &Problem) -> Option<(f64, Event)> {
         let leaves = self.first_to_leave(0, None).map(|(s, own, j, part)| (part, Event::Leaves(s, own, j)));
         let (mut part, mut excess, mut enters) = (leaves.as_ref().map_or(1.0, |l| l.0), 0.0, None);
@@ -186,7 +190,7 @@ impl Search {
         enters.map(|e| (part, Event::Enters(e))).or(leaves)
     }
 
-    /// Takes a row into the working set at its bound, with no force yet.
+    /// Adds a row to the working set at its bound, with zero force.
     fn enter(&mut self, problem: &Problem, mut entry: Entry) -> Result<(), Stopped> {
         let at = self.relaxed.rows.at(entry.level, entry.row);
         self.relaxed.rows.side[at] = if entry.side > 0.0 { 1 } else { -1 };

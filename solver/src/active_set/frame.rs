@@ -1,31 +1,29 @@
-//! The orthonormal frame of all rows that are fixed, in the order in which they were fixed, and
-//! the point that has followed them.
+//! The orthonormal frame of all fixed rows, in the order in which they were fixed, and the point that meets them.
 //!
-//! A row is added by projecting it out of the frame (classical Gram-Schmidt, a second pass where
-//! the first leaves little: twice is enough), and the point moves along the new direction until
-//! the row has its target. Taking rows away is cutting the frame back to an earlier length. Both
-//! leave what stands before untouched, so that a change of the active set costs only what comes
-//! after it.
+//! A row is added by removing its components in the frame (classical Gram-Schmidt, with a second pass if the remainder
+//! is small: twice is enough); the point moves along the new direction until the row has its target. Rows are removed
+//! by truncating the frame to an earlier length. Both operations leave the earlier rows untouched, so that a change of
+//! the active set costs only what comes after it.
 
 use super::kernels::{LANES, axpy, combine, dot, norm, rotate, scaled};
 pub(crate) const DEPENDENT: f64 = 3e-11;
 
-/// Below this part of the row that is left after one projection, a second one is made.
+/// A second projection follows if less than this fraction of the row is left after the first.
 const SMALL: f64 = 0.1;
 
-/// Rounding of a row, as a part of the largest row of its level: rows of one level are differences of numbers of one size, so
-/// that a small one is known no better than a large one.
+/// Rounding error of a row, relative to the largest row of its level: rows of one level are differences of numbers of
+/// one magnitude, so that a small row is known no better than a large one.
 const ROUNDING: f64 = 1e-15;
 
-/// What is left of a row is rounding up to so many times the error that it is known to have.
+/// A remainder up to this multiple of its known error is rounding.
 const SURE: f64 = 10.0;
 
-/// What is left of a row is clearly nothing below this part of its norm, or below its error; it is clearly something above this
-/// multiple of the threshold.
+/// A remainder is clearly zero below this fraction of the row's norm, or below its error. It is clearly not zero above
+/// `SOMETHING` times the threshold.
 const NOTHING: f64 = 2e-15;
 const SOMETHING: f64 = 1e5;
 
-/// Whether what is left of a row of norm `size` counts as nothing; notes a doubt where that is not clear.
+/// Returns true if the remainder `left` of a row of norm `size` counts as zero; sets `doubt` if that is not clear.
 #[inline(always)]
 pub(crate) fn is_dependent(left: f64, size: f64, error: f64, doubt: &mut bool) -> bool {
     let threshold = (DEPENDENT * size).max(SURE * error);
@@ -33,10 +31,11 @@ pub(crate) fn is_dependent(left: f64, size: f64, error: f64, doubt: &mut bool) -
     left <= threshold
 }
 
-/// Numbers between these parts of a threshold are near it.
+/// Numbers between these multiples of a threshold are near it.
 const NEAR: [f64; 2] = [0.1, 1e3];
 
-/// Whether a number is so near to the threshold that decides about it that another would have decided otherwise.
+/// Returns true if a number is so near to the threshold that decides about it that another threshold would have decided
+/// otherwise.
 #[inline(always)]
 pub(crate) fn is_near(number: f64, threshold: f64) -> bool {
     let number = number.abs();
@@ -48,21 +47,21 @@ pub(crate) struct Frame {
     n: usize,
     stride: usize,
     len: usize,
-    /// So many of them are there; fewer than `len`, `n`, where nothing is left and no direction was asked for.
+    /// Number of directions that were computed; fewer than `len`, which is `n` then, after [`Frame::close`].
     real: usize,
     /// Orthonormal rows.
     q: Vec<f64>,
-    /// How far the point has moved along each of them.
+    /// Distance that the point has moved along each of them.
     step: Vec<f64>,
     /// The point.
     pub(crate) x: Vec<f64>,
     /// Coefficients of the last projected row in the frame.
     pub(crate) coefficient: Vec<f64>,
-    /// The largest step that was taken back where the point was: its digits are lost.
+    /// The largest step that was taken back: the point has lost its digits below the rounding of that step.
     pub(crate) lost: f64,
-    /// A row was taken for dependent, or for independent, by a number that is not clearly so.
+    /// A row was taken for dependent, or for independent, by a number that is not clear.
     pub(crate) doubt: bool,
-    /// How far each of the rows may be turned by rounding: what little was left of a row has an error that is large beside it.
+    /// Maximum rotation of each row by rounding: a small remainder of a row has a large relative error.
     error: Vec<f64>,
 }
 
@@ -88,7 +87,7 @@ impl Frame {
         self.len
     }
 
-    /// The first rows, one after the other; none where they were not asked for.
+    /// Returns the first rows, one after the other; None if they were not computed.
     pub(crate) fn first(&self, rows: usize) -> Option<&[f64]> {
         (rows <= self.real).then(|| &self.q[..rows * self.stride])
     }
@@ -102,7 +101,7 @@ impl Frame {
         &self.q[k * self.stride..(k + 1) * self.stride]
     }
 
-    /// Cuts the frame to `len` rows, with the point at `start` moved along the rows from `from`.
+    /// Truncates the frame to `len` rows. The point becomes `start`, moved along the rows from `from` on.
     #[inline(always)]
     pub(crate) fn cut(&mut self, len: usize, from: usize, start: &[f64]) {
         self.len = len;
@@ -111,8 +110,9 @@ impl Frame {
         combine(&self.step[from..len], &self.q[from * self.stride..len * self.stride], &mut self.x);
     }
 
-    /// Takes the frame's part out of `v`, whose norm was `size` in a level whose largest row has norm `largest`; returns the
-    /// norm of what is left, 0 where that is nothing but rounding, and its error. The coefficients stay in `coefficient`.
+    /// Removes the frame's components from `v`, whose norm was `size` in a level whose largest row has norm `largest`.
+    /// Returns the norm of the remainder, 0 if that is only rounding, and its error. The coefficients are stored in
+    /// `coefficient`.
     #[inline(always)]
     pub(crate) fn project(&mut self, v: &mut [f64], size: f64, largest: f64) -> (f64, f64) {
         if self.real < self.len {
@@ -135,13 +135,14 @@ impl Frame {
         (if is_dependent(left, size, error, &mut self.doubt) { 0.0 } else { left }, error)
     }
 
-    /// How far the last row of the frame may be turned by rounding.
+    /// Returns the maximum rotation of the last row by rounding.
     #[inline(always)]
     pub(crate) fn last_error(&self) -> f64 {
         self.error[self.len - 1]
     }
 
-    /// One more pass, for what rounding left of the frame in `v`.
+    /// Projects `v` once more, to remove the components of the frame that rounding left. Returns the norm of the
+    /// remainder.
     #[inline(always)]
     pub(crate) fn again(&mut self, v: &mut [f64]) -> f64 {
         for k in 0..self.len {
@@ -153,8 +154,8 @@ impl Frame {
         norm(v)
     }
 
-    /// Appends the direction `v` of norm `size > 0` with its error, orthogonal to the frame, and moves the point
-    /// by `step` along it. The frame must not be full.
+    /// Appends the direction `v` of norm `size > 0` with its error, orthogonal to the frame, and moves the point by
+    /// `step` along it. The frame must not be full.
     #[inline(always)]
     pub(crate) fn push(&mut self, v: &[f64], size: f64, error: f64, step: f64) {
         let k = self.len;
@@ -167,14 +168,14 @@ impl Frame {
         self.real += 1;
     }
 
-    /// Moves the point by `step`, after which nothing is left to choose. The directions that are missing are none: what comes
-    /// after has no use for them.
+    /// Moves the point by `step` and marks the frame as full. The missing directions are not computed: later stages
+    /// have no use for them.
     pub(crate) fn close(&mut self, step: &[f64]) {
         axpy(1.0, step, &mut self.x);
         self.len = self.n;
     }
 
-    /// Turns rows `k` and `k + 1` in their plane, by a cosine and a sine, with the point where it is.
+    /// Rotates rows `k` and `k + 1` in their plane, by a cosine and a sine; the point stays in place.
     #[inline(always)]
     pub(crate) fn turn(&mut self, k: usize, c: f64, s: f64) {
         let (head, tail) = self.q.split_at_mut((k + 1) * self.stride);
@@ -186,7 +187,7 @@ impl Frame {
         (self.step[k], self.step[k + 1]) = (c * a + s * b, c * b - s * a);
     }
 
-    /// Takes the last row away, and with it what the point moved along it.
+    /// Removes the last row, and the motion of the point along it.
     #[inline(always)]
     pub(crate) fn pop(&mut self) {
         self.len -= 1;
@@ -196,7 +197,7 @@ impl Frame {
         axpy(-self.step[k], &self.q[k * self.stride..(k + 1) * self.stride], &mut self.x);
     }
 
-    /// Moves the point further by `step` along row `k`.
+    /// Moves the point by a further `step` along row `k`.
     #[inline(always)]
     pub(crate) fn advance(&mut self, k: usize, step: f64) {
         axpy(step, &self.q[k * self.stride..(k + 1) * self.stride], &mut self.x);

@@ -1,18 +1,17 @@
-//! The rows that a level minimises, its equalities and violated rows, within what the frame
-//! leaves: weighted least squares of any rank.
+//! The rows that a level minimises, its equalities and violated rows, outside the frame: weighted least squares of any
+//! rank.
 //!
-//! The rows are eliminated one by one, the one with the most left first, and their directions
-//! join the frame (a complete orthogonal decomposition `W A = C Q`, the rows of `Q` orthonormal,
-//! `C` trapezoidal). If all rows but those on the diagonal are met by the point that meets these,
-//! nothing is left over, and this is the usual case. Otherwise, with `C = [L; B]` and `e` the
-//! residual of the dependent rows, the residuals of the minimiser are
+//! The rows are eliminated one by one, the one with the largest remainder first, and their directions are added to the
+//! frame (a complete orthogonal decomposition `W A = C Q`, the rows of `Q` orthonormal, `C` trapezoidal). Usually the
+//! point that meets the rows on the diagonal meets all others too, and no residual is left. Otherwise, with
+//! `C = [L; B]` and `e` the residual of the dependent rows, the residuals of the minimiser are
 //!
 //! ```text
 //! u = (1 + G G^T)^-1 e   of the dependent rows,   -G^T u   of the others,   G = B L^-1
 //! ```
 //!
-//! a system as small as the number of dependent rows, well conditioned because the elimination
-//! with the largest row first keeps `G` small.
+//! The size of this system is the number of dependent rows. It is well conditioned, because the elimination with the
+//! largest row first keeps `G` small.
 
 use super::closed::{Closed, Member};
 use super::frame::{DEPENDENT, Frame, is_dependent, is_near};
@@ -22,63 +21,62 @@ use super::stages::Entry;
 use crate::problem::Level;
 use crate::structure::Structure;
 
-/// A residual below this, relative to the size of the row, the bound and the point, is none.
+/// A residual below this, relative to the size of the row, the bound and the point, counts as zero.
 const CONSISTENT: f64 = 1e-12;
 
-/// A force below this part of all forces of its level may be that of a direction that moves the rows of the level by so little
-/// that it counts as one that does not move them at all, see [`Group::moves`].
+/// A force below this fraction of all forces of its level may belong to a direction that moves the rows of the level so
+/// little that it counts as not moving them, see [`Group::moves`].
 const SLIGHT: f64 = DEPENDENT;
 
-/// A force below this part of all forces of its level is rounding.
+/// A force below this fraction of all forces of its level is rounding.
 const NOISE: f64 = 1e-14;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Group {
     n: usize,
     stride: usize,
-    /// Weighted rows, overwritten by what is left of them.
+    /// Weighted rows, overwritten by their remainders.
     rows: Vec<f64>,
-    /// The trapezoidal factor, n numbers a row, from the frame's length at the start.
+    /// The trapezoidal factor, n numbers per row; column 0 is the first direction that the level adds to the frame.
     factor: Vec<f64>,
     /// Residual targets.
     target: Vec<f64>,
-    /// Norms of the weighted rows, of what is left of them (squared), and the latter when last
-    /// computed and not merely updated.
+    /// Norms of the weighted rows, squared norms of their remainders, and the latter as last computed directly and not
+    /// by an update.
     size: Vec<f64>,
     left: Vec<f64>,
     sure: Vec<f64>,
-    /// Below this a residual is none.
+    /// Threshold below which a residual counts as zero.
     quiet: Vec<f64>,
-    /// The members: row of the level, or `rows + i` for the damping of `x_i`; and square roots of
-    /// weights.
+    /// The members: row of the level, or `rows + i` for the damping of `x_i`; and square roots of weights.
     member: Vec<usize>,
     root: Vec<f64>,
-    /// Members in the order of elimination; the dependent ones behind.
+    /// Members in the order of elimination, followed by the dependent ones.
     order: Vec<usize>,
     /// Weighted residuals `sqrt(w) (target - a x)` of the minimiser, per member.
     residual: Vec<f64>,
-    /// `B L^-1` (n numbers a row), `1 + G G^T`, and a right-hand side.
+    /// `B L^-1` (n numbers per row), `1 + G G^T`, and a right-hand side.
     g: Vec<f64>,
     gram: Vec<f64>,
     u: Vec<f64>,
-    /// Of what is left of the rows, the error by rounding; and what it does to the residuals, see [`Group::blur`].
+    /// Rounding errors of the rows' remainders, and their effect on the residuals, see [`Group::blur`].
     error: Vec<f64>,
     blur: Vec<f64>,
     closed: Closed,
-    /// All directions of the next level are worked out, as [`Group::moves`] wants them.
+    /// Compute all directions of the next level, as [`Group::moves`] requires.
     pub(crate) thorough: bool,
-    /// How far a direction moves each member.
+    /// Displacement of each member by a direction.
     moved: Vec<f64>,
-    /// How many directions the level added to the frame.
+    /// Number of directions that the level added to the frame.
     rank: usize,
-    /// Below this a component of the gradient is rounding.
+    /// A component of the gradient below this is rounding.
     pub(crate) noise: f64,
-    /// Below this it may be that of a direction that hardly moves the level.
+    /// A component of the gradient below this may belong to a direction that hardly moves the level.
     pub(crate) slight: f64,
 }
 
 impl Group {
-    /// Room for levels of up to `most` rows, damping included.
+    /// Creates storage for levels of up to `most` rows, damping included.
     pub(crate) fn new(n: usize, most: usize) -> Self {
         let stride = n.div_ceil(LANES) * LANES;
         Group {
@@ -109,9 +107,8 @@ impl Group {
         }
     }
 
-    /// Moves the frame's point to the minimisers and extends the frame by the directions that
-    /// they fix. Writes half the gradient of the cost into `gradient` and returns true if it is
-    /// not zero; sets the multipliers of `own`.
+    /// Moves the frame's point to the minimisers and extends the frame by the directions that they fix. Writes half the
+    /// gradient of the cost into `gradient` and returns true if it is not zero. Sets the trial multipliers of `own`.
     pub(crate) fn minimise(
         &mut self,
         level: &Level,
@@ -172,7 +169,7 @@ impl Group {
         left_over
     }
 
-    /// Adds to what a residual may be by rounding what the point makes of it.
+    /// Adds the rounding error that the point causes to the threshold of each residual.
     fn quieten(&mut self, frame: &Frame) {
         let far = norm(&frame.x);
         for (quiet, size) in self.quiet.iter_mut().zip(&self.size).take(self.member.len()) {
@@ -180,7 +177,8 @@ impl Group {
         }
     }
 
-    /// Minimises a level that leaves nothing to choose without working out its directions; false if it is of another kind.
+    /// Minimises a level that determines the whole point, without computing its directions. Returns false if the level
+    /// is of another kind.
     fn close(&mut self, level: &Level, frame: &mut Frame) -> bool {
         let Group { rows, target, member: names, residual, closed, stride, .. } = self;
         let member = |(m, &i): (usize, &usize)| Member {
@@ -240,7 +238,7 @@ impl Group {
         }
     }
 
-    /// Takes out of the rows what the frame has of them.
+    /// Removes the frame's components from the rows.
     fn gather(&mut self, norms: Norms, frame: &mut Frame) {
         let s = self.stride;
         for m in 0..self.member.len() {
@@ -254,9 +252,9 @@ impl Group {
         }
     }
 
-    /// Right-looking Gram-Schmidt with the largest remaining row first. A row that counts as
-    /// dependent gives no direction, but what is left of it is still seen by later directions:
-    /// dropped, it would be an error of that size in all residuals.
+    /// Right-looking Gram-Schmidt with the largest remaining row first. A row that counts as dependent adds no
+    /// direction, but later directions are still removed from its remainder: otherwise all residuals would have an
+    /// error of that size.
     fn eliminate(&mut self, frame: &mut Frame) {
         let (s, n) = (self.stride, self.n);
         let base = frame.len();
@@ -311,7 +309,7 @@ impl Group {
         frame.doubt |= doubt;
     }
 
-    /// Distributes what the dependent rows are left with; see the head of the file.
+    /// Distributes the residuals of the dependent rows; see the documentation of the file.
     fn compromise(&mut self, frame: &mut Frame, base: usize, rank: usize) {
         let n = self.n;
         let (pivots, dependent) = self.order.split_at(rank);
@@ -363,14 +361,14 @@ impl Group {
             for (k, pivot) in pivots[..j].iter().enumerate() {
                 sum -= self.factor[i * n + k] * self.target[*pivot];
             }
-            // The pivots' targets are spent: their places take dy.
+            // The pivots' targets are used up: their storage takes dy.
             self.target[i] = sum / self.factor[i * n + j];
             frame.advance(base + j, self.target[i]);
         }
     }
 
-    /// What rounding of the rows does to their residuals: forces that are uncertain by so much move the point along each
-    /// direction of the level, and all rows with it.
+    /// Computes the effect of the rows' rounding on their residuals: forces that are uncertain by `unsure` move the
+    /// point along each direction of the level, and all rows with it.
     fn blur(&mut self, unsure: f64) {
         let n = self.n;
         self.blur[..self.order.len()].fill(0.0);
@@ -383,8 +381,8 @@ impl Group {
         }
     }
 
-    /// Whether a direction moves a row of the level that was minimised last, and was not met, by as much as a row must have left
-    /// to count as independent, while the rows on the diagonal stay where they are.
+    /// Returns true if a direction moves a row of the level that was minimised last, and was not met, by at least the
+    /// threshold of an independent row, while the rows on the diagonal stay where they are.
     pub(crate) fn moves(&mut self, level: &Level, direction: &[f64]) -> bool {
         let (n, s) = (self.n, self.stride);
         for (m, &i) in self.member.iter().enumerate() {
@@ -396,7 +394,7 @@ impl Group {
             self.moved[m] = self.root[m] * value;
         }
         let (pivots, dependent) = self.order.split_at(self.rank);
-        // The whole direction: with what keeps the pivots in their place, L y = -moved.
+        // The whole direction includes the motion that keeps the pivots in place: L y = -moved.
         let mut square = dot(direction, direction);
         for (j, &i) in pivots.iter().enumerate() {
             let back: f64 = (0..j).map(|k| self.factor[i * n + k] * self.u[k]).sum();
@@ -410,7 +408,7 @@ impl Group {
         })
     }
 
-    /// Half the gradient of the cost at the minimiser: `-A^T W^(1/2) e`.
+    /// Computes half the gradient of the cost at the minimiser: `-A^T W^(1/2) e`.
     fn differentiate(&self, level: &Level, gradient: &mut [f64]) {
         gradient.fill(0.0);
         for (m, &i) in self.member.iter().enumerate() {

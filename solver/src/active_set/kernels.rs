@@ -1,6 +1,5 @@
-//! The inner loops: products of padded rows, written in lanes so that they become vector
-//! instructions. The order of the sums is fixed, so the result does not depend on the width of
-//! the machine's registers.
+//! Inner loops: operations on padded rows, written in lanes so that they compile to vector instructions. The order of
+//! the sums is fixed, so that the result does not depend on the width of the machine's registers.
 
 /// Rows are padded with zeros to a multiple of this.
 pub(crate) const LANES: usize = crate::problem::LANES;
@@ -29,8 +28,8 @@ pub(crate) fn axpy(s: f64, x: &[f64], y: &mut [f64]) {
     }
 }
 
-/// `y += sum_k s_k x_k` on padded rows; `x` holds the rows one after the other. The sums stay in
-/// registers while the rows pass by.
+/// `y += sum_k s_k x_k` on padded rows; `x` contains the rows one after the other. The sums stay in registers during
+/// the loop over the rows.
 #[inline(always)]
 pub(crate) fn combine(s: &[f64], x: &[f64], y: &mut [f64]) {
     let stride = y.len();
@@ -68,7 +67,7 @@ pub(crate) fn rotate(c: f64, s: f64, x: &mut [f64], y: &mut [f64]) {
     }
 }
 
-/// Euclidean norm of a padded row, safe where the squares overflow or underflow.
+/// Euclidean norm of a padded row, safe if the squares overflow or underflow.
 #[inline(always)]
 pub(crate) fn norm(a: &[f64]) -> f64 {
     let square = dot(a, a);

@@ -1,18 +1,18 @@
-//! Rows that leave the working set, because their multiplier has the wrong sign, or fall to the stage below, because it is zero.
+//! Rows that leave the working set because their multiplier has the wrong sign, or move to the stage below because it
+//! is zero.
 
 use super::search::{Search, Stopped};
 use super::stages::Entry;
 use crate::problem::Problem;
 
-/// How often a row may fall back to a lower stage in one solve, beyond once for each, before it stays where it is.
+/// Number of times that a row may move to a lower stage in one solve, in addition to once for each, before it stays.
 const RETURNS: usize = 8;
 
 impl Search {
-    /// Makes the working set fit to be the relaxed problem's: rows with a negative multiplier
-    /// leave it, and those without a multiplier fall back to the stage below, where they may be
-    /// needed.
+    /// Makes the working set valid for its relaxed problem: rows with a negative multiplier leave it, and rows without
+    /// a multiplier move to the stage below, where they may be needed.
     ///
-    /// Returns whether anything changed.
+    /// Returns true if anything changed.
     pub(super) fn settle(&mut self, problem: &Problem) -> Result<bool, Stopped> {
         let mut changed = false;
         while let Some((s, keep)) = self.first_idle() {
@@ -25,8 +25,8 @@ impl Search {
         Ok(changed)
     }
 
-    /// Frees or lowers the idle rows of the first stage that has any; returns the stage and how
-    /// many of its held rows come before the first of them.
+    /// Frees or lowers the idle rows of the first stage that has any. Returns the stage and the number of its held rows
+    /// that the frame may keep.
     pub(super) fn first_idle(&mut self) -> Option<(usize, usize)> {
         for s in 0..=self.relaxed.levels {
             let mut keep = self.relaxed.stages.held[s].len();
@@ -34,7 +34,7 @@ impl Search {
             for j in (0..self.relaxed.stages.held[s].len()).rev() {
                 let e = self.relaxed.stages.held[s][j];
                 if e.value <= e.noise && self.retire(e, s) {
-                    // A row that falls back stays in the working set.
+                    // A row that moves to a lower stage stays in the working set.
                     let side = self.relaxed.rows.side[self.relaxed.rows.at(e.level, e.row)];
                     self.relaxed.release(s, j);
                     let at = self.relaxed.rows.at(e.level, e.row);
@@ -60,7 +60,7 @@ impl Search {
         None
     }
 
-    /// Frees an idle row of stage `s`, or lowers it by one stage; false if it has to stay.
+    /// Frees an idle row of stage `s`, or moves it to the stage below; returns false if it has to stay.
     fn retire(&mut self, e: Entry, s: usize) -> bool {
         let at = self.relaxed.rows.at(e.level, e.row);
         if usize::from(self.returns[at]) >= RETURNS + self.relaxed.levels && e.value >= -e.noise {
@@ -75,10 +75,10 @@ impl Search {
         true
     }
 
-    /// Which multiplier from stage `s` on reaches zero first on the way to the trial: stage,
-    /// whether it is a violated row of that level, place in its list, part of the way. The row
-    /// that is being added, if any, last among the violated (`added`) or the held ones of `s`, does not
-    /// count: its multiplier rises.
+    /// Returns the first multiplier from stage `s` on that reaches zero on the way to the trial multipliers: stage,
+    /// true for a violated row of that level, index in its list, fraction of the way. `added` marks a row that is being
+    /// added: the last of the violated rows of `s` (true) or of its held ones (false). It is skipped, because its
+    /// multiplier rises.
     pub(super) fn first_to_leave(&self, s: usize, added: Option<bool>) -> Option<(usize, bool, usize, f64)> {
         let mut first = None;
         let mut least = f64::INFINITY;
@@ -100,7 +100,7 @@ impl Search {
         first
     }
 
-    /// Goes part of the way to the trial multipliers from stage `s` on.
+    /// Moves the multipliers from stage `s` on by the fraction `part` towards the trial multipliers.
     pub(super) fn go_part(&mut self, s: usize, part: f64) {
         let own = self.relaxed.stages.own[s.min(self.relaxed.levels)..].iter_mut();
         for e in own.chain(&mut self.relaxed.stages.held[s..]).flatten() {

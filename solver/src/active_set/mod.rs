@@ -1,41 +1,38 @@
 //! The hierarchical active-set solver: exact, warm-started, without allocation while it solves.
 //!
-//! At a tick it reads the rows once (`rows`), takes the working set of the last tick (`stages`),
-//! and fixes its rows one after the other in an orthonormal frame, level by level (`frame`,
-//! `group`, `closed`, `relaxed`). Multipliers tell which rows must leave, residuals which must enter
-//! (`search`). When nothing is to change, which is most of the time, that is one factorisation
-//! and one look at every row. Otherwise the optimum of the last tick is followed to that of this
-//! one (`follow`).
+//! At each tick the solver reads the rows once (`rows`), takes the working set of the last tick (`stages`), and fixes
+//! its rows one after the other in an orthonormal frame, level by level (`frame`, `group`, `closed`, `relaxed`).
+//! Multipliers show which rows must leave, residuals which must enter (`search`). If nothing changes, the usual case,
+//! this costs one factorisation and one scan of all rows. Otherwise the optimum of the last tick is followed to that of
+//! this one (`follow`).
 //!
-//! # How it finds the optimum
+//! # Algorithm
 //!
-//! The working set is read as a relaxed problem, in which only its rows exist. Its optimum is
-//! known; rows outside it may be violated. A violated row is added by a growing force. At first
-//! the force is infinitesimal against every level, so that only the choice among equals (the
-//! nearest point) gives way. Where the row depends on rows that hold that choice already, these
-//! and the force become as large as the level above it, and so on up to the row's own level,
-//! where it may stay violated against the squares of the others. While the force grows, the
-//! multipliers of all other rows change linearly; the first that reaches zero leaves. This is the
-//! dual method of Goldfarb and Idnani (1983) for the cost `sum_k eps^k cost_k` with a symbolic
-//! `eps`: the lexicographic value of the relaxed optimum only rises, so no working set returns,
-//! and a start may be any working set whose multipliers have the right sign; wrong ones are
-//! simply dropped. It settles what is left where the last tick was followed, and it begins with
-//! nothing and adds levels one at a time where the last tick is no start.
+//! The working set defines a relaxed problem, in which only its rows exist. Its optimum is known; rows outside it may
+//! be violated. A violated row is added by a growing force. At first the force is infinitesimal against every level, so
+//! that only the choice among equals (the nearest point) gives way. If the row depends on rows that hold that choice
+//! already, these and the force become as large as the level above it, and so on up to the row's own level, where it
+//! may stay violated against the squares of the others. While the force grows, the multipliers of all other rows change
+//! linearly; the first that reaches zero leaves. This is the dual method of Goldfarb and Idnani (1983) for the cost
+//! `sum_k eps^k cost_k` with a symbolic `eps`: the lexicographic value of the relaxed optimum only rises, so that no
+//! working set repeats. Any working set whose multipliers have the right sign is a start; rows with the wrong sign are
+//! dropped. The method completes a solve that has followed the last tick. If the last tick is no usable start, it
+//! begins with an empty working set and adds levels one at a time.
 //!
-//! # Where rounding matters
+//! # Rounding
 //!
-//! * Dependent rows never meet in the frame: a row that depends on rows held at its stage sends
-//!   one of them away or rises with them.
-//! * A level of any rank is eliminated with its largest remaining row first, so coefficients of
-//!   dependent rows stay small; zero rows have no say.
-//! * Every direction of the frame carries its error: one that is what little was left of a row is
-//!   turned by rounding, and a row is dependent where no more of it is left than that error.
-//! * Every multiplier carries the size of its rounding. Within it, a row is idle: it falls to the
-//!   stage below, where it may still be needed. So does one whose level would not move by as much
-//!   as an independent row has, if the row let go.
-//! * A row that is added too often, a multiplier that falls where it must rise, or too many
-//!   changes end the attempt; three more orders of adding rows follow. Each attempt has a bound
-//!   on its changes, so each solve ends. [`Effort`] counts what it took.
+//! * Dependent rows never meet in the frame: a row that depends on rows held at its stage replaces one of them or moves
+//!   up with them.
+//! * A level of any rank is eliminated with its largest remaining row first, so that coefficients of dependent rows
+//!   stay small; zero rows have no effect.
+//! * Every direction of the frame carries its error, because rounding turns the direction of a small remainder. A row
+//!   is dependent if its remainder is not clearly larger than that error.
+//! * Every multiplier carries the size of its rounding. Within it, a row is idle: it moves to the stage below, where it
+//!   may still be needed. A row is also idle if its release would move its level by less than the threshold of an
+//!   independent row.
+//! * A row that is added too often, a multiplier that falls although it must rise, or too many changes end the attempt.
+//!   Three more attempts follow from an empty working set, the last two with other orders of adding rows. Each attempt
+//!   has a bound on its changes, so that each solve ends. [`Effort`] counts them.
 
 mod closed;
 mod enter;
@@ -58,29 +55,30 @@ use proof::Proof;
 use search::{Rule, Search, Stopped};
 use std::time::Instant;
 
-/// Counters over all solves so far.
+/// Counters over all solves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Effort {
     /// Number of solves.
     pub solves: u64,
     /// Changes of the working set, those of a trial included.
     pub changes: u64,
-    /// New beginnings from an empty working set, after running in a circle.
+    /// Restarts from an empty working set, after a cycle or an unproven answer.
     pub restarts: u64,
-    /// Solves that gave up.
+    /// Solves that failed, because every attempt ran into a cycle.
     pub failures: u64,
-    /// Solves for which there was no time.
+    /// Solves that reached the deadline.
     pub late: u64,
-    /// Answers that the certificate was asked about, because a rank, a sign or a residual was decided by a number near its threshold.
+    /// Answers that needed the certificate, because a rank, a sign or a residual was decided by a number near its
+    /// threshold, or because the balance of a level failed.
     pub doubts: u64,
-    /// Solves whose answer was not proven in any order of adding rows.
+    /// Solves without a proven answer in any order of adding rows.
     pub unproven: u64,
 }
 
 /// The hierarchical active-set least-squares solver.
 ///
-/// Made for one shape of problem: number of variables, levels, rows. It accepts any other, and
-/// then allocates once.
+/// Created for one shape of problem: number of variables, levels, rows. It accepts any other shape, and then allocates
+/// once.
 #[derive(Clone, Debug)]
 pub struct ActiveSet {
     search: Search,
@@ -91,7 +89,7 @@ pub struct ActiveSet {
 }
 
 impl ActiveSet {
-    /// A solver with storage for problems of this shape.
+    /// Creates a solver with storage for problems of this shape.
     pub fn new(problem: &Problem) -> Self {
         let search = Search::new(problem);
         ActiveSet {
@@ -103,25 +101,25 @@ impl ActiveSet {
         }
     }
 
-    /// Whether the working set of one solve is the start of the next (the default).
+    /// With `true` (the default), the working set of one solve is the start of the next.
     pub fn with_warm_start(mut self, warm: bool) -> Self {
         self.warm = warm;
         self
     }
 
-    /// Forgets the working set, so that the next solve starts from none.
+    /// Clears the working set, so that the next solve starts from an empty one.
     pub fn forget(&mut self) {
         let relaxed = &mut self.search.relaxed;
         relaxed.stages.clear(&mut relaxed.rows);
         (self.search.known, self.search.adding) = (0, 0);
     }
 
-    /// What the solves have cost so far.
+    /// Returns the counters of all solves so far.
     pub fn effort(&self) -> Effort {
         self.effort
     }
 
-    /// Solves the first `levels` levels, and writes the answer: the first that is proven. Returns the hard level that cannot be met,
+    /// Solves the first `levels` levels and writes the first proven answer. Returns the hard level that cannot be met,
     /// if there is one.
     fn search(&mut self, problem: &Problem, levels: usize, solution: &mut Solution) -> Result<Option<usize>, Unsolved> {
         let rules = [Rule::Worst, Rule::Worst, Rule::Level, Rule::First];
@@ -155,16 +153,16 @@ impl ActiveSet {
     }
 }
 
-/// Why there is no answer, or none that is proven.
+/// Reason why there is no answer, or no proven one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Unsolved {
-    /// There was no time.
+    /// The deadline has passed.
     Late,
-    /// Every order of adding rows ran in a circle.
+    /// Every attempt ran into a cycle.
     Circle,
-    /// No answer of any order holds the certificate.
+    /// No answer passed the certificate.
     Unproven {
-        /// Where the last one is farthest from the optimum.
+        /// Level at which the last answer is farthest from the optimum.
         level: usize,
     },
 }
@@ -207,7 +205,7 @@ impl HierarchicalSolver for ActiveSet {
             match found {
                 Ok(None) => break,
                 Ok(Some(l)) => {
-                    // What stands in the way is known; what the levels above want is still to be found.
+                    // The conflicting rows are known; the optimum of the levels above is still to be computed.
                     solution.levels[l].status = LevelStatus::Infeasible;
                     solution.levels[l + 1..].iter_mut().for_each(|below| below.status = LevelStatus::NotSolved);
                     status = Status::Infeasible { level: l };

@@ -1,14 +1,15 @@
-//! Whether the answer of a search is the optimum: looked at before it is given away.
+//! Verification of the answer of a search before it is returned.
 //!
-//! * **Balance.** The gradient of each level that is not met, from the slacks at the final point, is balanced by the rows that are fixed
-//!   above the level and by those held against it, these with the right sign. It takes the directions that the search ended with, so
-//!   that it costs one projection a level.
-//! * **Doubt.** A rank, a sign or a residual was decided by a number that is neither clearly rounding nor clearly more: another
-//!   threshold would have decided otherwise.
+//! * **Balance.** The gradient of each level that is not met, computed from the slacks at the final point, is balanced
+//!   by the rows that are fixed above the level and by those held against it, the latter with the right sign. The check
+//!   uses the directions of the search, so that it costs one projection per level.
+//! * **Doubt.** A rank, a sign or a residual was decided by a number that is neither clearly rounding nor clearly
+//!   larger: another threshold would have decided otherwise.
 //!
-//! Where the balance is missed, or in doubt, the certificate has the last word, which knows nothing of the search.
+//! If the balance fails, or if there is a doubt, the certificate decides, which is independent of the search.
 //!
-//! Entries of 1e-6 beside 1 meet in products of 1e-12 and make such numbers; ordinary robots have them near singular configurations.
+//! Entries of 1e-6 next to 1 have products of 1e-12 and cause such numbers; ordinary robots have them near singular
+//! configurations.
 
 use super::frame::is_near;
 use super::kernels::{axpy, combine, dot, norm};
@@ -18,18 +19,18 @@ use crate::certificate::{Certifier, Claim};
 use crate::problem::Problem;
 use crate::solution::{LevelStatus, Solution};
 
-/// An imbalance above this makes the certificate worth asking.
+/// Maximum relative imbalance of an answer that needs no certificate.
 const BALANCED: f64 = 1e-9;
 
-/// The storage of a look.
+/// Workspace of the verification.
 #[derive(Clone, Debug)]
 pub(crate) struct Proof {
     gradient: Vec<f64>,
     coefficient: Vec<f64>,
     certifier: Certifier,
-    /// How many certificates were asked for.
+    /// Number of certificates that were computed.
     pub(crate) asked: u64,
-    /// The level at which the last answer that was not proven is farthest from an optimum.
+    /// Level at which the last unproven answer is farthest from an optimum.
     pub(crate) missed: usize,
 }
 
@@ -44,7 +45,8 @@ impl Proof {
         }
     }
 
-    /// Whether the point of a search that has ended is what it is said to be; `solution` holds the slacks of the levels there.
+    /// Returns true if the final point of a search has the claimed property; `solution` contains the slacks of the
+    /// levels there.
     #[inline(always)]
     pub(crate) fn holds(&mut self, relaxed: &Relaxed, problem: &Problem, solution: &Solution, claim: Claim) -> bool {
         !self.is_doubtful(relaxed, problem, solution) || self.certifies(relaxed, problem, claim)
@@ -60,7 +62,7 @@ impl Proof {
             })
     }
 
-    /// Asks the certificate.
+    /// Returns true if the certificate proves the claim.
     #[cold]
     fn certifies(&mut self, relaxed: &Relaxed, problem: &Problem, claim: Claim) -> bool {
         self.asked += 1;
@@ -70,7 +72,7 @@ impl Proof {
         look.proves(x)
     }
 
-    /// Whether the rows above level `l` balance its gradient.
+    /// Returns true if the rows above level `l` balance its gradient.
     fn is_balanced(&mut self, relaxed: &Relaxed, problem: &Problem, solution: &Solution, l: usize) -> bool {
         let (level, slacks) = (&problem.levels[l], &solution.levels[l].slack);
         let (stride, norms) = (relaxed.stride, relaxed.rows.norms(l).each);
@@ -91,8 +93,8 @@ impl Proof {
         self.imbalance(relaxed, l) <= BALANCED * scale * (1.0 + square.sqrt())
     }
 
-    /// What of the gradient is left when the rows fixed before stage `s` and those held against it have taken what they can, these
-    /// with the right sign.
+    /// Returns the imbalance at stage `s`: the norm of the gradient outside the rows fixed before the stage and those
+    /// held against it, or the largest force of the wrong sign among the latter if that is larger.
     fn imbalance(&mut self, relaxed: &Relaxed, s: usize) -> f64 {
         let from = relaxed.mark[s];
         let until = from + relaxed.stages.held[s].len();
@@ -103,7 +105,7 @@ impl Proof {
         }
         combine(&coefficient[..until], frame, gradient);
         let mut most = norm(gradient);
-        // Multipliers of the rows held, from the last one on.
+        // Multipliers of the held rows, from the last one on.
         for j in (from..until).rev() {
             let later = (j + 1..until).map(|i| relaxed.lower[i * relaxed.n + j] * coefficient[i]).sum::<f64>();
             let rest = coefficient[j] - later;

@@ -1,10 +1,8 @@
-//! The relaxed problem of a working set: only its rows exist, each at its place. One pass over
-//! them, stage by stage, gives its lexicographic optimum and the multipliers that say whether the
-//! working set is right.
+//! The relaxed problem of a working set: only the rows of the working set exist, each at its stage. One pass over the
+//! stages computes its lexicographic optimum and the multipliers that show whether the working set is right.
 //!
-//! Factorisations are kept: the frame holds the rows in the order of the stages, first those held
-//! against a stage, then those that the stage minimises; a change at a stage recomputes what
-//! comes after it only.
+//! Factorisations are kept: the frame contains the rows in the order of the stages, first those held against a stage,
+//! then those that the stage minimises. A change at a stage recomputes only what comes after it.
 
 use super::frame::Frame;
 use super::group::Group;
@@ -13,36 +11,36 @@ use super::rows::Rows;
 use super::stages::{Entry, Stages};
 use crate::problem::Problem;
 
-/// A multiplier below this part of the forces it balances is rounding.
+/// A multiplier below this fraction of the forces that it balances is rounding.
 const NOISE: f64 = 1e-13;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Relaxed {
-    /// Number of levels that count; also the index of the last stage.
+    /// Number of levels that are solved; also the index of the last stage.
     pub(crate) levels: usize,
     pub(crate) rows: Rows,
     pub(crate) stages: Stages,
     pub(crate) frame: Frame,
     group: Group,
-    /// Stages before this one are in the frame, and `pushed` held rows of this one.
+    /// The frame contains the stages before this one, and `pushed` held rows of this one.
     pub(crate) stage: usize,
     pub(crate) pushed: usize,
-    /// The frame's length and the point at the beginning of each stage.
+    /// Length of the frame and the point at the beginning of each stage.
     pub(crate) mark: Vec<usize>,
     start: Vec<f64>,
-    /// Half the gradient of each stage's cost, whether it is not zero, and the noise of the
-    /// multipliers that balance it.
+    /// Half the gradient of each stage's cost, a flag that it is not zero, and the noise of the multipliers that
+    /// balance it.
     gradient: Vec<f64>,
     presses: Vec<bool>,
     noise: Vec<f64>,
-    /// Lower triangles of the held rows in the frame, n numbers a row, by place in the frame.
+    /// Lower triangles of the held rows in the frame, n numbers per row, indexed by the position in the frame.
     pub(crate) lower: Vec<f64>,
-    /// The row at hand, and the error of what is left of it.
+    /// The current row, and the error of its remainder.
     row: Vec<f64>,
     error: f64,
-    /// The largest row of its level, scaled like it.
+    /// Norm of the largest row of its level, in the same scale.
     largest: f64,
-    /// How the rows held at a stage move when one of them lets go.
+    /// Frame coefficients of the direction in which a stage moves if one of its held rows is released.
     lets_go: Vec<f64>,
     pub(crate) reference: Vec<f64>,
     pub(crate) stride: usize,
@@ -81,7 +79,7 @@ impl Relaxed {
         }
     }
 
-    /// Begins a solve of the first `levels` levels from the working set at hand.
+    /// Begins a solve of the first `levels` levels from the current working set.
     pub(crate) fn begin(&mut self, problem: &Problem, levels: usize) {
         self.levels = levels;
         self.stages.adopt(problem, &mut self.rows, levels);
@@ -94,7 +92,7 @@ impl Relaxed {
         self.frame.doubt = false;
     }
 
-    /// Cuts the frame back to the first `keep` held rows of stage `s`, if it is longer.
+    /// Truncates the frame to the first `keep` held rows of stage `s`, if it is longer.
     pub(crate) fn rewind(&mut self, s: usize, keep: usize) {
         if self.stage > s || (self.stage == s && self.pushed > keep) {
             let from = self.mark[s];
@@ -103,9 +101,8 @@ impl Relaxed {
         }
     }
 
-    /// Takes held row `j` of stage `s` out of the working set and out of the frame. At the last
-    /// stage, where nothing comes after it, the frame is updated in place by Givens rotations;
-    /// elsewhere it is cut back to before the row.
+    /// Removes held row `j` of stage `s` from the working set and from the frame. At the last stage, which nothing
+    /// follows, the frame is updated in place by Givens rotations; elsewhere it is truncated before the row.
     pub(crate) fn release(&mut self, s: usize, j: usize) {
         let held = &mut self.stages.held[s];
         let gone = held.remove(j);
@@ -118,7 +115,7 @@ impl Relaxed {
         }
         let (n, from) = (self.n, self.mark[s]);
         for i in j..left {
-            // Row i + 1 becomes row i: one number too many, turned into the diagonal.
+            // Row i + 1 becomes row i: its entry to the right of the diagonal is rotated into the diagonal.
             let below = (from + i + 1) * n;
             self.lower.copy_within(below + from..below + from + i + 2, below - n + from);
             let k = (from + i) * n + from + i;
@@ -137,8 +134,8 @@ impl Relaxed {
         self.pushed = left;
     }
 
-    /// Scales a row to norm one, pointing out of its bound, into `self.row`; returns how far the
-    /// point is within the bound.
+    /// Scales a row to norm one, pointing out of its bound, into `self.row`. Returns the distance of the point from the
+    /// bound, positive inside.
     pub(crate) fn outward(&mut self, problem: &Problem, e: &Entry) -> f64 {
         let level = &problem.levels[e.level];
         let scale = e.side / self.rows.norm[self.rows.at(e.level, e.row)];
@@ -148,15 +145,15 @@ impl Relaxed {
         scale * bound - dot(&self.row, &self.frame.x)
     }
 
-    /// Takes the frame's part out of the row that `outward` prepared; returns what is left of it,
-    /// 0 if the row depends on the frame. The coefficients stay with the frame.
+    /// Removes the frame's components from the row that `outward` prepared. Returns the norm of the remainder, 0 if the
+    /// row depends on the frame. The frame stores the coefficients.
     pub(crate) fn project(&mut self) -> f64 {
         let (left, error) = self.frame.project(&mut self.row, 1.0, self.largest);
         self.error = error;
         if self.frame.is_full() { 0.0 } else { left }
     }
 
-    /// Adds the held row that `project` left to the frame, and moves the point to its bound.
+    /// Adds the held row that `project` prepared to the frame, and moves the point to its bound.
     pub(crate) fn fix(&mut self, left: f64, room: f64) {
         let (k, n) = (self.frame.len(), self.n);
         let from = self.mark[self.stage];
@@ -166,8 +163,8 @@ impl Relaxed {
         self.pushed += 1;
     }
 
-    /// Brings the frame to just before the minimisation of stage `s`. Held rows that have become
-    /// dependent leave the working set.
+    /// Brings the frame to just before the minimisation of stage `s`. Held rows that have become dependent leave the
+    /// working set.
     pub(crate) fn advance(&mut self, problem: &Problem, s: usize) {
         loop {
             while self.pushed < self.stages.held[self.stage].len() {
@@ -203,7 +200,8 @@ impl Relaxed {
         }
     }
 
-    /// Minimises level `l` within the frame, see [`Group::minimise`], and gives the rows held against it their trial multipliers.
+    /// Minimises level `l` within the frame, see [`Group::minimise`], and computes the trial multipliers of the rows
+    /// held against it.
     fn minimise(&mut self, problem: &Problem, l: usize) {
         let span = l * self.stride..(l + 1) * self.stride;
         self.presses[l] = self.group.minimise(
@@ -218,7 +216,7 @@ impl Relaxed {
         self.balance(l);
     }
 
-    /// Whether a row that is held against level `l` has so small a multiplier that it has to be looked at closer, see `weigh`.
+    /// Returns true if a row held against level `l` has a multiplier so small that `weigh` has to examine it.
     fn is_close(&self, l: usize) -> bool {
         let (n, from) = (self.n, self.mark[l]);
         self.stages.held[l].iter().enumerate().any(|(j, e)| {
@@ -227,7 +225,7 @@ impl Relaxed {
         })
     }
 
-    /// The trial multipliers of the rows held against stage `s`, from its gradient.
+    /// Computes the trial multipliers of the rows held against stage `s` from its gradient.
     fn balance(&mut self, s: usize) {
         let held = &mut self.stages.held[s];
         let gradient = &self.gradient[s * self.stride..(s + 1) * self.stride];
@@ -246,9 +244,9 @@ impl Relaxed {
         }
     }
 
-    /// A row that holds level `l` back by next to nothing holds it back only if the level moves when the row lets go, by as much
-    /// as a row must have left to count as independent: ranks and forces have one threshold, or a level would let
-    /// go of a row and then follow the direction to where the row forbids it.
+    /// Decides whether rows with a tiny multiplier hold level `l` back: only if the level moves on the release of the
+    /// row, by at least the threshold of an independent row. Ranks and forces share one threshold: otherwise a level
+    /// could release a row and then follow the direction to where the row forbids it.
     fn weigh(&mut self, problem: &Problem, l: usize) {
         let (n, from) = (self.n, self.mark[l]);
         let w = self.stages.held[l].len();
@@ -258,7 +256,7 @@ impl Relaxed {
             if e.trial.abs() <= e.noise || e.trial.abs() > self.group.slight / diagonal {
                 continue;
             }
-            // L c = -e_j: row j goes inwards by one, the others stay.
+            // L c = -e_j: row j moves inwards by one, the others stay.
             self.row.fill(0.0);
             for i in j..w {
                 let mut sum = if i == j { -1.0 } else { 0.0 };
@@ -274,7 +272,7 @@ impl Relaxed {
         }
     }
 
-    /// Completes the frame through the last stage.
+    /// Completes the frame up to and including the last stage.
     pub(crate) fn complete(&mut self, problem: &Problem) {
         let last = self.levels;
         self.advance(problem, last);
@@ -290,7 +288,7 @@ impl Relaxed {
         self.balance(last);
     }
 
-    /// The trial multipliers from stage `s` on become the multipliers.
+    /// Replaces the multipliers from stage `s` on by the trial multipliers.
     pub(crate) fn accept(&mut self, s: usize) {
         let own = self.stages.own[s.min(self.levels)..].iter_mut();
         for e in own.chain(&mut self.stages.held[s..]).flatten() {
@@ -298,7 +296,7 @@ impl Relaxed {
         }
     }
 
-    /// Dimension of what level `l` and those above leave to choose.
+    /// Returns the dimension of the space that level `l` and those above leave.
     pub(crate) fn freedom(&self, l: usize) -> usize {
         self.n - self.mark[l + 1]
     }

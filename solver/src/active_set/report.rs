@@ -1,11 +1,11 @@
-//! Writes what the search found into the solution.
+//! Conversion of the result of the search into a solution.
 
 use super::relaxed::Relaxed;
 use crate::problem::Problem;
 use crate::solution::{Active, Blocking, LevelStatus, MET, Solution};
 use crate::structure::Structure;
 
-/// Slacks, activity and status of the levels that were solved. The point itself is not copied.
+/// Writes slacks, activity and status of the solved levels. The point itself is not copied.
 #[inline(always)]
 pub(crate) fn write(relaxed: &Relaxed, problem: &Problem, solution: &mut Solution) {
     for (l, level) in problem.levels.iter().enumerate().take(relaxed.levels) {

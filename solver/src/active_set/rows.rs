@@ -1,14 +1,14 @@
-//! What a tick's rows are: their size, their kind, and which of them are in the working set.
+//! Properties of a tick's rows: norm, kind, and membership in the working set.
 
 use super::kernels::{LANES, dot};
 use crate::problem::{Level, Problem, ProblemError, check, nothing};
 use crate::space::{FEASIBLE, Kind};
 use crate::structure::{Structure, usable};
 
-/// The norms of a level's rows.
+/// Norms of a level's rows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Norms<'r> {
-    /// Of each row; 1 for a zero row.
+    /// Norm of each row; 1 for a zero row.
     pub(crate) each: &'r [f64],
     /// The largest of them.
     pub(crate) largest: f64,
@@ -16,19 +16,19 @@ pub(crate) struct Norms<'r> {
 
 #[derive(Clone, Debug)]
 pub(crate) struct Rows {
-    /// Where each level's rows begin in the vectors below; one more at the end.
+    /// Index of each level's first row in the vectors below; the total number of rows at the end.
     pub(crate) first: Vec<usize>,
-    /// Norms; 1 for a zero row, which is silent: no point changes its value.
+    /// Norms; 1 for a zero row, which is silent: its value is the same at every point.
     pub(crate) norm: Vec<f64>,
     pub(crate) kind: Vec<Kind>,
-    /// The largest norm of each level; 1 where all are zero.
+    /// The largest norm of each level; 1 if all rows are zero.
     pub(crate) largest: Vec<f64>,
-    /// For inequality rows: 0 outside the working set, else the side of the bound it is held at.
+    /// For inequality rows: 0 outside the working set, else the side of the bound at which the row is held.
     pub(crate) side: Vec<i8>,
-    /// Values at the point that was looked at last; not those of bounds of one variable.
+    /// Values at the last evaluated point; not valid for bounds of one variable.
     pub(crate) value: Vec<f64>,
-    /// Between these each variable meets all bounds that a level sets on it alone, with the
-    /// tolerance for it; `stride` numbers a level.
+    /// Interval of each variable in which it meets all bounds that a level sets on it alone, including their tolerance;
+    /// `stride` numbers per level.
     low: Vec<f64>,
     high: Vec<f64>,
     stride: usize,
@@ -56,7 +56,7 @@ impl Rows {
         }
     }
 
-    /// Looks at every number once.
+    /// Reads and checks the numbers of the problem; coefficients of known structure are not read again.
     #[inline(always)]
     pub(crate) fn read(&mut self, problem: &Problem) -> Result<(), ProblemError> {
         let mut good = problem.reference.iter().all(|r| r.is_finite());
@@ -80,7 +80,7 @@ impl Rows {
         Ok(())
     }
 
-    /// Reads a level of which nothing is known.
+    /// Reads a level without any known structure.
     #[inline(always)]
     fn read_open(&mut self, l: usize, level: &Level) -> bool {
         let mut good = true;
@@ -96,7 +96,7 @@ impl Rows {
         good
     }
 
-    /// Reads a level of which something is known of at least one row.
+    /// Reads a level in which the structure of at least one row is known.
     #[inline(always)]
     fn read_known(&mut self, l: usize, level: &Level) -> bool {
         let mut good = true;
@@ -138,7 +138,7 @@ impl Rows {
         good
     }
 
-    /// Whether a point meets all bounds that level `l` sets on single variables.
+    /// Returns true if a point meets all bounds that level `l` sets on single variables.
     #[inline(always)]
     pub(crate) fn within(&self, l: usize, x: &[f64]) -> bool {
         let span = l * self.stride..(l + 1) * self.stride;
@@ -146,20 +146,20 @@ impl Rows {
         x.iter().zip(bounds).fold(true, |all, (x, (low, high))| all & (low <= x) & (x <= high))
     }
 
-    /// The norms of level `l`.
+    /// Returns the norms of level `l`.
     #[inline(always)]
     pub(crate) fn norms(&self, l: usize) -> Norms<'_> {
         Norms { each: &self.norm[self.first[l]..self.first[l + 1]], largest: self.largest[l] }
     }
 
-    /// Index of row `i` of level `l` in the vectors.
+    /// Returns the index of row `i` of level `l` in the vectors.
     #[inline(always)]
     pub(crate) fn at(&self, l: usize, i: usize) -> usize {
         self.first[l] + i
     }
 }
 
-/// Whether the numbers of a row can be used. Comparisons with NaN are false.
+/// Returns true if the numbers of a row are usable. Comparisons with NaN are false.
 #[inline(always)]
 fn sound(norm: f64, lower: f64, upper: f64, weight: f64) -> bool {
     norm < f64::INFINITY
@@ -180,20 +180,19 @@ fn kind_of(level: &Level, lower: f64, upper: f64, weight: f64) -> Kind {
     }
 }
 
-/// The norm of a row whose square is no ordinary number.
+/// Computes the norm of a row whose square is not usable.
 #[cold]
 fn unusual(row: &[f64]) -> f64 {
     if row.iter().any(|a| a.is_nan()) { f64::NAN } else { crate::dense::norm(row) }
 }
 
-/// The weight of row `i`: hard rows all count the same.
+/// Returns the weight of row `i`; all rows of a hard level have weight 1.
 #[inline(always)]
 pub(crate) fn weight(level: &Level, i: usize) -> f64 {
     if level.hard { 1.0 } else { level.weight[i] }
 }
 
-/// How far beyond its bound a row of norm one may be and still count as within; `far` is the
-/// size of x.
+/// Returns the distance beyond its bound up to which a row of norm one counts as within; `far` is the norm of x.
 #[inline(always)]
 pub(crate) fn tolerance(bound: f64, far: f64) -> f64 {
     FEASIBLE * (1.0 + bound.abs()) + 1e-14 * far

@@ -1,63 +1,64 @@
-//! The dual active-set search over the whole hierarchy, described at the head of the module.
+//! The dual active-set search over the whole hierarchy, described in the documentation of the module.
 //!
-//! The rows that enter the working set are in `enter`, those that leave it in `leave`. Factorisations are kept: the frame holds the rows
-//! in the order of the stages, and a change at a stage recomputes what comes after it only.
+//! `enter` handles the rows that enter the working set, `leave` those that leave it. Factorisations are kept: the frame
+//! contains the rows in the order of the stages, and a change at a stage recomputes only what comes after it.
 
 use super::kernels::{LANES, norm};
 use super::relaxed::Relaxed;
 use crate::problem::Problem;
 use std::time::Instant;
 
-/// With more changes than this to be expected, a solve starts from an empty working set.
+/// Maximum number of expected changes for which a solve keeps the working set of the last tick; otherwise it starts
+/// from an empty one.
 const FEW: usize = 4;
 
-/// A point that was this many times as far away as it is at the end is worked out anew, and no more than so often.
+/// The point is recomputed if a step larger than this multiple of its size was taken back, at most `REPAIRS` times.
 const LOST: f64 = 1e4;
 const REPAIRS: usize = 3;
 
-/// Why a search ended without an answer.
+/// Reason why a search ended without an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stopped {
-    /// Too many changes.
+    /// Too many changes of the working set.
     Circle,
     /// The deadline has passed.
     Late,
 }
 
-/// Which violated row is added first. Any order leads to the same optimum; where rounding leads
-/// one in a circle, another does not.
+/// Order in which violated rows are added. All orders lead to the same optimum; if rounding makes one of them cycle,
+/// another one may not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rule {
-    /// The row that is violated most.
+    /// The row with the largest violation.
     Worst,
-    /// The row that is violated most, of the highest level that has any.
+    /// The row with the largest violation in the highest level that has any.
     Level,
-    /// The first row.
+    /// The first violated row.
     First,
 }
 
 #[derive(Clone, Debug)]
 pub(crate) struct Search {
     pub(crate) relaxed: Relaxed,
-    /// Which violated row is added first.
+    /// Order in which violated rows are added.
     pub(crate) rule: Rule,
-    /// Changes of the working set that are left before giving up.
+    /// Remaining number of changes of the working set before giving up.
     pub(crate) budget: usize,
-    /// How often each row fell back, and how often it was added.
+    /// Number of times that each row moved to a lower stage, and that it was added.
     pub(super) returns: Vec<u8>,
     pub(super) adds: Vec<u8>,
-    /// How many rows were seen violated at the last look.
+    /// Number of violated rows at the last scan.
     pub(super) violated: usize,
-    /// How the row at hand combines the held ones.
+    /// Coefficients of the current row in the held ones.
     pub(super) combination: Vec<f64>,
-    /// The point at hand on the way from the last tick's optimum to this one's, and the values of all rows there.
+    /// Current point on the way from the last tick's optimum to this one's, and the values of all rows there.
     pub(super) point: Vec<f64>,
     pub(super) past: Vec<f64>,
-    /// The number of levels whose optimum the point is; 0 if it is none.
+    /// Number of levels whose optimum the point is; 0 if it is no optimum.
     pub(super) known: usize,
-    /// The number of levels that rows were being added to when the time was up; 0 if it was not.
+    /// Number of levels to which rows were being added when the deadline passed; 0 if it did not pass.
     pub(super) adding: usize,
-    /// When to give up.
+    /// Deadline.
     pub(super) until: Option<Instant>,
 }
 
@@ -81,7 +82,7 @@ impl Search {
         }
     }
 
-    /// Begins a solve of the first `levels` levels from the working set at hand.
+    /// Begins a solve of the first `levels` levels from the current working set.
     pub(crate) fn begin(&mut self, problem: &Problem, levels: usize, rule: Rule) {
         self.relaxed.begin(problem, levels);
         self.returns.fill(0);
@@ -90,13 +91,13 @@ impl Search {
         self.budget = 400 + 40 * problem.n;
     }
 
-    /// From the working set at hand to the optimum.
+    /// Searches for the optimum from the current working set.
     ///
     /// # Errors
-    /// When the budget of changes is spent, or the time.
+    /// If the budget of changes or the time is used up.
     pub(crate) fn run(&mut self, problem: &Problem) -> Result<(), Stopped> {
         self.search(problem)?;
-        // On the way the point may have been so far away that its digits are gone.
+        // Intermediate points may have been so far away that the digits of the result are lost.
         for _ in 0..REPAIRS {
             if self.relaxed.frame.lost <= LOST * (1.0 + norm(&self.relaxed.frame.x)) {
                 break;
@@ -111,13 +112,13 @@ impl Search {
         Ok(())
     }
 
-    /// The same; the point at the end may be inexact.
+    /// Searches like [`run`](Search::run); the final point may be inexact.
     fn search(&mut self, problem: &Problem) -> Result<(), Stopped> {
         let all = self.relaxed.levels;
         let (known, adding) = (std::mem::take(&mut self.known), std::mem::take(&mut self.adding));
         let mut reached = all;
         if self.rule == Rule::Worst && (1..=all).contains(&adding) {
-            // The last tick had no time for more: this one goes on.
+            // The last tick ran out of time while it added rows: this one continues.
             reached = adding;
             self.relaxed.levels = adding;
             self.add_level(problem)?;
@@ -138,7 +139,7 @@ impl Search {
         Ok(())
     }
 
-    /// From the working set at hand to the optimum, if it is a start.
+    /// Searches for the optimum from the current working set. Returns false if that is no usable start.
     fn start(&mut self, problem: &Problem, follows: bool) -> Result<bool, Stopped> {
         let before = self.relaxed.stages.count();
         self.relaxed.complete(problem);
@@ -172,7 +173,7 @@ impl Search {
         Ok(true)
     }
 
-    /// The optimum of the levels so far, the last of which is new.
+    /// Computes the optimum of the levels so far, of which the last is new.
     fn add_level(&mut self, problem: &Problem) -> Result<(), Stopped> {
         self.relaxed.complete(problem);
         self.relaxed.accept(0);
@@ -180,18 +181,18 @@ impl Search {
         self.improve(problem)
     }
 
-    /// Counts a change.
+    /// Counts a change of the working set against the budget.
     pub(super) fn count(&mut self) -> Result<(), Stopped> {
         self.budget = self.budget.checked_sub(1).ok_or(Stopped::Circle)?;
         Ok(())
     }
 
-    /// Whether the time is up.
+    /// Returns true if the deadline has passed.
     pub(super) fn is_late(&self) -> bool {
         self.until.is_some_and(|until| Instant::now() >= until)
     }
 
-    /// Adds violated rows until there is none, or no time; one is added at any rate.
+    /// Adds violated rows until there are none or the deadline has passed; one is added in any case.
     pub(super) fn improve(&mut self, problem: &Problem) -> Result<(), Stopped> {
         let mut first = true;
         while let Some(entry) = self.next_violated(problem) {

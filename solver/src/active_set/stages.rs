@@ -1,5 +1,5 @@
-//! The working set: for every level the rows it violates, and for every stage (the levels, then
-//! the nearest point) the rows of higher levels that hold it back.
+//! The working set: for every level the rows that it violates, and for every stage (the levels, then the nearest point)
+//! the rows of higher levels that hold it back.
 
 use super::rows::Rows;
 use crate::space::Kind;
@@ -11,12 +11,12 @@ pub(crate) struct Entry {
     pub(crate) row: usize,
     /// The bound: +1 upper, -1 lower.
     pub(crate) side: f64,
-    /// The multiplier at its stage, >= 0: of the row scaled to norm one if held, of the row as it
-    /// is (weight times slack) if violated.
+    /// Multiplier at its stage, >= 0: of a held row scaled to norm one, of a violated row without scaling (weight times
+    /// slack).
     pub(crate) value: f64,
-    /// The multiplier that the present trial gives it, any sign.
+    /// Multiplier in the current trial, any sign.
     pub(crate) trial: f64,
-    /// Below this the multiplier is rounding.
+    /// Threshold below which the multiplier is rounding.
     pub(crate) noise: f64,
 }
 
@@ -28,17 +28,17 @@ impl Entry {
 
 #[derive(Clone, Debug)]
 pub(crate) struct Stages {
-    /// Per level: the rows it violates.
+    /// Per level: the rows that it violates.
     pub(crate) own: Vec<Vec<Entry>>,
-    /// Per stage: rows of higher levels, held at their bound against it, in the order of the
-    /// frame. The last stage is the nearest point.
+    /// Per stage: rows of higher levels that are held at their bound against it, in the order of the frame. The last
+    /// stage is the nearest point.
     pub(crate) held: Vec<Vec<Entry>>,
     /// Per level: its equality rows.
     pub(crate) equal: Vec<Vec<usize>>,
 }
 
 impl Stages {
-    /// Room for levels of these sizes. A row stands in one list at most, but any list may be its.
+    /// Creates storage for levels of these sizes. A row is in at most one list, but may be in any of them.
     pub(crate) fn new(rows: &[usize]) -> Self {
         let all = rows.iter().sum();
         Stages {
@@ -48,19 +48,19 @@ impl Stages {
         }
     }
 
-    /// Number of rows in the working set, equalities apart.
+    /// Returns the number of rows in the working set, without equalities.
     pub(crate) fn count(&self) -> usize {
         self.own.iter().chain(&self.held).map(Vec::len).sum()
     }
 
-    /// Forgets everything.
+    /// Removes all rows from the working set.
     pub(crate) fn clear(&mut self, rows: &mut Rows) {
         self.own.iter_mut().chain(&mut self.held).for_each(Vec::clear);
         rows.side.fill(0);
     }
 
-    /// Reads the equality rows of the first `levels` levels, and drops from the working set what
-    /// this tick does not have: rows that are no inequalities any more, bounds that are gone.
+    /// Reads the equality rows of the first `levels` levels, and removes from the working set the rows that this tick
+    /// does not have: rows that are no longer inequalities, bounds that no longer exist.
     pub(crate) fn adopt(&mut self, problem: &crate::Problem, rows: &mut Rows, levels: usize) {
         for (l, equal) in self.equal.iter_mut().enumerate().take(levels) {
             equal.clear();
@@ -71,7 +71,7 @@ impl Stages {
             }
         }
         rows.side.fill(0);
-        // Stages that are beyond the last one press through the last one.
+        // Rows held at stages beyond the last one are held at the last one.
         for s in levels + 1..self.held.len() {
             let (kept, beyond) = self.held.split_at_mut(s);
             kept[levels].append(&mut beyond[0]);

@@ -1,5 +1,5 @@
-//! A level that cannot be met, solved with those above it and a weight of damping on each variable; and what its rows reached, as the
-//! levels below take it over.
+//! A level that cannot be met: its problem together with the levels above and a damping weight for each variable, and
+//! the values that its rows reached, for the levels below.
 
 use super::ties::{Force, Ties};
 use super::{HALF, SLACK};
@@ -8,48 +8,49 @@ use crate::problem::{Level, LevelShape, Problem};
 use crate::solution::{HierarchicalSolver, Solution, Status};
 use crate::structure::Structure;
 
-/// A room below this is none, in the unit of the row: solvers tell the two sides of a narrower one apart by rounding.
+/// A margin below this counts as zero, in the unit of the row: solvers distinguish the two sides of a narrower interval
+/// only by rounding.
 const NARROW: f64 = 1e-7;
 
-/// A linear level is as smooth as it need be with this part of its own stiffness as damping.
+/// Fraction of a linear level's own stiffness that counts as damping.
 const FIRM: f64 = 0.1;
 
-/// The least damping of a variable, as a part of the greatest.
+/// Minimum damping of a variable, relative to the maximum.
 const LEAST: f64 = 1e-6;
 
-/// How much of a second derivative counts for a level's own limits. With as much as for targets a limit that was passed is
-/// regained a fifth later; with this it is regained as fast as without damping.
+/// Factor on the second derivatives of a level's own limits. With the factor of targets, 1, returning to an exceeded
+/// limit takes a fifth longer; with this factor it is as fast as without damping.
 const LIMIT: f64 = 0.3;
 
 /// One level and those above it, with damping.
 pub(super) struct Damped {
-    /// The levels down to this one; behind its rows one for each variable.
+    /// The levels down to this one; its own rows are followed by one row for each variable.
     pub(super) problem: Problem,
     pub(super) solution: Solution,
-    /// What solves it, what solves the level without damping and without those below, and what solves those below once it is
-    /// settled. Each has its own, so that the last tick is a start.
+    /// Solvers of the damped level, of the level without damping and without those below, and of the levels below once
+    /// this one is settled. They are separate, so that each can start from its last tick.
     pub(super) solver: Box<dyn HierarchicalSolver + Send>,
     pub(super) alone: Box<dyn HierarchicalSolver + Send>,
     pub(super) below: Option<Box<dyn HierarchicalSolver + Send>>,
-    /// D.
+    /// Damping D of each variable.
     damping: Vec<f64>,
-    /// What of it has rows of its own.
+    /// Part of D that has rows of its own.
     rest: Vec<f64>,
-    /// The squares of what the rows above add to it: at this solve, and with what has not faded.
+    /// Squared contribution of the rows above to D: at this solve, and including the part that has not faded.
     now: Vec<f64>,
     pub(super) held: Vec<f64>,
-    /// What its Lagrangian consists of.
+    /// Forces in the Lagrangian of the level.
     forces: Vec<Force>,
     ties: Ties,
-    /// It was damped at the last solve; at the one before.
+    /// True if the level was damped at the last solve; at the one before.
     pub(super) used: bool,
     pub(super) likely: bool,
-    /// Freedom left after it without damping.
+    /// Freedom that the level leaves without damping.
     pub(super) freedom: usize,
 }
 
 impl Damped {
-    /// For level `k` of problems of this shape.
+    /// Creates the damped problem of level `k` for problems of this shape.
     pub(super) fn new(problem: &Problem, k: usize, backend: Backend) -> Self {
         let below = problem.levels[k + 1..].iter().any(|l| l.rows() > 0).then(|| backend.solver(problem));
         let mut shapes: Vec<LevelShape> = problem.levels[..=k].iter().map(Level::shape).collect();
@@ -84,7 +85,7 @@ impl Damped {
         }
     }
 
-    /// Works out the damping of level `k`. `undamped` is the answer without. False if there is none.
+    /// Computes the damping of level `k` from `undamped`, the answer without damping. Returns false if it is zero.
     pub(super) fn damp(&mut self, k: usize, problem: &Problem, undamped: &Solution, fading: f64) -> bool {
         let level = &problem.levels[k];
         if level.damping > 0.0 {
@@ -95,7 +96,7 @@ impl Damped {
         self.damping.iter().any(|d| *d > 0.0)
     }
 
-    /// Solves level `k` with its damping, after the levels above as they are settled.
+    /// Solves level `k` with its damping, within the settled levels above.
     pub(super) fn solve(&mut self, asked: &Level, settled: &Problem) -> Status {
         let Some((level, above)) = self.problem.levels.split_last_mut() else { return Status::Failed { level: 0 } };
         for (to, from) in above.iter_mut().zip(&settled.levels) {
@@ -104,7 +105,7 @@ impl Damped {
         level.copy_rows_from(asked);
         self.rest.copy_from_slice(&self.damping);
         for (i, structure) in asked.structure().iter().enumerate() {
-            // w (a x - b)^2 + D x^2 is (w + D/a^2) (a x - b')^2 and a constant: no row of its own.
+            // w (a x - b)^2 + D x^2 equals (w + D/a^2) (a x - b')^2 plus a constant: it needs no row of its own.
             if let Structure::Bound { column, coefficient } = *structure
                 && asked.is_equality(i)
                 && asked.weight[i] > 0.0
@@ -122,7 +123,7 @@ impl Damped {
         self.solution.status
     }
 
-    /// D, the bound of the second derivatives of the Lagrangian of level `k` at an answer.
+    /// Computes D, the bound of the second derivatives of the Lagrangian of level `k` at an answer.
     fn bound_curvature(&mut self, k: usize, problem: &Problem, answer: &Solution, fading: f64) {
         self.damping.fill(0.0);
         self.now.fill(0.0);
@@ -151,18 +152,18 @@ impl Damped {
             most = most.max(*sum);
         }
         if !level.is_curved() {
-            // Its rows are as stiff in every direction as in their own: what is little beside that need not be damped.
+            // Damping that is small relative to the stiffness of a linear level's own rows is not needed.
             for i in 0..level.rows() {
                 let weight = FIRM * level.weight[i];
                 self.damping.iter_mut().zip(level.row(i)).for_each(|(d, a)| *d = (*d - weight * a * a).max(0.0));
             }
             most = self.damping.iter().fold(0.0, |most: f64, d| most.max(*d));
         }
-        // A variable that moves no row has coefficients of rounding size, which nothing else would hold against.
+        // A variable that moves no row has coefficients of the size of rounding; only damping keeps it in place.
         self.damping.iter_mut().for_each(|d| *d = d.max(LEAST * most));
     }
 
-    /// Replaces what a level asks for by what its rows reached, with the room that it leaves to those below.
+    /// Replaces the targets of a level by the values that its rows reached, with a margin for the levels below.
     pub(super) fn settle(&self, asked: &Level, level: &mut Level, slack: &[f64]) {
         let x = &self.solution.x;
         let square: f64 = slack.iter().zip(&asked.weight).map(|(s, w)| w * s * s).sum();

@@ -1,10 +1,11 @@
-//! Smooth levels: exact where they can be met, damped where they cannot.
+//! Smooth levels: exact if they can be met, damped if they cannot.
 //!
-//! The optimum of a level that cannot be met jumps with its data. Near a singular configuration, or where a bound above
-//! makes one, a direction that moves the level by 1e-6 is used at full speed, one way or the other by the sign of a
-//! gradient of that size. The linear rows promise an improvement there that the step does not bring. What the step does
-//! bring is second order: with `s_i` what remains of row `i` in the level's optimum, a step of `x` over a time T changes
-//! the cost by `T sum_i w_i s_i x^T H_i x` more than the rows say, `H_i` the second derivative of row `i`.
+//! The optimum of a level that cannot be met jumps with its data. Near a singular configuration, or if a bound above
+//! causes one, a direction that moves the level by 1e-6 is used at full speed, forwards or backwards by the sign of a
+//! gradient of that size. The linear rows promise an improvement there that the step does not achieve. The actual
+//! change is of second order: with `s_i` the residual of row `i` at the level's optimum, a step of `x` over a time T
+//! changes the cost by `T sum_i w_i s_i x^T H_i x` more than the rows predict, with `H_i` the second derivative of row
+//! `i`.
 //!
 //! A level that is not met is therefore solved with damping,
 //!
@@ -13,27 +14,27 @@
 //! D_j^2  =  sum_i (c_ij f_i)^2,      c_ij >= tau sum_k |H_ijk|
 //! ```
 //!
-//! among the minimisers of the levels above. The forces `f_i` are those of the optimum without damping: `w_i s_i` for the
-//! level's own rows, and the multipliers of the rows above that hold it back, be they at a bound or tied to one value.
-//! `c_ij` is [`crate::Level::set_curvature`].
-//! For one row `diag(D)` bounds the second derivatives of the level's Lagrangian by Gershgorin's theorem, so that with tau
-//! of half a period or more a step does not take back what it promises; m independent rows may add up to sqrt(m) times as
-//! much, for which tau has to have room. This is the Levenberg-Marquardt step of Sugihara (2011)
-//! with a bound of the second derivative in place of a constant and the part of the error that no motion removes in place
-//! of the whole; Pfeiffer, Escande and Kheddar (2018) use the matrix itself, of the Lagrangian too. D vanishes with what
-//! remains: a level that can be met is met exactly.
+//! among the minimisers of the levels above. The forces `f_i` are those of the optimum without damping: `w_i s_i` for
+//! the level's own rows, and the multipliers of the rows above that hold it back, at a bound or at a fixed value.
+//! `c_ij` is set by [`crate::Level::set_curvature`]. For one row `diag(D)` bounds the second derivatives of the level's
+//! Lagrangian by Gershgorin's theorem, so that with tau of half a period or more a step does not lose what it promises;
+//! m independent rows may add up to sqrt(m) times as much, for which tau needs a margin. This is the
+//! Levenberg-Marquardt step of Sugihara (2011) with a bound of the second derivative instead of a constant, and with
+//! the part of the error that no motion removes instead of the whole error; Pfeiffer, Escande and Kheddar (2018) use
+//! the matrix itself, also of the Lagrangian. D vanishes with the residual: a level that can be met is met exactly.
 //!
-//! To the levels below a damped level passes on what its rows reached, `y_i = a_i x`, and not the point: its damping takes
-//! none of their freedom. Were these equalities, a direction that moves the level by next to nothing would belong to it
-//! down to rounding, and to the levels below beyond it, with a jump. So levels below may move row `i` by at most
-//! [`SLACK`], less where less remains; that is all by which they ever worsen it.
+//! A damped level passes on the values that its rows reached, `y_i = a_i x`, to the levels below, and not the point:
+//! its damping takes none of their freedom. If these values were equalities, a direction that moves the level by next
+//! to nothing would belong to it down to rounding, and to the levels below beyond it, with a jump. Levels below may
+//! therefore move row `i` by at most [`SLACK`], less if the residual is smaller; they never worsen it by more.
 //!
-//! Where the velocity is limited from tick to tick, it changes from tick to tick which rows carry the force of a level
-//! that presses against those above. What the rows above add to D therefore fades with a time of its own
-//! ([`Smooth::with_fading`]) and only rises at once. This is the one thing that is remembered; [`Smooth::forget`] ends it.
+//! If the velocity is limited from tick to tick, the rows that carry the force of a level against those above change
+//! from tick to tick. The contribution of the rows above to D therefore rises at once and fades with a time constant of
+//! its own ([`Smooth::with_fading`]). This is the only memory that affects the result; [`Smooth::forget`] clears it.
 //!
-//! A level that is met, or that nothing curved holds back, is passed on as ever. So is one with a hard level below, whose rows
-//! a damped answer might not leave room for. For limits a shorter time T counts than for targets ([`LIMIT`]).
+//! A level that is met, or that nothing curved holds back, is passed on unchanged. So is a level with a hard level
+//! below, because a damped answer might not leave room for its rows. Limits use a shorter time T than targets
+//! (`LIMIT` in `damped`).
 
 mod damped;
 mod ties;
@@ -45,30 +46,31 @@ use damped::Damped;
 use std::ops::Range;
 use std::time::Instant;
 
-/// How far levels below may move a row of weight one of a damped level, in the unit of the row (0.02 mm/s, 0.02 mrad/s).
+/// Maximum distance that levels below may move a row of weight one of a damped level, in the unit of the row (0.02
+/// mm/s, 0.02 mrad/s).
 pub const SLACK: f64 = 2e-5;
 
-/// What remains of a level where they may move it half as far.
+/// Residual of a level at which they may move it half as far.
 pub const HALF: f64 = 1e-2;
 
 /// A solver of smooth hierarchies on top of one of exact hierarchies.
 pub struct Smooth {
     exact: Box<dyn HierarchicalSolver + Send>,
-    /// For each level that may be damped.
+    /// One entry per level; None if the level is never damped.
     damped: Vec<Option<Damped>>,
-    /// The problem with what damped levels reached in place of what they ask for.
+    /// The problem with the values that damped levels reached in place of their targets.
     settled: Problem,
     answer: Solution,
-    /// Which part of the damping that rows above make is left at the next solve.
+    /// Fraction of the damping by the rows above that is left at the next solve.
     fading: f64,
-    /// Levels were damped at the last solve.
+    /// True if levels were damped at the last solve.
     used: bool,
-    /// The exact answer of all levels was known before the first was damped.
+    /// True if the exact answer of all levels was known before the first was damped.
     whole: bool,
 }
 
 impl Smooth {
-    /// A solver for problems of this shape.
+    /// Creates a solver for problems of this shape.
     pub fn new(problem: &Problem, backend: Backend) -> Self {
         let last_hard = problem.levels.iter().rposition(|l| l.hard);
         let may = |k: usize| problem.levels[k].rows() > 0 && last_hard.is_none_or(|h| k > h);
@@ -83,13 +85,13 @@ impl Smooth {
         }
     }
 
-    /// Which part of the damping that rows above make is left at the next solve, 0 to 1; 0 at first.
+    /// Sets the fraction of the damping by the rows above that is left at the next solve, 0 to 1; 0 by default.
     pub fn with_fading(mut self, part: f64) -> Self {
         self.fading = part.clamp(0.0, 1.0);
         self
     }
 
-    /// A level that is to be exact always, whether it can be met or not.
+    /// Excludes a level from damping: it is exact even if it cannot be met.
     pub fn with_exact(mut self, level: usize) -> Self {
         if let Some(damped) = self.damped.get_mut(level) {
             *damped = None;
@@ -97,23 +99,25 @@ impl Smooth {
         self
     }
 
-    /// Forgets the damping that has not faded.
+    /// Clears the damping that has not faded.
     pub fn forget(&mut self) {
         self.damped.iter_mut().flatten().for_each(|d| d.held.fill(0.0));
     }
 
-    /// The problem whose exact optimum the last answer is: that which was given, with what damped levels reached in place
-    /// of what they ask for. None where nothing was damped, and the answer is the optimum of the problem itself.
+    /// Returns the problem whose exact optimum the last answer is: the given one, with the values that damped levels
+    /// reached in place of their targets. None if nothing was damped; the answer is then the optimum of the problem
+    /// itself.
     pub fn settled(&self) -> Option<&Problem> {
         self.used.then_some(&self.settled)
     }
 
-    /// Whether a level was damped at the last solve.
+    /// Returns true if a level was damped at the last solve.
     pub fn is_damped(&self, level: usize) -> bool {
         self.damped.get(level).and_then(Option::as_ref).is_some_and(|d| d.used)
     }
 
-    /// The damped levels of the last solve: the level, its problem with those above as they were settled, and the answer.
+    /// Returns the damped levels of the last solve: the level, its problem with the settled levels above, and the
+    /// answer.
     pub fn damped(&self) -> impl Iterator<Item = (usize, &Problem, &Solution)> {
         self.damped
             .iter()
@@ -121,7 +125,7 @@ impl Smooth {
             .filter_map(|(k, d)| d.as_ref().filter(|d| d.used).map(|d| (k, &d.problem, &d.solution)))
     }
 
-    /// Copies the problem, without the damping of levels that may be damped here.
+    /// Copies the problem, without the damping of levels that this solver may damp.
     fn copy(&mut self, problem: &Problem) {
         self.settled.reference.copy_from_slice(&problem.reference);
         for ((to, from), damped) in self.settled.levels.iter_mut().zip(&problem.levels).zip(&self.damped) {
@@ -130,7 +134,7 @@ impl Smooth {
         }
     }
 
-    /// The first of these levels that is to be damped, by an answer without its damping.
+    /// Returns the first of these levels that is to be damped, judged by an answer without its damping.
     fn next(&self, problem: &Problem, levels: Range<usize>, answer: &Solution) -> Option<usize> {
         let wants = |&k: &usize| {
             let curved = |k: usize| problem.levels[k].is_curved();
@@ -141,8 +145,9 @@ impl Smooth {
         levels.clone().find(wants)
     }
 
-    /// Solves what is settled down to the next level that was damped at the last solve: if it is again, those below would be
-    /// solved in vain. `last` is the level that was settled last. Returns how many levels have an answer.
+    /// Solves the settled problem down to the next level that was damped at the last solve: if it is damped again,
+    /// solving the levels below would be in vain. `last` is the level that was settled last. Returns the number of
+    /// levels with an answer.
     fn undamped(&mut self, problem: &Problem, last: Option<usize>, levels: usize, solution: &mut Solution) -> usize {
         let from = last.map_or(0, |k| k + 1);
         let likely = |k: &usize| k + 1 < levels && self.damped[*k].as_ref().is_some_and(|d| d.likely);
@@ -184,7 +189,7 @@ impl HierarchicalSolver for Smooth {
         if problem.levels.iter().any(|l| l.damping > 0.0) {
             self.copy(problem);
         }
-        // The level that was settled last, the levels that have been looked at, and those that have an answer.
+        // The last settled level, the number of levels that were examined, and the number of levels with an answer.
         let (mut last, mut from, mut covered) = (None, 0, 0);
         loop {
             if covered == 0 {
@@ -194,7 +199,7 @@ impl HierarchicalSolver for Smooth {
                     if self.used {
                         solution.x.copy_from_slice(&self.answer.x);
                     }
-                    // A level that is about to be damped does not lead to the answer.
+                    // The undamped point of a level that is about to be damped is not on the way to the answer.
                     solution.status = match status {
                         Status::OutOfTime { on_the_way } => {
                             Status::OutOfTime { on_the_way: on_the_way && covered == levels }
@@ -209,7 +214,7 @@ impl HierarchicalSolver for Smooth {
                 if covered == levels {
                     break;
                 }
-                // It was damped at the last solve, and need not be any more.
+                // This level was damped at the last solve, and does not need it any more.
                 self.damped[covered - 1].iter_mut().for_each(|one| one.likely = false);
                 (from, covered) = (covered, 0);
                 continue;
@@ -244,9 +249,9 @@ impl HierarchicalSolver for Smooth {
             }
             one.freedom = undamped.levels[k].freedom;
             one.settle(&problem.levels[k], &mut settled.levels[k], &undamped.levels[k].slack);
-            // The room is for the levels below, not for the choice of the nearest point.
+            // The margin is for the levels below, not for the choice of the nearest point.
             settled.reference.copy_from_slice(&one.solution.x);
-            // Without one nothing is left to choose.
+            // Without levels below, nothing is left to choose.
             if one.below.is_none() {
                 break;
             }
@@ -259,18 +264,20 @@ impl HierarchicalSolver for Smooth {
 }
 
 impl Smooth {
-    /// Writes the answer into the solution, in which the exact one is. What remains of a damped level is measured against
-    /// what it asks for, and the rows that hold it back are those of the damped problem. Freedoms are those without damping, or as good as known where the levels below were not solved without it.
+    /// Writes the answer into the solution, which contains the exact one. The residual of a damped level refers to its
+    /// targets, and the rows that hold it back are those of the damped problem. Freedoms are those without damping;
+    /// they are estimated if the levels below were not solved without it.
     fn report(&self, problem: &Problem, solution: &mut Solution) {
         let last = problem.levels.iter().rposition(|l| l.rows() > 0).and_then(|l| self.damped[l].as_ref());
         let found = last.filter(|d| d.used).map_or(&self.answer, |d| &d.solution);
         solution.x.copy_from_slice(&found.x);
         let x = &solution.x;
         solution.blocking.clear();
-        // Levels below a damped one were given the freedom of its rows' room, but for those that they press against.
+        // The margin of a damped level's rows counts as freedom in the answer; it is subtracted, except for the rows
+        // that the levels below press against.
         let mut room = 0_usize;
         for (l, level) in problem.levels.iter().enumerate() {
-            // Levels without rows may follow the last one.
+            // The answer may end before trailing levels without rows.
             let (Some(answer), out) = (found.levels.get(l), &mut solution.levels[l]) else { continue };
             let damped = self.damped[l].as_ref().filter(|d| d.used);
             if !self.whole {

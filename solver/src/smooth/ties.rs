@@ -1,15 +1,15 @@
-//! The multipliers of rows that may only have one value, equalities and violated rows of the levels above, in the balance of a level
-//! that presses against them. Multipliers of rows at a bound come with the solution.
+//! Multipliers of tied rows, which can only have one value (equalities and violated rows of the levels above), in the
+//! balance of a level that presses against them. The solution already contains the multipliers of rows at a bound.
 
 use crate::problem::Problem;
 use crate::solution::{Active, Solution};
 use crate::structure::Structure;
 
-/// A direction whose square is below this part of the largest row's bears nothing.
+/// A direction whose square is below this fraction of the largest row's carries no force.
 const LOOSE: f64 = 1e-6;
 
-/// How much of a row's derivative stands in a gradient: its slack times its weight, or its multiplier. Positive where the
-/// row is to have less.
+/// Factor of a row's derivative in a gradient: its slack times its weight, or its multiplier. Positive if the row
+/// should have a smaller value.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Force {
     pub(super) level: usize,
@@ -17,10 +17,10 @@ pub(super) struct Force {
     pub(super) force: f64,
 }
 
-/// The rows above a level that may only have one value: what they bear of its forces.
+/// The tied rows above a level, and the forces that they carry.
 pub(super) struct Ties {
     rows: Vec<(usize, usize)>,
-    /// Of the rows, and of the forces with each of them; then the multipliers.
+    /// Gram matrix of the rows; their products with the gradient, overwritten by the multipliers; the gradient.
     gram: Vec<f64>,
     bears: Vec<f64>,
     gradient: Vec<f64>,
@@ -37,7 +37,7 @@ impl Ties {
     }
 
     /// Adds the multipliers of the tied rows to the forces with which level `k` presses: the least `mu` with
-    /// `sum_i mu_i a_i + sum_f f a_f = 0`, up to [`LOOSE`] where rows are dependent.
+    /// `sum_i mu_i a_i + sum_f f a_f = 0`, up to [`LOOSE`] if rows are dependent.
     pub(super) fn bear(&mut self, k: usize, problem: &Problem, answer: &Solution, forces: &mut Vec<Force>) {
         self.rows.clear();
         for (l, level) in problem.levels[..k].iter().enumerate() {

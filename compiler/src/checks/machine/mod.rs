@@ -1,4 +1,4 @@
-//! Checks of a machine: what can be seen of it before anything moves.
+//! Static checks of a machine.
 
 mod presence;
 mod stacks;
@@ -11,16 +11,16 @@ use runtime::program::{FaultPattern, MachineProgram, Program, Subject, Transitio
 
 use crate::source_map::MachinePlaces;
 
-/// A machine of a program and where it was written.
+/// The machine of a program, with its source places.
 pub(crate) struct Checked<'c> {
     program: &'c Program,
     machine: &'c MachineProgram,
     places: &'c MachinePlaces,
-    /// States that can be reached.
+    /// Reachable states.
     reached: BTreeSet<usize>,
 }
 
-/// All checks.
+/// Runs all checks of the machine.
 pub(crate) fn checks(program: &Program, places: &MachinePlaces, diagnostics: &mut Vec<Diagnostic>) {
     let Some(machine) = &program.machine else { return };
     let reached = reached(machine, places);
@@ -36,12 +36,12 @@ pub(crate) fn checks(program: &Program, places: &MachinePlaces, diagnostics: &mu
     c.absent(diagnostics);
 }
 
-/// True for a transition whose condition never holds.
+/// True if the condition of a transition never holds.
 fn is_dead(places: &MachinePlaces, state: usize, transition: usize) -> bool {
     places.transitions[state][transition].constant == Some(false)
 }
 
-/// The states that can be reached: those that are entered with reached ones, and around them.
+/// Reachable states, with their enclosing states.
 fn reached(m: &MachineProgram, places: &MachinePlaces) -> BTreeSet<usize> {
     let mut reached = BTreeSet::new();
     let mut open = vec![m.leaf(0)];
@@ -64,7 +64,7 @@ impl Checked<'_> {
 
     fn unreachable(&self, diagnostics: &mut Vec<Diagnostic>) {
         for s in (1..self.machine.states.len()).filter(|s| !self.reached.contains(s)) {
-            // One message for a state and all that stands in it.
+            // One message covers a state and all states inside it.
             if self.machine.states[s].parent.is_some_and(|p| p != 0 && !self.reached.contains(&p)) {
                 continue;
             }
@@ -80,15 +80,15 @@ impl Checked<'_> {
         }
     }
 
-    /// States that are entered and never left, though they are not final.
+    /// Warns of states that are entered and never left, although they are not final.
     fn traps(&self, diagnostics: &mut Vec<Diagnostic>) {
         for &s in &self.reached {
             let own = &self.machine.states[s];
             let ended = self.machine.path(s).any(|p| self.machine.states[p].is_final);
-            // Fault transitions are no way out of a state in which all is well.
+            // A fault transition does not count as an exit, because it is not taken in normal operation.
             let leads = |p: usize| {
                 let all = self.machine.states[p].transitions.iter().enumerate();
-                // A condition that leads to where the machine already is takes nothing.
+                // A condition that leads to the current state is not taken.
                 let stays =
                     |t: &TransitionProgram| self.machine.keeps(p, t) && self.machine.path(s).any(|o| o == t.target);
                 let alive = |i, t: &TransitionProgram| !is_fault(&t.trigger) && !is_dead(self.places, p, i);
@@ -104,8 +104,8 @@ impl Checked<'_> {
         }
     }
 
-    /// Transitions that can never be taken: because an earlier one always is, because their condition never holds, or
-    /// because the machine is in their target already.
+    /// Warns of transitions that are never taken: an earlier one always precedes them, their condition never holds, or
+    /// the machine is already in their target.
     fn never(&self, diagnostics: &mut Vec<Diagnostic>) {
         for (s, state) in self.machine.states.iter().enumerate() {
             for (i, t) in state.transitions.iter().enumerate() {
@@ -121,8 +121,8 @@ impl Checked<'_> {
                 }
                 let before = (0..i).find(|&k| {
                     let first = &state.transitions[k];
-                    // One that restarts the state lets others pass until it has been false.
-                    // A time that leads further in is taken once.
+                    // A transition that restarts the state is not taken again until its condition has been false. An
+                    // `after` transition to an inner state is taken only once.
                     let once = matches!(first.trigger, Trigger::After(_)) && self.machine.keeps(s, first);
                     let covered = covers(&first.trigger, &t.trigger) && !self.machine.restarts(s, first) && !once;
                     let always = self.places.transitions[s][k].constant == Some(true) && immediate(&first.trigger);
@@ -147,7 +147,7 @@ impl Checked<'_> {
         }
     }
 
-    /// A transition that leads to where the machine is wherever the transition is looked at.
+    /// Warns of a transition whose target is active whenever the transition is examined.
     fn already_there(&self, s: usize, i: usize) -> Option<Diagnostic> {
         let (t, place) = (&self.machine.states[s].transitions[i], &self.places.transitions[s][i]);
         let never = || Diagnostic::warning("HQ0706", place.trigger, "this transition is never taken");
@@ -182,7 +182,7 @@ impl Checked<'_> {
         );
     }
 
-    /// Completion of a task that does not run where it is waited for.
+    /// Reports transitions that wait for the completion of a task that does not run there.
     fn waiting(&self, diagnostics: &mut Vec<Diagnostic>) {
         for &s in &self.reached {
             for (i, t) in self.machine.states[s].transitions.iter().enumerate() {
@@ -208,7 +208,7 @@ impl Checked<'_> {
         self.program.stacks[stack].levels.iter().flat_map(|l| &l.members).any(|m| m.task == task)
     }
 
-    /// What runs although nothing asks for it.
+    /// Warns of transitions out of final states.
     fn targets(&self, diagnostics: &mut Vec<Diagnostic>) {
         if self.program.run.subject != Subject::Machine {
             return;
@@ -231,12 +231,12 @@ fn is_fault(trigger: &Trigger) -> bool {
     matches!(trigger, Trigger::Fault(_))
 }
 
-/// True for a condition that is not waited for.
+/// True for a condition without a hold time.
 fn immediate(trigger: &Trigger) -> bool {
     matches!(trigger, Trigger::When { hold, .. } if *hold == 0.0)
 }
 
-/// Whether a trigger holds whenever another does.
+/// True if `first` fires whenever `second` fires.
 fn covers(first: &Trigger, second: &Trigger) -> bool {
     match (first, second) {
         (Trigger::Event(a), Trigger::Event(b)) => a == b,

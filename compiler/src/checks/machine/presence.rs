@@ -1,4 +1,4 @@
-//! Signals that may be absent, in states whose stacks need them.
+//! Warns of signals that may be absent in states whose stacks need them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,7 +9,7 @@ use runtime::program::OwnAction;
 use super::{Checked, is_dead};
 
 impl Checked<'_> {
-    /// For each state the signals that are present whenever it is entered: those that every way there demands.
+    /// Computes, for each state, the signals that are present at every entry: those that all paths to it demand.
     fn certain(&self) -> BTreeMap<usize, BTreeSet<usize>> {
         let m = self.machine;
         let all: BTreeSet<usize> = (0..self.program.interface.signals.len()).collect();
@@ -42,7 +42,7 @@ impl Checked<'_> {
         certain
     }
 
-    /// Variables that actions set and clear on the way from one state to another, which `target` leads to.
+    /// Updates the set of present variables by the actions of a transition to `leaf`, entered through `target`.
     fn changed(&self, mut there: BTreeSet<usize>, from: Option<usize>, target: usize, leaf: usize) -> BTreeSet<usize> {
         let m = self.machine;
         let left: Vec<usize> = from.map_or(Vec::new(), |f| m.path(f).collect());
@@ -54,7 +54,7 @@ impl Checked<'_> {
                 there.remove(&variable);
             }
         }
-        // A state around both is not entered.
+        // A state that encloses both is not entered.
         let certain = entered.iter().filter(|s| **s == target || !left.contains(s));
         for &a in certain.flat_map(|&s| m.states[s].enter.iter().chain(&m.states[s].activities)) {
             if let Some(OwnAction::Set { variable, .. }) = m.actions[a].own {

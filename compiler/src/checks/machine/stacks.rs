@@ -1,4 +1,4 @@
-//! What changes between the stacks of a machine: limits that are dropped, velocities that jump, reserves that grow.
+//! Compares the stacks of a machine: dropped limits, velocity jumps, growing reserves.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,7 +13,7 @@ use super::{Checked, is_dead, is_fault};
 use crate::checks::accelerations::AccelerationBounds;
 use crate::checks::first_tick::millimetres;
 
-/// A reserve that is larger by less counts as no larger, in m.
+/// Increases of a reserve below this size are ignored (m).
 const SLIGHT: f64 = 1e-5;
 
 impl Checked<'_> {
@@ -23,13 +23,13 @@ impl Checked<'_> {
         self.reserves(diagnostics);
     }
 
-    /// The stacks that may have run before a transition of a state is taken.
+    /// Stacks that may run before a transition of `state` is taken.
     fn before(&self, state: usize) -> BTreeSet<Option<usize>> {
         let inside = self.reached.iter().copied().filter(|&l| self.machine.path(l).any(|p| p == state));
         inside.map(|l| self.machine.stack(l)).collect()
     }
 
-    /// Limits of hard levels that some states keep and others do not.
+    /// Warns of limits of hard levels that some states keep and others do not.
     fn dropped(&self, diagnostics: &mut Vec<Diagnostic>) {
         let owners: Vec<usize> =
             self.reached.iter().copied().filter(|&s| self.machine.states[s].stack.is_some()).collect();
@@ -60,7 +60,7 @@ impl Checked<'_> {
         }
     }
 
-    /// Whether a stack holds a task that says the same under another name.
+    /// True if a stack has a hard task that is equal to `task` under another name.
     fn alike(&self, stack: usize, task: usize) -> bool {
         let members = self.program.stacks[stack].levels.iter().filter(|l| l.hard).flat_map(|l| &l.members);
         members.into_iter().any(|m| self.program.alike(m.task, task))
@@ -70,7 +70,7 @@ impl Checked<'_> {
         stdlib_tasks::find(&self.program.tasks[task].kind).map(|k| k.nature)
     }
 
-    /// Limits that hold more in reserve in a stack than in one before it: the margin at hand need not be as large.
+    /// Warns of limits with a larger reserve in a stack than in a preceding one: the current margin may be smaller.
     fn reserves(&self, diagnostics: &mut Vec<Diagnostic>) {
         let mut kept: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
         let mut told = BTreeSet::new();
@@ -108,7 +108,7 @@ impl Checked<'_> {
             .help("let both stacks have the same speed limits, or write a length instead of `auto`")
     }
 
-    /// Transitions to another stack that takes over at once.
+    /// Warns of transitions to another stack without a blend, at which velocities may jump.
     fn jumps(&self, diagnostics: &mut Vec<Diagnostic>) {
         let (mut found, mut entered) = (Vec::new(), BTreeMap::new());
         for &s in &self.reached {
@@ -140,7 +140,7 @@ impl Checked<'_> {
     }
 }
 
-/// The largest reserve of each limit on a hard level of a stack that works it out by itself, in m.
+/// Largest reserve (m) of each limit on a hard level of a stack that computes its own reserve.
 fn reserves_of(program: &Program, stack: usize) -> BTreeMap<usize, f64> {
     let stack = &program.stacks[stack];
     let hard = stack.levels.iter().flat_map(|l| l.members.iter().map(move |m| (l.hard, m.task)));
@@ -151,8 +151,8 @@ fn reserves_of(program: &Program, stack: usize) -> BTreeMap<usize, f64> {
     built.filter_map(|((_, task), built)| Some((task, largest(built.task.ok()?.as_ref())))).collect()
 }
 
-/// Returns true if the stack `to` bounds the accelerations of all joints that are free in it or in one of the stacks before it,
-/// or is warned of itself (HQ0525).
+/// Returns true if the stack `to` bounds the accelerations of all joints that are free in it or in a preceding stack,
+/// or if HQ0525 already reports it.
 fn is_bounded_or_reported(
     program: &Program,
     entered: &AccelerationBounds,

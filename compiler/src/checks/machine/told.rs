@@ -1,4 +1,4 @@
-//! Conditions on what a task tells, in states whose stacks do not hold that task.
+//! Conditions on outputs of tasks, in states whose stacks do not contain the task.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use runtime::program::Trigger;
 use super::Checked;
 
 impl Checked<'_> {
-    /// The task that tells a signal of the program; none for other signals.
+    /// Returns the task whose output is this signal; `None` for other signals.
     fn teller(&self, signal: usize) -> Option<usize> {
         let (task, output) = self.program.interface.signals.get(signal)?.name.rsplit_once('.')?;
         self.program.tasks.iter().position(|t| {
@@ -17,7 +17,7 @@ impl Checked<'_> {
         })
     }
 
-    /// Values that are absent wherever a transition waits for them.
+    /// Warns of task outputs that are absent in every state in which a transition waits for them.
     pub(super) fn told(&self, diagnostics: &mut Vec<Diagnostic>) {
         for &s in &self.reached {
             let leaves = self.reached.iter().copied().filter(|&l| self.machine.states[l].initial.is_none());
