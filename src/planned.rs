@@ -1,14 +1,14 @@
 //! Planning the missions of a spec: the plan, what it costs term by term, each service, and the verdict of the validator,
 //! which knows nothing of the planner. A plan that it refuses is never given out.
 
-use mission::layers;
-use mission::layers::steps::{Step, from_plan as steps_of};
+use mission::kinds::layers;
+use mission::kinds::layers::steps::{Step, from_plan as steps_of};
+use mission::kinds::schedule::assistance::{Assistance, from_plan};
+use mission::kinds::schedule::choose::{Choice, Options, Refusal, choose, plan};
+use mission::kinds::schedule::cost::{Cost, cost, wait};
+use mission::kinds::schedule::problem::Problem;
+use mission::kinds::schedule::validate::validate;
 use mission::plan::Plan;
-use mission::schedule::assistance::{Assistance, from_plan};
-use mission::schedule::choose::{Choice, Options, Refusal, choose, plan};
-use mission::schedule::cost::{Cost, cost, wait};
-use mission::schedule::problem::Problem;
-use mission::schedule::validate::validate;
 use runtime::program::MissionProgram;
 
 /// A plan of a schedule that was found to keep to everything that its mission says.
@@ -178,7 +178,8 @@ pub fn find<'p>(missions: &'p [MissionProgram], name: Option<&str>) -> Result<&'
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mission::schedule::problem::{Agent, AgentKind, Distances, Duration, Energy, Range, Robot, Weights};
+    use mission::kinds::schedule::problem::{Agent, AgentKind, Distances, Duration, Robot, Weights};
+    use mission::numbers::{Energy, Range};
 
     fn problem() -> Problem {
         let robot = Robot {

@@ -59,13 +59,13 @@ pub struct MissionTrial {
     pub untaken: Vec<Untaken>,
     /// Makespan, waits, ways, energy, how often the plan changed; none where there was no plan.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub outcome: Option<mission::execution::Outcome>,
+    pub outcome: Option<mission::kinds::schedule::execution::Outcome>,
     /// Working robots that ran controllers.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub workers: Vec<WorkerRecord>,
     /// The same of a mission of layers.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub layers: Option<mission::layers::execution::Outcome>,
+    pub layers: Option<mission::kinds::layers::execution::Outcome>,
     /// What went wrong beside the expectations: when, in s, and what.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub trouble: Vec<(Option<f64>, String)>,

@@ -1,7 +1,8 @@
 //! Plans as pictures: what a reader sees of one plan, and what must hold of the picture of any plan.
 
+use mission::kinds::schedule::problem::{Agent, AgentKind, Distances, Duration, Problem, Robot, Weights};
+use mission::numbers::{Energy, Range};
 use mission::plan::{Activity, Actor, Layered, LayeredTask, Phase, Plan, Statistics, Status, Target, Work};
-use mission::schedule::problem::{Agent, AgentKind, Distances, Duration, Energy, Problem, Range, Robot, Weights};
 use proptest::prelude::*;
 
 use hierarq::gantt::{Look, Standing, map, picture, svg, text};

@@ -12,8 +12,9 @@ mod layers;
 mod people;
 
 use hierarq::serve::{Mission, Options, Server};
-use mission::execution::Settings;
-use mission::schedule::problem::{Agent, AgentKind, Distances, Duration, Energy, Problem, Range, Robot, Weights};
+use mission::kinds::schedule::execution::Settings;
+use mission::kinds::schedule::problem::{Agent, AgentKind, Distances, Duration, Problem, Robot, Weights};
+use mission::numbers::{Energy, Range};
 
 use client::Client;
 

@@ -1,13 +1,13 @@
-//! Layers from a model: the prompt of a mission, and the checks of layers as the judge of what is answered.
+//! Requests the layers of a mission from a model. The checks of hand-written layers judge the answers.
 
-use mission::layers::json::{Imported, import};
+use mission::kinds::layers::json::{Imported, import};
 
 use crate::endpoint::Chat;
 use crate::generate::{Bounds, GenerateError, generate};
 use crate::prompt::{Wish, prompt};
 use crate::transcript::Exchange;
 
-/// Asks the model for the layers of a mission until they pass the checks. Each exchange is given to `keep`.
+/// Asks the model for the layers of a mission until an answer passes the checks. Passes each exchange to `keep`.
 ///
 /// # Errors
 ///

@@ -1,42 +1,45 @@
-//! What a model is told: the scene, the actions, the directives and the form of the answer, made from the mission (Fig. 6.2).
+//! The prompt for a model: scene, actions, directives and the form of the answer, generated from the mission (Fig.
+//! 6.2).
 //!
-//! The system's message is an object of JSON, as the thesis has it; the user's message is what the person wants done, word
-//! for word. How much is left to the model is a choice: the layers alone, also who uses what, or the whole plan; the last two
-//! are the baselines of thesis 6.4.4, and are told every constraint that they must keep and the cost (`rules`).
+//! The system message is a JSON object, as in the thesis; the user message is the person's instruction, verbatim.
+//! [`Mode`] selects how much the model decides: the layers only, also the allocation, or the whole plan. The last two
+//! are the baselines of thesis 6.4.4; their prompts list every constraint that they must satisfy and the cost
+//! (`rules`).
 
 use std::collections::BTreeMap;
 
-use mission::layers::json::Mode;
-use mission::layers::problem::{Agent, Problem};
+use mission::kinds::layers::json::Mode;
+use mission::kinds::layers::problem::{Agent, Problem};
 use serde_json::{Value, json};
 
 use crate::endpoint::{Message, Speaker};
 use crate::rules;
 
-/// The version of the words. It stands in every prompt, and so in transcripts: answers to other words do not compare.
+/// Version of the wording. It is part of every prompt and so of transcripts: answers to different wordings are not
+/// comparable.
 pub const VERSION: u32 = 2;
 
-/// What is wanted of a model.
+/// Input of a prompt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wish<'a> {
-    /// The mission: agents, objects, places; its tasks are not looked at.
+    /// The mission: agents, objects and places. Its tasks are ignored.
     pub problem: &'a Problem,
-    /// What the person wants done.
+    /// The person's instruction.
     pub instruction: &'a str,
-    /// What must be obeyed, each a sentence.
+    /// Additional directives, one sentence each.
     pub directives: &'a [String],
-    /// How much the model decides: the layers alone, `LLM_CG` of the thesis; also who does what with which object,
-    /// `LLM_CG,A`; everything, `LLM_CG,A,S`.
+    /// Decisions that are left to the model: the layers only (`LLM_CG` of the thesis), also the allocation of agents
+    /// and objects (`LLM_CG,A`), or everything (`LLM_CG,A,S`).
     pub mode: Mode,
 }
 
-/// Units of the scene; with what a model that reckons needs besides.
+/// Units of the scene: first for layers only, then for a model that also needs the parameters of speed and energy.
 const UNITS: [&str; 2] = [
     "lengths in m, masses in kg, times in s, speeds in m/s",
     "lengths in m, masses in kg, times in s, speeds in m/s, slowing in 1/kg, standby in W, friction in N, drag in N s/m",
 ];
 
-/// The conversation with which a model is asked.
+/// Returns the first messages of the conversation.
 pub fn prompt(wish: &Wish) -> Vec<Message> {
     let problem = wish.problem;
     let alone = wish.mode == Mode::Context;
@@ -52,7 +55,7 @@ pub fn prompt(wish: &Wish) -> Vec<Message> {
     }
     let called = called(problem, alone);
     if !called.is_empty() {
-        // The person writes of others as they are called, and the answer names them.
+        // The person's instruction uses the labels; the answer needs the names.
         scene["called"] = json!(called);
     }
     let mut directives = vec![
@@ -92,14 +95,15 @@ pub fn prompt(wish: &Wish) -> Vec<Message> {
     vec![Message::new(Speaker::System, system), Message::new(Speaker::User, instruction)]
 }
 
-/// Labels of places, and of agents and objects if these are named, by the name that stands in the answer.
+/// Returns the labels of places, keyed by the names that the answer uses; also those of agents and objects, unless
+/// `alone`.
 fn called(problem: &Problem, alone: bool) -> BTreeMap<&str, &str> {
     let others = problem.agents.iter().map(|who| &who.name).chain(problem.objects.iter().map(|thing| &thing.name));
     let names = problem.places.keys().chain(others.filter(|_| !alone));
     names.filter_map(|name| Some((name.as_str(), problem.labels.members.get(name)?.as_str()))).collect()
 }
 
-/// The form of the answer as an example, with what its keys mean.
+/// Describes the form of the answer: an example and the meaning of its keys.
 fn form(mode: Mode) -> Value {
     let mut task =
         json!({ "name": "a_word", "action": "one of the actions", "features": ["cube", "red"], "to": [0.1, 0.0, 0.0] });
@@ -126,7 +130,7 @@ fn form(mode: Mode) -> Value {
     })
 }
 
-/// Every action that somebody is able to perform.
+/// Returns every action that an available agent can perform.
 fn actions(problem: &Problem) -> Value {
     let mut names: Vec<&str> =
         problem.agents.iter().filter(|a| !a.lost).flat_map(|a| &a.skills).map(|skill| skill.action.as_str()).collect();
@@ -135,7 +139,7 @@ fn actions(problem: &Problem) -> Value {
     json!(names)
 }
 
-/// Objects of the same features together, with how many there are.
+/// Groups the objects by their features, with the count and the range of masses of each group.
 fn kinds_of_objects(problem: &Problem) -> Value {
     let mut kinds: BTreeMap<Vec<&str>, (usize, f64, f64)> = BTreeMap::new();
     for thing in &problem.objects {
@@ -148,7 +152,7 @@ fn kinds_of_objects(problem: &Problem) -> Value {
 }
 
 fn objects(problem: &Problem) -> Value {
-    let of = |thing: &mission::layers::problem::Object| json!({ "name": thing.name, "features": thing.features, "mass": thing.mass, "place": thing.place });
+    let of = |thing: &mission::kinds::layers::problem::Object| json!({ "name": thing.name, "features": thing.features, "mass": thing.mass, "place": thing.place });
     problem.objects.iter().map(of).collect()
 }
 

@@ -1,13 +1,14 @@
-//! The rules of a mission in plain words, for a model that allocates or schedules: thesis 6.4.4 gives its baselines a
-//! translation of each constraint that the optimiser keeps, and the cost that it minimises.
+//! The rules of a mission in plain words, for a model that allocates or schedules. Thesis 6.4.4 gives its baselines a
+//! translation of each constraint of the optimiser, and the cost that it minimises.
 //!
-//! A model that reckons rightly from these words alone gives a plan that the validator takes; a test does so.
+//! A plan that is computed correctly from these words alone is accepted by the validator; a test checks this.
 
-use mission::layers::json::Mode;
-use mission::layers::problem::{Body, Problem};
+use mission::kinds::layers::json::Mode;
+use mission::kinds::layers::problem::{Body, Problem};
 use serde_json::{Value, json};
 
-/// The constraints that the model must keep itself, each as a directive, with the equation of the thesis beside it.
+/// Returns the constraints that the model must satisfy itself, one directive each, in the order of the thesis
+/// equations.
 pub fn directives(problem: &Problem, mode: Mode) -> Vec<String> {
     if mode == Mode::Context {
         return Vec::new();
@@ -59,7 +60,7 @@ pub fn directives(problem: &Problem, mode: Mode) -> Vec<String> {
     all
 }
 
-/// The constraints of times.
+/// Returns the constraints on start and end times.
 fn times(problem: &Problem) -> Vec<String> {
     let begins = format!("No task starts before {} s.", problem.start);
     vec![
@@ -78,7 +79,7 @@ fn times(problem: &Problem) -> Vec<String> {
     ]
 }
 
-/// The cost (6.7), with the weights of the mission.
+/// Returns the cost (6.7) with the weights of the mission.
 pub fn cost(problem: &Problem) -> Value {
     let weights = problem.weights;
     json!({
@@ -98,7 +99,7 @@ pub fn cost(problem: &Problem) -> Value {
     })
 }
 
-/// The instruction that is added to the person's, in the words of thesis 6.4.4.
+/// Returns the instruction that is added to the person's, in the words of thesis 6.4.4.
 pub fn wanted(mode: Mode) -> Option<&'static str> {
     match mode {
         Mode::Context => None,
@@ -115,7 +116,7 @@ pub fn wanted(mode: Mode) -> Option<&'static str> {
     }
 }
 
-/// The speeds of an agent and what they depend on.
+/// Describes the speed of an agent and the parameters that its speed depends on.
 pub fn motion(body: &Body) -> Value {
     match body {
         Body::Robot { speed, energy } => json!({

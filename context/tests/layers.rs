@@ -10,8 +10,9 @@ use hierarq_context::generate::{Bounds, GenerateError};
 use hierarq_context::layers::layers;
 use hierarq_context::prompt::{Wish, prompt};
 use hierarq_context::transcript::Exchange;
-use mission::layers::json::{Imported, Mode};
-use mission::layers::problem::{Agent, Body, Energy, Object, Problem, Range, Skill, Weights};
+use mission::kinds::layers::json::{Imported, Mode};
+use mission::kinds::layers::problem::{Agent, Body, Object, Problem, Skill, Weights};
+use mission::numbers::{Energy, Range};
 
 fn skill() -> Skill {
     Skill { action: "pick_and_place".into(), duration: 2.0, pace: 1.0 }
@@ -164,7 +165,7 @@ fn the_form_in_the_prompt_is_what_is_read() {
             .replace("one of the actions", "pick_and_place")
             .replace("name of an agent", "arm")
             .replace("name of an object", "red_1");
-        let read = mission::layers::json::import(&answer, &problem, mode);
+        let read = mission::kinds::layers::json::import(&answer, &problem, mode);
         assert!(read.is_ok(), "{answer}: {read:?}");
     }
 }

@@ -8,8 +8,9 @@ use std::time::Duration;
 
 use divan::{Bencher, counter::ItemsCount};
 use hierarq_mission::engine::Budget;
-use hierarq_mission::execution::{Durations, Execution, Potentials, Replan, Settings, Travel};
-use hierarq_mission::schedule::choose::{Formulation, Options};
+use hierarq_mission::execution::{Durations, Replan};
+use hierarq_mission::kinds::schedule::choose::{Formulation, Options};
+use hierarq_mission::kinds::schedule::execution::{Execution, Potentials, Settings, Travel};
 
 /// One day (s).
 const DAY: f64 = 86_400.0;

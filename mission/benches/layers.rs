@@ -6,10 +6,10 @@ mod layered;
 
 use divan::{Bencher, black_box};
 use hierarq_mission::engine::Budget;
-use hierarq_mission::layers::choose::{Options, plan};
-use hierarq_mission::layers::json::{Mode, export, import};
-use hierarq_mission::layers::problem::Problem;
-use hierarq_mission::layers::validate::validate;
+use hierarq_mission::kinds::layers::choose::{Options, plan};
+use hierarq_mission::kinds::layers::json::{Mode, export, import};
+use hierarq_mission::kinds::layers::problem::Problem;
+use hierarq_mission::kinds::layers::validate::validate;
 
 fn main() {
     divan::main();

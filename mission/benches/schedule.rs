@@ -5,9 +5,9 @@
 mod common;
 
 use divan::{Bencher, black_box};
-use hierarq_mission::schedule::choose::{Formulation, Options, plan};
-use hierarq_mission::schedule::problem::Problem;
-use hierarq_mission::schedule::validate::validate;
+use hierarq_mission::kinds::schedule::choose::{Formulation, Options, plan};
+use hierarq_mission::kinds::schedule::problem::Problem;
+use hierarq_mission::kinds::schedule::validate::validate;
 
 fn main() {
     divan::main();

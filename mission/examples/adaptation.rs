@@ -12,9 +12,10 @@ mod common;
 use std::time::Duration;
 
 use hierarq_mission::engine::Budget;
-use hierarq_mission::execution::{Durations, Event, Execution, Happening, Outcome, Refusal, Replan, Settings};
-use hierarq_mission::schedule::choose::{Formulation, Options};
-use hierarq_mission::schedule::problem::{AgentKind, Problem};
+use hierarq_mission::execution::{Durations, Replan};
+use hierarq_mission::kinds::schedule::choose::{Formulation, Options};
+use hierarq_mission::kinds::schedule::execution::{Event, Execution, Happening, Outcome, Refusal, Settings};
+use hierarq_mission::kinds::schedule::problem::{AgentKind, Problem};
 
 /// Runs if nobody says.
 const RUNS: u64 = 30;

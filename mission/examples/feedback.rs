@@ -13,11 +13,13 @@ mod common;
 use std::time::Duration;
 
 use hierarq_mission::engine::Budget;
-use hierarq_mission::execution::{Durations, Event, Execution, Happening, Settings};
-use hierarq_mission::schedule::assistance::from_plan;
-use hierarq_mission::schedule::choose::Options;
-use hierarq_mission::schedule::cost::wait;
-use hierarq_mission::schedule::problem::{Problem, Range};
+use hierarq_mission::execution::Durations;
+use hierarq_mission::kinds::schedule::assistance::from_plan;
+use hierarq_mission::kinds::schedule::choose::Options;
+use hierarq_mission::kinds::schedule::cost::wait;
+use hierarq_mission::kinds::schedule::execution::{Event, Execution, Happening, Settings};
+use hierarq_mission::kinds::schedule::problem::Problem;
+use hierarq_mission::numbers::Range;
 
 /// Steps of Fig. 5.5 that the people of Table 5.2 choose for wait, approach and distance.
 const SAID: [(i8, i8, i8); 3] = [(1, 1, -1), (-1, 0, 0), (-1, 1, 0)];

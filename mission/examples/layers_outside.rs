@@ -14,11 +14,12 @@ mod layered;
 use std::time::{Duration, Instant};
 
 use hierarq_mission::engine::Budget;
-use hierarq_mission::layers::choose::{Formulation, Options, plan};
-use hierarq_mission::layers::problem::{Body, Problem, Range};
-use hierarq_mission::layers::scales::Scales;
+use hierarq_mission::engine::Engine;
+use hierarq_mission::kinds::layers::choose::{Formulation, Options, plan};
+use hierarq_mission::kinds::layers::problem::{Body, Problem};
+use hierarq_mission::kinds::layers::scales::Scales;
+use hierarq_mission::numbers::Range;
 use hierarq_mission::plan::Status;
-use hierarq_mission::schedule::choose::Engine;
 
 const COUNT: usize = 50;
 

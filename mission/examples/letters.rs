@@ -11,11 +11,11 @@ mod layered;
 use std::time::{Duration, Instant};
 
 use hierarq_mission::engine::Budget;
-use hierarq_mission::layers::choose::{Formulation, Options, plan};
-use hierarq_mission::layers::cost::cost;
-use hierarq_mission::layers::problem::Problem;
-use hierarq_mission::layers::steps::from_plan;
-use hierarq_mission::layers::validate::validate;
+use hierarq_mission::kinds::layers::choose::{Formulation, Options, plan};
+use hierarq_mission::kinds::layers::cost::cost;
+use hierarq_mission::kinds::layers::problem::Problem;
+use hierarq_mission::kinds::layers::steps::from_plan;
+use hierarq_mission::kinds::layers::validate::validate;
 use hierarq_mission::plan::Status;
 
 fn show(name: &str, problem: &Problem, options: &Options) -> f64 {

@@ -9,12 +9,13 @@ mod common;
 
 use std::time::{Duration, Instant};
 
+use hierarq_mission::engine::Engine;
 use hierarq_mission::engine::{Budget, Highs};
-use hierarq_mission::schedule;
-use hierarq_mission::schedule::chance::quantile;
-use hierarq_mission::schedule::choose::{Engine, Formulation, Options, plan};
-use hierarq_mission::schedule::problem::Problem;
-use hierarq_mission::schedule::validate::validate;
+use hierarq_mission::kinds::schedule;
+use hierarq_mission::kinds::schedule::chance::quantile;
+use hierarq_mission::kinds::schedule::choose::{Formulation, Options, plan};
+use hierarq_mission::kinds::schedule::problem::Problem;
+use hierarq_mission::kinds::schedule::validate::validate;
 use rand_distr::{Distribution, Normal};
 
 fn show(name: &str, problem: &Problem, options: &Options) -> f64 {

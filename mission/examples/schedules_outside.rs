@@ -14,9 +14,9 @@ mod common;
 use std::time::Duration;
 
 use hierarq_mission::engine::Budget;
+use hierarq_mission::kinds::schedule::choose::{Options, plan};
+use hierarq_mission::numbers::Range;
 use hierarq_mission::plan::Status;
-use hierarq_mission::schedule::choose::{Options, plan};
-use hierarq_mission::schedule::problem::Range;
 use serde_json::json;
 
 /// Agents, robots and operations of each.

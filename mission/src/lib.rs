@@ -4,15 +4,14 @@
 //! input gives the same answer. The crate knows no language, no robot's joints and no clock but the budget that a caller
 //! gives; a solver from outside is found at run time and may be absent.
 //!
-//! - [`schedule`]: robots that serve agents at the end of their operations, thesis chapter 5.
-//! - [`execution`]: the world in which a schedule is executed, and the plan that follows what happens.
-//! - [`layers`]: tasks in ordered layers, each with an agent and an object, thesis chapter 6; and the world in which they
-//!   are done.
+//! - [`kinds`]: the kinds of mission, each with its problem, its planner, its validator and its execution.
+//! - [`execution`]: the parts of an execution that all kinds share.
 
 pub mod characters;
 pub mod engine;
 pub mod execution;
+pub mod kinds;
 pub mod labels;
-pub mod layers;
+pub mod numbers;
 pub mod plan;
-pub mod schedule;
+mod random;

@@ -3,10 +3,13 @@
 use crate::common;
 
 use common::execution::{count, keeps, settings};
-use hierarq_mission::execution::{Event, Execution, Happening, Obstacle, Potentials, Settings, Stage, Travel};
+use hierarq_mission::kinds::schedule::execution::{
+    Event, Execution, Happening, Obstacle, Potentials, Settings, Stage, Travel,
+};
+use hierarq_mission::kinds::schedule::problem::{AgentKind, Problem};
+use hierarq_mission::kinds::schedule::validate::validate;
+use hierarq_mission::numbers::Range;
 use hierarq_mission::plan::Actor;
-use hierarq_mission::schedule::problem::{AgentKind, Problem, Range};
-use hierarq_mission::schedule::validate::validate;
 use proptest::prelude::*;
 
 /// Bases of a mission watched at every step: the smallest distance between two, or to a thing, and how it ended.

@@ -5,13 +5,14 @@
 
 use crate::common;
 
+use hierarq_mission::kinds::schedule::assistance::{Assistance, from_plan};
+use hierarq_mission::kinds::schedule::chance;
+use hierarq_mission::kinds::schedule::choose::{Formulation, Options, plan};
+use hierarq_mission::kinds::schedule::cost::cost;
+use hierarq_mission::kinds::schedule::problem::{AgentKind, Problem, ServiceTimes};
+use hierarq_mission::kinds::schedule::validate::validate;
+use hierarq_mission::numbers::Range;
 use hierarq_mission::plan::Status;
-use hierarq_mission::schedule::assistance::{Assistance, from_plan};
-use hierarq_mission::schedule::chance;
-use hierarq_mission::schedule::choose::{Formulation, Options, plan};
-use hierarq_mission::schedule::cost::cost;
-use hierarq_mission::schedule::problem::{AgentKind, Problem, Range, ServiceTimes};
-use hierarq_mission::schedule::validate::validate;
 
 /// Speeds by which each way of each service is made: one number from 0 (slowest) to 1 (fastest) each.
 type Speeds = [f64; 3];

@@ -3,13 +3,15 @@
 use crate::common;
 
 use common::execution::{count, happened, near, part, run, settings};
-use hierarq_mission::execution::{
-    Doing, Durations, Event, EventError, Execution, Happening, NoPlan, Obstacle, Potentials, Refusal, Replan, Settings,
-    Stage, Travel,
+use hierarq_mission::execution::NoFeasiblePlan;
+use hierarq_mission::execution::{Durations, Replan};
+use hierarq_mission::kinds::schedule::execution::{
+    Doing, Event, EventError, Execution, Happening, Obstacle, Potentials, Refusal, Settings, Stage, Travel,
 };
+use hierarq_mission::kinds::schedule::problem::{AgentKind, Begun, Problem};
+use hierarq_mission::kinds::schedule::validate::validate;
+use hierarq_mission::numbers::Range;
 use hierarq_mission::plan::{Activity, Actor, Phase};
-use hierarq_mission::schedule::problem::{AgentKind, Begun, Problem, Range};
-use hierarq_mission::schedule::validate::validate;
 
 /// 5.F: an operation that ends early is served early by a robot that waits; one that is late is waited for.
 #[test]
@@ -127,7 +129,7 @@ fn robots_that_are_lost_are_done_without() {
     assert!(validate(execution.problem(), execution.plan()).is_empty());
     execution.advance(700.0);
     execution.tell(Event::Lost { who: Actor::Robot(1 - lost) }).unwrap();
-    assert_eq!(execution.stranded(), Some(&NoPlan::NoRobot));
+    assert_eq!(execution.stranded(), Some(&NoFeasiblePlan::NobodyLeft { who: "every robot".into() }));
     execution.advance(3000.0);
     assert_eq!(execution.next(), None);
     assert!(!execution.done());
@@ -269,7 +271,7 @@ fn a_mission_without_a_plan_finds_one_again() {
     let mut execution = Execution::new(common::vineyard(1), settings()).unwrap();
     execution.advance(50.0);
     execution.tell(Event::Late { agent: 0, by: 1e6 }).unwrap();
-    assert!(matches!(execution.stranded(), Some(NoPlan::Broken { .. })), "{:?}", execution.stranded());
+    assert!(matches!(execution.stranded(), Some(NoFeasiblePlan::Broken { .. })), "{:?}", execution.stranded());
     execution.advance(400.0);
     assert!((0..2).all(|robot| execution.robot(robot).unwrap().stage == Stage::Home));
     execution.tell(Event::Done { agent: 0 }).unwrap();

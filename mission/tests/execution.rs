@@ -6,13 +6,15 @@ use crate::common;
 use std::collections::BTreeMap;
 
 use common::execution::{happened, keeps, near, run, settings};
-use hierarq_mission::execution::{
-    Doing, Durations, Event, Execution, Happening, NoPlan, Potentials, Record, Replan, Settings, Stage, Travel,
+use hierarq_mission::execution::NoFeasiblePlan;
+use hierarq_mission::execution::{Durations, Replan};
+use hierarq_mission::kinds::schedule::chance::quantile;
+use hierarq_mission::kinds::schedule::execution::{
+    Doing, Event, Execution, Happening, Potentials, Record, Settings, Stage, Travel,
 };
+use hierarq_mission::kinds::schedule::problem::{AgentKind, Distances, Problem};
+use hierarq_mission::kinds::schedule::validate::validate;
 use hierarq_mission::plan::{Actor, Phase};
-use hierarq_mission::schedule::chance::quantile;
-use hierarq_mission::schedule::problem::{AgentKind, Distances, Problem};
-use hierarq_mission::schedule::validate::validate;
 use proptest::prelude::*;
 
 /// Without anything that happens, with durations as planned: the plan, to the last digit.
@@ -142,7 +144,7 @@ proptest! {
         }
         if let Some(why) = execution.stranded() {
             let gone = (0..robots).all(|robot| execution.robot(robot).unwrap().stage == Stage::Lost);
-            prop_assert_eq!(gone, *why == NoPlan::NoRobot, "{}", why);
+            prop_assert_eq!(gone, *why == NoFeasiblePlan::NobodyLeft { who: "every robot".into() }, "{}", why);
         } else if execution.problem().operations() > 0 {
             prop_assert_eq!(validate(execution.problem(), execution.plan()), Vec::new());
             keeps(execution.plan(), execution.records()).map_err(TestCaseError::fail)?;

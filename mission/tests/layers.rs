@@ -6,11 +6,11 @@ use crate::layered;
 use std::time::Duration;
 
 use hierarq_mission::engine::Budget;
-use hierarq_mission::layers::choose::{Formulation, Options, Refusal, plan};
-use hierarq_mission::layers::cost::cost;
-use hierarq_mission::layers::problem::{Begun, Body, Problem};
-use hierarq_mission::layers::steps::{Step, from_plan};
-use hierarq_mission::layers::validate::{Rule, validate};
+use hierarq_mission::kinds::layers::choose::{Formulation, Options, Refusal, plan};
+use hierarq_mission::kinds::layers::cost::cost;
+use hierarq_mission::kinds::layers::problem::{Begun, Body, Problem};
+use hierarq_mission::kinds::layers::steps::{Step, from_plan};
+use hierarq_mission::kinds::layers::validate::{Rule, validate};
 use hierarq_mission::plan::{Actor, Plan, Status};
 use proptest::prelude::*;
 

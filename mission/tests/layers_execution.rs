@@ -5,12 +5,13 @@ mod executed;
 
 use crate::layered;
 use executed::{Performed, check, keeps_the_rules, performed, run, settings};
+use hierarq_mission::execution::NoFeasiblePlan;
 use hierarq_mission::execution::{Durations, Replan};
-use hierarq_mission::layers::cost::cost;
-use hierarq_mission::layers::execution::{Doing, Event, EventError, LayeredExecution, NoPlan, Refusal, Settings};
-use hierarq_mission::layers::problem::{Begun, Body, Problem};
-use hierarq_mission::layers::scales::Scales;
-use hierarq_mission::layers::steps::from_plan;
+use hierarq_mission::kinds::layers::cost::cost;
+use hierarq_mission::kinds::layers::execution::{Doing, Event, EventError, LayeredExecution, Refusal, Settings};
+use hierarq_mission::kinds::layers::problem::{Begun, Body, Problem};
+use hierarq_mission::kinds::layers::scales::Scales;
+use hierarq_mission::kinds::layers::steps::from_plan;
 use proptest::prelude::*;
 
 fn possible(problem: Problem) -> Option<Problem> {
@@ -132,7 +133,7 @@ proptest! {
         prop_assert_eq!((numbers.reschedules, numbers.reallocations, numbers.dropped), (0, 0, 0));
         let (planned, scales) = (cost(&problem, &steps), Scales::of(&problem));
         let scaled = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { 0.0 };
-        let sum = |of: fn(&hierarq_mission::layers::execution::AgentOutcome) -> f64, human: bool| -> f64 {
+        let sum = |of: fn(&hierarq_mission::kinds::layers::execution::AgentOutcome) -> f64, human: bool| -> f64 {
             let agents = numbers.agents.iter().zip(&scales.of_agent).filter(|(agent, _)| agent.human == human);
             agents.map(|(agent, scale)| scaled(of(agent), *scale)).sum()
         };
@@ -181,7 +182,7 @@ proptest! {
 fn spreads_are_those_that_are_said() {
     let mut problem = layered::letter_h(1);
     problem.agents.iter_mut().for_each(|who| who.spread = 0.2);
-    let plan = hierarq_mission::layers::choose::plan(&problem, &settings().planning).unwrap();
+    let plan = hierarq_mission::kinds::layers::choose::plan(&problem, &settings().planning).unwrap();
     let steps = from_plan(&problem, &plan);
     let mut shares = Vec::new();
     for seed in 0..120 {
@@ -290,7 +291,7 @@ fn without_a_plan_others_go_on() {
         execution.advance(execution.next().unwrap());
     }
     execution.tell(Event::Lost { agent: 2 }).unwrap();
-    assert!(matches!(execution.stranded(), Some(NoPlan::NotFound { .. })), "{:?}", execution.stranded());
+    assert!(matches!(execution.stranded(), Some(NoFeasiblePlan::NotFound { .. })), "{:?}", execution.stranded());
     let before = execution.statistics().tasks;
     run(&mut execution);
     assert!(!execution.done() && !filled(&execution) && execution.statistics().tasks > before);
@@ -306,7 +307,7 @@ fn without_a_plan_others_go_on() {
     for agent in 0..3 {
         alone.tell(Event::Lost { agent }).unwrap();
     }
-    assert_eq!((alone.stranded(), alone.next()), (Some(&NoPlan::Nobody), None));
+    assert_eq!((alone.stranded(), alone.next()), (Some(&NoFeasiblePlan::NobodyLeft { who: "everybody".into() }), None));
 }
 
 /// Who is waited for begins and ends when told, and not before; what depends on them waits.
@@ -350,7 +351,7 @@ fn wrong_settings_and_events_are_refused() {
     let mut negative = problem.clone();
     negative.agents[0].spread = -0.1;
     assert!(matches!(refused(negative, settings()), Refusal::Plan(_)));
-    let plan = hierarq_mission::layers::choose::plan(&problem, &settings().planning).unwrap();
+    let plan = hierarq_mission::kinds::layers::choose::plan(&problem, &settings().planning).unwrap();
     let mut short = plan.clone();
     short.activities.pop();
     let broken = LayeredExecution::with_plan(problem.clone(), short, settings()).unwrap_err();
@@ -371,4 +372,31 @@ fn wrong_settings_and_events_are_refused() {
     execution.advance(-5.0);
     assert_eq!(execution.time(), 1.0);
     assert!(matches!(problem.agents[0].body, Body::Robot { .. }));
+}
+
+/// A task that stays late is replanned less and less often: of `n` expected ends that pass, planning is considered at the
+/// powers of two alone, with a threshold of zero under which every repair is a reason to plan anew.
+#[test]
+fn around_a_task_that_stays_late_plans_are_made_anew_less_and_less_often() {
+    use hierarq_mission::execution::PlanChange;
+    use hierarq_mission::kinds::layers::execution::Happening;
+    let problem = possible(layered::random(3, 8, 12, 3, 1)).expect("a problem");
+    // Nobody reports that the task of agent 0 is done.
+    let settings = Settings { told: vec![0], reallocate_above: 0.0, ..settings() };
+    let mut execution = LayeredExecution::new(problem, settings).unwrap();
+    for _ in 0..600 {
+        execution.advance(execution.time() + 1.0);
+        let _ = execution.tell(Event::Began { agent: 0 });
+    }
+    let (mut late, mut anew) = (0_usize, Vec::new());
+    for record in execution.records() {
+        match record.what {
+            Happening::TaskLate { agent: 0, .. } => late += 1,
+            Happening::Began { agent: 0, .. } => late = 0,
+            Happening::Plan(PlanChange::Reallocated { .. } | PlanChange::Refused { .. }) if late > 0 => anew.push(late),
+            _ => {}
+        }
+    }
+    assert!(late > 20, "{late} times late");
+    assert!(!anew.is_empty() && anew.iter().all(|late| late.is_power_of_two()), "{anew:?}");
 }

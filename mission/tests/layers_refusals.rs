@@ -3,12 +3,13 @@ use crate::layered;
 
 use std::collections::BTreeMap;
 
-use hierarq_mission::layers::check::{Declaration, Item, Key, Mistake};
-use hierarq_mission::layers::choose::{Formulation, Options, Refusal, plan};
-use hierarq_mission::layers::json::{Fault, FaultKind, Imported, Mode, export, export_plan, import};
-use hierarq_mission::layers::problem::{Begun, Body, Problem, Range};
-use hierarq_mission::layers::reason::{ObstacleKind, Reason};
-use hierarq_mission::layers::validate::validate;
+use hierarq_mission::kinds::layers::check::{Declaration, Item, Key, Mistake};
+use hierarq_mission::kinds::layers::choose::{Formulation, Options, Refusal, plan};
+use hierarq_mission::kinds::layers::json::{Fault, FaultKind, Imported, Mode, export, export_plan, import};
+use hierarq_mission::kinds::layers::problem::{Begun, Body, Problem};
+use hierarq_mission::kinds::layers::reason::{ObstacleKind, Reason};
+use hierarq_mission::kinds::layers::validate::validate;
+use hierarq_mission::numbers::Range;
 use proptest::prelude::*;
 
 /// The mistakes of letter H after a change.

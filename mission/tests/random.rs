@@ -5,14 +5,14 @@ use crate::common;
 use std::time::Duration;
 
 use hierarq_mission::engine::Budget;
+use hierarq_mission::kinds::schedule::adapt::{Adaptation, Feedback, adapt};
+use hierarq_mission::kinds::schedule::assistance::{Assistance, from_plan, to_plan};
+use hierarq_mission::kinds::schedule::choose::{Formulation, Options, plan};
+use hierarq_mission::kinds::schedule::problem::{Absence, AgentKind, Distances, Problem, Scales};
+use hierarq_mission::kinds::schedule::reallocate::{optimality_index, reallocate};
+use hierarq_mission::kinds::schedule::reschedule::{Observed, reschedule};
+use hierarq_mission::kinds::schedule::validate::{Rule, validate};
 use hierarq_mission::plan::{Actor, Limit, Phase, Plan, Status};
-use hierarq_mission::schedule::adapt::{Adaptation, Feedback, adapt};
-use hierarq_mission::schedule::assistance::{Assistance, from_plan, to_plan};
-use hierarq_mission::schedule::choose::{Formulation, Options, plan};
-use hierarq_mission::schedule::problem::{Absence, AgentKind, Distances, Problem, Scales};
-use hierarq_mission::schedule::reallocate::{optimality_index, reallocate};
-use hierarq_mission::schedule::reschedule::{Observed, reschedule};
-use hierarq_mission::schedule::validate::{Rule, validate};
 use proptest::prelude::*;
 
 fn quick(formulation: Option<Formulation>) -> Options {
@@ -164,7 +164,7 @@ proptest! {
         problem.confidence = 1.0 - 10_f64.powf(tail);
         for agent in &mut problem.agents {
             let sigma = 10_f64.powf(sigma);
-            agent.duration = hierarq_mission::schedule::problem::Duration { mean: 1.0 + sigma, sigma };
+            agent.duration = hierarq_mission::kinds::schedule::problem::Duration { mean: 1.0 + sigma, sigma };
         }
         if problem.check().is_empty() {
             let found = plan(&problem, &quick(Some(Formulation::Batches))).unwrap();

@@ -5,9 +5,10 @@ use std::path::Path;
 
 use hierarq_mission::engine::cp::Program;
 use hierarq_mission::engine::{EngineError, Highs, Microlp, Milp, Model};
-use hierarq_mission::schedule::check::{Declaration, Item, Key, Mistake, Reason};
-use hierarq_mission::schedule::choose::{Formulation, Options, Refusal, plan};
-use hierarq_mission::schedule::problem::{Absence, Approach, Begun, Distances, Problem, Range, ServiceTimes};
+use hierarq_mission::kinds::schedule::check::{Declaration, Item, Key, Mistake, Reason};
+use hierarq_mission::kinds::schedule::choose::{Formulation, Options, Refusal, plan};
+use hierarq_mission::kinds::schedule::problem::{Absence, Approach, Begun, Distances, Problem, ServiceTimes};
+use hierarq_mission::numbers::Range;
 
 /// The first mistake of the vineyard after a change.
 fn mistake(change: impl Fn(&mut Problem)) -> Mistake {

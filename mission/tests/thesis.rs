@@ -3,17 +3,18 @@
 use crate::common;
 
 use hierarq_mission::engine::Budget;
+use hierarq_mission::kinds::schedule::adapt::{Adaptation, Feedback, NoFeedback, Satisfaction, adapt, efficiency};
+use hierarq_mission::kinds::schedule::adaptation_index::{Quantity, adaptation_index};
+use hierarq_mission::kinds::schedule::assistance::{Assistance, from_plan};
+use hierarq_mission::kinds::schedule::chance::quantile;
+use hierarq_mission::kinds::schedule::choose::{Options, choose, plan};
+use hierarq_mission::kinds::schedule::cost::{cost, wait};
+use hierarq_mission::kinds::schedule::problem::{AgentKind, Duration, Problem, Scales};
+use hierarq_mission::kinds::schedule::reallocate::optimality_index;
+use hierarq_mission::kinds::schedule::reschedule::{Observed, reschedule};
+use hierarq_mission::kinds::schedule::validate::validate;
+use hierarq_mission::numbers::Range;
 use hierarq_mission::plan::Status;
-use hierarq_mission::schedule::adapt::{Adaptation, Feedback, NoFeedback, Satisfaction, adapt, efficiency};
-use hierarq_mission::schedule::adaptation_index::{Quantity, adaptation_index};
-use hierarq_mission::schedule::assistance::{Assistance, from_plan};
-use hierarq_mission::schedule::chance::quantile;
-use hierarq_mission::schedule::choose::{Options, choose, plan};
-use hierarq_mission::schedule::cost::{cost, wait};
-use hierarq_mission::schedule::problem::{AgentKind, Duration, Problem, Range, Scales};
-use hierarq_mission::schedule::reallocate::optimality_index;
-use hierarq_mission::schedule::reschedule::{Observed, reschedule};
-use hierarq_mission::schedule::validate::validate;
 use rand_distr::{Distribution, Normal};
 
 fn near(a: f64, b: f64, by: f64) {
@@ -108,7 +109,7 @@ fn batches_are_close_to_the_optimum() {
         for agents in 5..=9 {
             let problem = common::fixed(seed, agents, 2, 1);
             let best = plan(&problem, &Options::default()).unwrap();
-            let formulation = Some(hierarq_mission::schedule::choose::Formulation::Batches);
+            let formulation = Some(hierarq_mission::kinds::schedule::choose::Formulation::Batches);
             let parts = plan(&problem, &Options { formulation, ..Options::default() }).unwrap();
             assert!(best.cost <= parts.cost + 1e-9 && parts.cost <= 1.02 * best.cost, "{} {}", best.cost, parts.cost);
         }

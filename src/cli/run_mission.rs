@@ -176,7 +176,7 @@ fn team(run: &MissionRun) -> String {
 }
 
 /// What the agents of layers came to.
-fn teammates(outcome: &mission::layers::execution::Outcome, labels: &Labels) -> String {
+fn teammates(outcome: &mission::kinds::layers::execution::Outcome, labels: &Labels) -> String {
     let mut agents = table::wide_table(&["agent", "tasks", "at work", "travelled", "energy", "workload"]);
     for a in &outcome.agents {
         let of = |human: bool, text: String| if a.human == human { text } else { "-".to_string() };

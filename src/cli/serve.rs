@@ -10,9 +10,10 @@ use clap::Args;
 use hierarq::serve::{LayersMission, LinkOf, Mission, Options, Resuming, Served, Server, Trouble};
 use hierarq::{planned, project};
 use mission::engine::Budget;
-use mission::execution::{Durations, Settings};
-use mission::layers;
-use mission::schedule::choose;
+use mission::execution::Durations;
+use mission::kinds::layers;
+use mission::kinds::schedule::choose;
+use mission::kinds::schedule::execution::Settings;
 use runtime::program::{MissionKind, MissionProgram};
 use tokio::sync::watch;
 

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use mission::layers::problem::{Body, Problem};
-use mission::layers::steps::from_plan;
+use mission::kinds::layers::problem::{Body, Problem};
+use mission::kinds::layers::steps::from_plan;
 use mission::plan::Plan;
 
 use crate::xml::escaped;

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use mission::kinds::schedule::problem::{AgentKind, Problem};
 use mission::plan::{Actor, Phase, Plan};
-use mission::schedule::problem::{AgentKind, Problem};
 
 use crate::xml::escaped;
 

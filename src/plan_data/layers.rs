@@ -1,7 +1,7 @@
 //! The plan of layers as data.
 
-use mission::layers::cost::Cost;
-use mission::layers::problem::{Agent, Problem, Weights};
+use mission::kinds::layers::cost::Cost;
+use mission::kinds::layers::problem::{Agent, Problem, Weights};
 use mission::plan::{Activity, Plan};
 
 use super::{ActivityData, AgentData, CostData, Named, ObjectData, Part, PlanData, TaskData, VERSION};

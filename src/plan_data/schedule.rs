@@ -1,7 +1,7 @@
 //! The plan of a schedule as data.
 
+use mission::kinds::schedule::problem::{AgentKind, Problem};
 use mission::plan::{Activity, Actor};
-use mission::schedule::problem::{AgentKind, Problem};
 
 use super::{ActivityData, AgentData, CostData, Named, OperationData, Part, PlanData, ServiceData, VERSION};
 use crate::planned::{Planned, Service};

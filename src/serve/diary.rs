@@ -1,8 +1,9 @@
 //! What pages remember of the records: the latest of them in words, measurements, services nobody has spoken of yet.
 
-use mission::execution::{Event, Happening, Record};
+use mission::execution::PlanChange;
+use mission::kinds::schedule::execution::{Event, Happening, Record};
+use mission::kinds::schedule::problem::{AgentKind, Problem};
 use mission::plan::Actor;
-use mission::schedule::problem::{AgentKind, Problem};
 use runtime::missions::of_happening;
 
 use super::messages::Messages;
@@ -96,7 +97,7 @@ pub struct Diary {
 impl Diary {
     /// Of a mission in which nothing has happened.
     pub fn new(problem: &Problem) -> Diary {
-        let page = |agent: &mission::schedule::problem::Agent| Page::new(agent.kind == AgentKind::Human);
+        let page = |agent: &mission::kinds::schedule::problem::Agent| Page::new(agent.kind == AgentKind::Human);
         let pages = problem.agents.iter().map(page).collect();
         Diary { pages, events: Messages::new(EVENTS), nobody: Page::new(false) }
     }
@@ -122,7 +123,7 @@ impl Diary {
         self.events.add(&record.what, false, message(of_happening(&record.what, problem)));
         let outdates = matches!(
             record.what,
-            Happening::Reallocated { .. }
+            Happening::Plan(PlanChange::Reallocated { .. })
                 | Happening::OperationLate { .. }
                 | Happening::RobotLate { .. }
                 | Happening::HeldUp { .. }

@@ -8,7 +8,7 @@ use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use files::Unopened;
-use mission::execution::Event;
+use mission::kinds::schedule::execution::Event;
 use runtime::program::MAX_MISSION;
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +24,7 @@ pub enum Entry {
     /// Something was told.
     Event(Event),
     /// Something was told of a mission of layers.
-    Layered(mission::layers::execution::Event),
+    Layered(mission::kinds::layers::execution::Event),
     /// A person began to measure a service.
     Serve {
         /// Index of the agent.

@@ -4,9 +4,10 @@
 
 use std::sync::Arc;
 
-use mission::layers::execution::{AgentView, Doing, Event, EventError, Happening, LayeredExecution};
-use mission::layers::problem::Problem;
-use mission::layers::steps::agent_of;
+use mission::execution::PlanChange;
+use mission::kinds::layers::execution::{AgentView, Doing, Event, EventError, Happening, LayeredExecution};
+use mission::kinds::layers::problem::Problem;
+use mission::kinds::layers::steps::agent_of;
 use mission::plan::Actor;
 use runtime::missions::of_layered_happening;
 
@@ -60,7 +61,8 @@ impl Layered {
         for record in self.execution.records().iter().skip(self.noted) {
             let message = |text: String| Message { at: record.time, text };
             self.events.add(&record.what, false, message(of_layered_happening(&record.what, problem)));
-            let outdates = matches!(record.what, Happening::Reallocated { .. } | Happening::TaskLate { .. });
+            let outdates =
+                matches!(record.what, Happening::Plan(PlanChange::Reallocated { .. }) | Happening::TaskLate { .. });
             for (agent, messages) in people(problem).into_iter().zip(&mut self.messages) {
                 if let Some(text) = for_one(problem, agent, record) {
                     messages.add(&record.what, outdates, message(text));
@@ -74,8 +76,8 @@ impl Layered {
     fn happen(&mut self, event: Event, note: &mut Note<'_>) -> Result<Followed, String> {
         note(Entry::Layered(event))?;
         let followed = self.execution.tell(event).map(|records| Followed {
-            anew: records.iter().any(|record| matches!(record.what, Happening::Reallocated { .. })),
-            moved: records.iter().any(|record| matches!(record.what, Happening::Rescheduled { .. })),
+            anew: records.iter().any(|record| matches!(record.what, Happening::Plan(PlanChange::Reallocated { .. }))),
+            moved: records.iter().any(|record| matches!(record.what, Happening::Plan(PlanChange::Rescheduled { .. }))),
         });
         self.remember();
         followed.map_err(|refused| format!("That cannot be now: {refused}."))

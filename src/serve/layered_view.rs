@@ -1,9 +1,10 @@
 //! What pages show of a mission of layers: what to do now and next, with what and where to; and everything, for the
 //! supervisor.
 
-use mission::layers::execution::{AgentView, Doing, Event, Happening, LayeredExecution, Record};
-use mission::layers::problem::Problem;
-use mission::layers::steps::{Step as Planned, from_plan};
+use mission::execution::PlanChange;
+use mission::kinds::layers::execution::{AgentView, Doing, Event, Happening, LayeredExecution, Record};
+use mission::kinds::layers::problem::Problem;
+use mission::kinds::layers::steps::{Step as Planned, from_plan};
 
 use super::layered::{people, robots};
 use super::overview::{NO_PLAN, status, times};
@@ -49,8 +50,8 @@ pub fn for_one(problem: &Problem, who: usize, record: &Record) -> Option<String>
             format!("{} takes no part any more.", name(problem, *agent))
         }
         Happening::Told { event: Event::Back { agent } } => format!("{} is back.", name(problem, *agent)),
-        Happening::Reallocated { .. } => "The plan was made anew.".into(),
-        Happening::Stranded { why } => format!("There is no plan for everything any more: {why}."),
+        Happening::Plan(PlanChange::Reallocated { .. }) => "The plan was made anew.".into(),
+        Happening::Plan(PlanChange::Stranded { why }) => format!("There is no plan for everything any more: {why}."),
         Happening::Done => "The mission is done.".into(),
         _ => return None,
     })

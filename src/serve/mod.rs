@@ -42,10 +42,10 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use mission::execution::{Execution, Refusal, Settings};
-use mission::layers;
-use mission::layers::execution::LayeredExecution;
-use mission::schedule::problem::{AgentKind, Problem};
+use mission::kinds::layers;
+use mission::kinds::layers::execution::LayeredExecution;
+use mission::kinds::schedule::execution::{Execution, Refusal, Settings};
+use mission::kinds::schedule::problem::{AgentKind, Problem};
 use tokio::sync::watch;
 use twox_hash::XxHash3_128;
 
@@ -354,7 +354,7 @@ struct Ready {
 fn ready(mission: Served, simulate: &[String]) -> Result<Ready, NoServer> {
     match mission {
         Served::Schedule(Mission { name, problem, settings }) => {
-            let human = |agent: &mission::schedule::problem::Agent| agent.kind == AgentKind::Human;
+            let human = |agent: &mission::kinds::schedule::problem::Agent| agent.kind == AgentKind::Human;
             let agents = problem.agents.iter().map(|agent| (agent.name.as_str(), human(agent))).collect::<Vec<_>>();
             let paged = paged(&agents, simulate)?;
             let told = (0..paged.len()).filter(|agent| paged[*agent]).collect();

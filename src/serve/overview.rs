@@ -1,8 +1,8 @@
 //! The page of the supervisor, made from the execution.
 
-use mission::execution::{AgentView, Doing, Execution, RobotView, Stage};
+use mission::kinds::schedule::execution::{AgentView, Doing, Execution, RobotView, Stage};
+use mission::kinds::schedule::problem::{Distances, Problem};
 use mission::plan::{Plan, Status};
-use mission::schedule::problem::{Distances, Problem};
 
 use super::diary::Diary;
 use super::view::{AgentRow, RobotRow, SupervisorView, Trouble};

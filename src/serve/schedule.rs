@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use mission::execution::{Doing, Event, EventError, Execution, Happening, Stage};
+use mission::execution::PlanChange;
+use mission::kinds::schedule::execution::{Doing, Event, EventError, Execution, Happening, Stage};
 use mission::plan::Actor;
 
 use super::diary::Diary;
@@ -177,8 +178,8 @@ impl Schedule {
         self.could(&event).map_err(|why| format!("That cannot be: {why}."))?;
         note(Entry::Event(event))?;
         let followed = self.execution.tell(event).map(|records| Followed {
-            anew: records.iter().any(|record| matches!(record.what, Happening::Reallocated { .. })),
-            moved: records.iter().any(|record| matches!(record.what, Happening::Rescheduled { .. })),
+            anew: records.iter().any(|record| matches!(record.what, Happening::Plan(PlanChange::Reallocated { .. }))),
+            moved: records.iter().any(|record| matches!(record.what, Happening::Plan(PlanChange::Rescheduled { .. }))),
         });
         self.remember();
         followed.map_err(|refused| format!("That cannot be now: {refused}."))

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use mission::execution::{AgentView, Coming, Doing, Execution, RobotView, Stage};
+use mission::kinds::schedule::execution::{AgentView, Coming, Doing, Execution, RobotView, Stage};
+use mission::kinds::schedule::problem::Problem;
 use mission::plan::{Actor, Phase, Plan};
-use mission::schedule::problem::Problem;
 use serde::Serialize;
 
 use super::diary::Diary;

@@ -1,8 +1,9 @@
 //! What happens in a mission as one person of it reads it, and times as on a clock. Operations count from 1.
 
-use mission::execution::{Event, Happening, Record};
+use mission::execution::PlanChange;
+use mission::kinds::schedule::execution::{Event, Happening, Record};
+use mission::kinds::schedule::problem::Problem;
 use mission::plan::Actor;
-use mission::schedule::problem::Problem;
 
 /// Seconds as `3:07` or `1:02:09`.
 pub fn written(seconds: f64) -> String {
@@ -79,8 +80,8 @@ pub fn for_one(problem: &Problem, who: usize, record: &Record) -> Option<String>
         Happening::Told { event: Event::Back { who: Actor::Agent(agent) } } if *agent == who => "You are back.".into(),
         Happening::Told { event: Event::Lost { who: Actor::Robot(robot) } } => format!("{} has broken down.", m(robot)),
         Happening::Told { event: Event::Back { who: Actor::Robot(robot) } } => format!("{} works again.", m(robot)),
-        Happening::Reallocated { .. } => "The plan was made anew.".into(),
-        Happening::Stranded { why } => format!("There is no plan any more: {why}."),
+        Happening::Plan(PlanChange::Reallocated { .. }) => "The plan was made anew.".into(),
+        Happening::Plan(PlanChange::Stranded { why }) => format!("There is no plan any more: {why}."),
         Happening::Done => "The mission is done.".into(),
         _ => return None,
     })

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use mission::kinds::{layers, schedule};
 use mission::plan::Plan;
-use mission::{layers, schedule};
 
 use super::engine::Answer;
 use super::journal::Entry;

@@ -2,7 +2,7 @@
 
 use compiler::Input;
 use dsl::Spelling;
-use mission::schedule::problem::AgentKind;
+use mission::kinds::schedule::problem::AgentKind;
 use runtime::program::{CompiledFile, MissionKind, MissionProgram, MissionScenarioProgram, ScheduleProgram};
 
 use super::common::example;

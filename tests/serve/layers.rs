@@ -5,9 +5,10 @@ use std::path::PathBuf;
 
 use hierarq::serve::{LayersMission, Options, Server};
 use mission::engine::Budget;
-use mission::layers::choose;
-use mission::layers::execution::Settings;
-use mission::layers::problem::{Agent, Body, Energy, Object, Problem, Range, Skill, Task, Weights};
+use mission::kinds::layers::choose;
+use mission::kinds::layers::execution::Settings;
+use mission::kinds::layers::problem::{Agent, Body, Object, Problem, Skill, Task, Weights};
+use mission::numbers::{Energy, Range};
 use serde_json::{Value as Json, json};
 
 use super::Running;

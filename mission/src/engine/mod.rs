@@ -15,6 +15,30 @@ use crate::plan::Limit;
 pub use self::highs::Highs;
 pub use self::microlp::Microlp;
 
+/// Which engine solves mixed-integer programs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Engine {
+    /// The one that is always there.
+    #[default]
+    BuiltIn,
+    /// HiGHS, which must be installed.
+    Highs,
+}
+
+impl Engine {
+    /// All of them.
+    pub const ALL: [Engine; 2] = [Engine::BuiltIn, Engine::Highs];
+
+    /// The name by which it is asked for.
+    pub fn name(self) -> &'static str {
+        match self {
+            Engine::BuiltIn => "built-in",
+            Engine::Highs => "highs",
+        }
+    }
+}
+
 /// How much work a planner may do. `nodes` ends every run at the same place; `time` is the outer bound, and a plan says
 /// when it was that which ended the search.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

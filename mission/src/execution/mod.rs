@@ -1,184 +1,46 @@
-//! Executing a schedule: a world in which agents work and robots serve them, and the plan follows what happens.
+//! The parts of an execution that all kinds of mission share: how time passes, when a plan is repaired or made anew, how
+//! long activities really take, and the log.
 //!
-//! An [`Execution`] is a discrete-event simulation. It begins with a plan, lets time pass with [`Execution::advance`], and
-//! takes what people and robots report with [`Execution::tell`]. What differs from the plan repairs it
-//! ([`reschedule`](crate::schedule::reschedule)); when the repaired plan has become too costly, what has not begun is
-//! planned anew ([`reallocate`](crate::schedule::reallocate)). No plan is used that
-//! [`validate`](crate::schedule::validate) refuses, and what has begun stays as it is.
-//!
-//! The same problem, settings and events at the same times give the same records, however time is cut into steps, unless a
-//! planner was ended by its wall time.
+//! An execution is a discrete-event simulation. The kind supplies the steps that happen by themselves
+//! ([`DiscreteEvents`]) and how its plan is repaired ([`Replans`]); the loop over steps and the rule for planning anew are
+//! here, once.
 
-mod bases;
 mod clock;
-mod durations;
-mod early;
-mod event;
-mod indices;
-mod motion;
-mod outcome;
-mod progress;
-mod record;
-mod satisfaction;
-mod settings;
-mod state;
-mod steps;
-mod stream;
-mod surroundings;
-mod tell;
-mod update;
-mod view;
+mod log;
+mod replan;
 
-use crate::plan::Plan;
-use crate::schedule::adapt::Satisfaction;
-use crate::schedule::assistance::{Assistance, from_plan};
-use crate::schedule::choose::plan;
-use crate::schedule::problem::{Agent, Distances, Problem, Scales};
-use crate::schedule::validate::validate;
+use serde::{Deserialize, Serialize};
 
-pub use self::event::{Event, EventError};
-pub use self::outcome::{AgentOutcome, Outcome, RobotOutcome};
-pub use self::record::{Happening, NoPlan, Record};
-pub use self::settings::{Durations, Obstacle, Potentials, Refusal, Replan, Settings, Travel};
-pub use self::view::{AgentView, Coming, Doing, RobotView, Stage};
+pub(crate) use self::clock::DiscreteEvents;
+pub(crate) use self::log::Log;
+pub use self::log::{NoFeasiblePlan, PlanChange, Record};
+pub(crate) use self::replan::{Improved, Repaired, ReplanPolicy, Replans, update};
 
-pub(crate) use self::stream::{stream, unit};
-
-use self::indices::Indices;
-use self::state::{AgentState, RobotState};
-
-/// A mission under way.
-#[derive(Clone, Debug)]
-pub struct Execution {
-    settings: Settings,
-    /// As it stands: `start` is when the plan was made or repaired last.
-    problem: Problem,
-    schedule: Vec<Assistance>,
-    plan: Plan,
-    /// The problem and schedule of the last planning, against which (5.19) compares.
-    optimal: (Problem, Vec<Assistance>),
-    begin: f64,
-    time: f64,
-    agents: Vec<AgentState>,
-    robots: Vec<RobotState>,
-    /// Who is lost, as they were.
-    lost: Vec<Option<Agent>>,
-    satisfied: Vec<Option<Satisfaction>>,
-    indices: Vec<Indices>,
-    /// Steps of the bases since `begin`, while one moves.
-    tick: Option<u64>,
-    stranded: Option<NoPlan>,
-    done: bool,
-    records: Vec<Record>,
-    reschedules: usize,
-    reallocations: usize,
+/// Source of the true durations of activities.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Durations {
+    /// As planned.
+    #[default]
+    Planned,
+    /// Drawn from the normal distribution of the activity, cut off at a hundredth of its mean. A draw depends on the seed and
+    /// on names alone, so that it does not change with the plan.
+    Sampled {
+        /// Seed of the mission.
+        seed: u64,
+    },
 }
 
-impl Execution {
-    /// Plans the mission and stands at its start.
-    ///
-    /// # Errors
-    ///
-    /// The settings or the problem are wrong, or there is no plan.
-    pub fn new(problem: Problem, settings: Settings) -> Result<Execution, Refusal> {
-        let problem = with_scales(problem);
-        let plan = plan(&problem, &settings.planning)?;
-        Execution::with_plan(problem, plan, settings)
-    }
-
-    /// Stands at the start of a plan that was made before.
-    ///
-    /// # Errors
-    ///
-    /// The settings or the problem are wrong, something has begun already, or the plan is none of this problem.
-    pub fn with_plan(problem: Problem, plan: Plan, settings: Settings) -> Result<Execution, Refusal> {
-        let problem = with_scales(problem);
-        let mistakes = problem.check();
-        if !mistakes.is_empty() {
-            return Err(Refusal::Plan(crate::schedule::choose::Refusal::Problem(mistakes)));
-        }
-        if !problem.begun.is_empty() {
-            return Err(Refusal::Begun);
-        }
-        settings.check(&problem)?;
-        let violations = validate(&problem, &plan);
-        if !violations.is_empty() {
-            return Err(Refusal::Violations(violations));
-        }
-        let schedule = from_plan(&plan).map_err(|wrong| Refusal::NoSchedule(wrong.to_string()))?;
-        let agents = problem.agents.iter().map(|who| AgentState::new(who, problem.start)).collect();
-        let robots = (0..problem.robots.len()).map(|m| RobotState::new(&problem, m)).collect();
-        let (begin, people) = (problem.start, problem.agents.len());
-        Ok(Execution {
-            settings,
-            optimal: (problem.clone(), schedule.clone()),
-            schedule,
-            plan,
-            begin,
-            time: begin,
-            agents,
-            robots,
-            lost: vec![None; people],
-            satisfied: vec![None; people],
-            indices: vec![Indices::NONE; people],
-            tick: None,
-            stranded: None,
-            done: false,
-            records: Vec::new(),
-            reschedules: 0,
-            reallocations: 0,
-            problem,
-        })
-    }
-
-    /// The present (s).
-    pub fn time(&self) -> f64 {
-        self.time
-    }
-
-    /// The plan as it stands; the last one if there is none any more.
-    pub fn plan(&self) -> &Plan {
-        &self.plan
-    }
-
-    /// The problem as it stands: with what people asked for, who moved, who is lost, and what had begun when the plan was
-    /// made or repaired last.
-    pub fn problem(&self) -> &Problem {
-        &self.problem
-    }
-
-    /// Everything is served that can be, and every robot is back.
-    pub fn done(&self) -> bool {
-        self.done
-    }
-
-    /// Why there is no plan any more, if so. What is under way by agents goes on; robots are at their depots.
-    pub fn stranded(&self) -> Option<&NoPlan> {
-        self.stranded.as_ref()
-    }
-
-    /// Everything that has happened, in order.
-    pub fn records(&self) -> &[Record] {
-        &self.records
-    }
-
-    fn record(&mut self, what: Happening) {
-        self.records.push(Record { time: self.time, what });
-    }
-
-    /// The service of an operation in the plan.
-    fn service(&self, agent: usize, operation: usize) -> Option<&Assistance> {
-        self.schedule.iter().find(|at| at.agent == agent && at.operation == operation)
-    }
-
-    fn has_places(&self) -> bool {
-        self.problem.distances == Distances::Straight
-    }
-}
-
-/// The scales of the beginning hold for the whole mission, so that costs before and after a change compare.
-fn with_scales(problem: Problem) -> Problem {
-    let wanted = problem.scales.is_none() && problem.check().is_empty();
-    let scales = if wanted { Some(Scales::of(&problem)) } else { problem.scales };
-    Problem { scales, ..problem }
+/// Reaction of the plan to a difference between plan and world. Under each setting a late activity is waited for, and a loss
+/// that leaves work without anybody to do it is planned for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Replan {
+    /// Assignments and parameters stay: times move, feedback is logged and changes nothing.
+    None,
+    /// Assignments stay; feedback changes the parameters, times and speeds are repaired.
+    Reschedule,
+    /// As `reschedule`; and the part that has not begun is planned anew when its cost has changed too much.
+    #[default]
+    Both,
 }

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use hierarq_mission::engine::Budget;
-use hierarq_mission::execution::{Event, Execution, Happening, Record, Settings};
+use hierarq_mission::kinds::schedule::choose::{Formulation, Options};
+use hierarq_mission::kinds::schedule::execution::{Event, Execution, Happening, Record, Settings};
 use hierarq_mission::plan::{Activity, Actor, Phase, Plan, Target};
-use hierarq_mission::schedule::choose::{Formulation, Options};
 
 pub fn near(a: f64, b: f64, by: f64) {
     assert!((a - b).abs() <= by, "{a} is not {b}");

@@ -3,9 +3,8 @@
 
 pub mod execution;
 
-use hierarq_mission::schedule::problem::{
-    Agent, AgentKind, Distances, Duration, Energy, Problem, Range, Robot, Weights,
-};
+use hierarq_mission::kinds::schedule::problem::{Agent, AgentKind, Distances, Duration, Problem, Robot, Weights};
+use hierarq_mission::numbers::{Energy, Range};
 
 /// A small generator of numbers, so that the problems are the same everywhere.
 pub struct Random(pub u64);

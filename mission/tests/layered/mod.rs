@@ -6,7 +6,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use hierarq_mission::layers::problem::{Agent, Body, Energy, Object, Problem, Range, Skill, Task, Weights};
+use hierarq_mission::kinds::layers::problem::{Agent, Body, Object, Problem, Skill, Task, Weights};
+use hierarq_mission::numbers::{Energy, Range};
 
 /// A small generator of numbers, so that the problems are the same everywhere.
 pub struct Random(pub u64);

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use hierarq_mission::engine::Budget;
-use hierarq_mission::layers::choose::Options;
-use hierarq_mission::layers::execution::{Doing, Happening, LayeredExecution, Record, Settings};
-use hierarq_mission::layers::problem::Problem;
-use hierarq_mission::layers::validate::validate;
+use hierarq_mission::kinds::layers::choose::Options;
+use hierarq_mission::kinds::layers::execution::{Doing, Happening, LayeredExecution, Record, Settings};
+use hierarq_mission::kinds::layers::problem::Problem;
+use hierarq_mission::kinds::layers::validate::validate;
 
 /// Settings with little planning.
 pub fn settings() -> Settings {

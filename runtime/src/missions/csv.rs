@@ -2,8 +2,8 @@
 
 use std::io::Write;
 
-use mission::execution::{Doing, Stage};
-use mission::schedule::problem::Problem;
+use mission::kinds::schedule::execution::{Doing, Stage};
+use mission::kinds::schedule::problem::Problem;
 
 use crate::csv::cell;
 

@@ -1,6 +1,6 @@
 //! What is measured of a mission while it is executed.
 
-use mission::execution::{Doing, Execution, Outcome, Stage};
+use mission::kinds::schedule::execution::{Doing, Execution, Outcome, Stage};
 
 use super::Workers;
 use crate::program::{MissionMeasure, OfAgent, OfMission, OfRobot};

@@ -1,7 +1,7 @@
 //! A scenario of a mission of layers: it is executed while what the scenario says happens, and judged at instants that are
 //! one step apart.
 
-use mission::layers::execution::{Doing, Event, Happening, LayeredExecution, Outcome};
+use mission::kinds::layers::execution::{Doing, Event, Happening, LayeredExecution, Outcome};
 use mission::plan::Plan;
 
 use super::judge::MissionJudge;

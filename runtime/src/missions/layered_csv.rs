@@ -2,8 +2,8 @@
 
 use std::io::Write;
 
-use mission::layers::execution::LayeredExecution;
-use mission::layers::problem::Problem;
+use mission::kinds::layers::execution::LayeredExecution;
+use mission::kinds::layers::problem::Problem;
 
 use crate::csv::cell;
 

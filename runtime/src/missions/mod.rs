@@ -14,10 +14,10 @@ mod summary;
 mod words;
 mod workers;
 
-use mission::execution::{Event, EventError, Execution, Happening, Stage};
-use mission::layers::execution::LayeredExecution;
+use mission::kinds::layers::execution::LayeredExecution;
+use mission::kinds::schedule::execution::{Event, EventError, Execution, Happening, Stage};
+use mission::kinds::schedule::problem::Problem;
 use mission::plan::{Plan, Target};
-use mission::schedule::problem::Problem;
 
 use crate::program::{MissionKind, MissionProgram, MissionScenarioProgram, Occurrence, ProgramError};
 use gauge::Gauge;
@@ -74,7 +74,7 @@ pub struct MissionRun {
     /// The problem of a schedule as it was at the start; none of a mission of layers.
     pub problem: Option<Problem>,
     /// The problem of layers; none of a schedule.
-    pub layers: Option<mission::layers::problem::Problem>,
+    pub layers: Option<mission::kinds::layers::problem::Problem>,
     /// The plan that was made before anything happened; none where there was none.
     pub planned: Option<Plan>,
     /// What was done, and what is still planned; none where there was no plan.

@@ -1,7 +1,8 @@
 //! What a scenario of a mission came to.
 
-use mission::execution::{Execution, Happening, Outcome as Numbers};
-use mission::layers::execution::{self as layered, LayeredExecution};
+use mission::execution::PlanChange;
+use mission::kinds::layers::execution::{self as layered, LayeredExecution};
+use mission::kinds::schedule::execution::{Execution, Happening, Outcome as Numbers};
 use serde::Serialize;
 
 use super::layered_words::of_happening as of_layered;
@@ -92,9 +93,9 @@ fn is_notable(what: &Happening) -> bool {
         H::Told { .. }
             | H::HeldUp { .. }
             | H::BrokenOff { .. }
-            | H::Reallocated { .. }
-            | H::Refused { .. }
-            | H::Stranded { .. }
+            | H::Plan(PlanChange::Reallocated { .. })
+            | H::Plan(PlanChange::Refused { .. })
+            | H::Plan(PlanChange::Stranded { .. })
             | H::Done
     )
 }
@@ -120,7 +121,12 @@ fn is_notable_of_layers(what: &layered::Happening) -> bool {
     use layered::Happening as H;
     matches!(
         what,
-        H::Told { .. } | H::Dropped { .. } | H::Reallocated { .. } | H::Refused { .. } | H::Stranded { .. } | H::Done
+        H::Told { .. }
+            | H::Dropped { .. }
+            | H::Plan(PlanChange::Reallocated { .. })
+            | H::Plan(PlanChange::Refused { .. })
+            | H::Plan(PlanChange::Stranded { .. })
+            | H::Done
     )
 }
 

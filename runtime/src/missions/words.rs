@@ -1,8 +1,9 @@
 //! What happens in a mission, in words. Operations count from 1 here, as people count.
 
-use mission::execution::{Event, Happening};
+use mission::execution::PlanChange;
+use mission::kinds::schedule::execution::{Event, Happening};
+use mission::kinds::schedule::problem::Problem;
 use mission::plan::Actor;
-use mission::schedule::problem::Problem;
 
 use crate::numbers::number;
 
@@ -90,15 +91,15 @@ pub fn of_happening(what: &Happening, problem: &Problem) -> String {
             format!("{} breaks off the service of {}", by(*robot), of(*agent, *operation))
         }
         Happening::Told { event } => of_event(event, problem),
-        Happening::Rescheduled { index } => {
+        Happening::Plan(PlanChange::Rescheduled { index }) => {
             format!("times of the plan move; its cost {}", changed(*index))
         }
-        Happening::Reallocated { index: Some(index), .. } => {
+        Happening::Plan(PlanChange::Reallocated { index: Some(index), .. }) => {
             format!("planned anew, as the cost {}", changed(*index))
         }
-        Happening::Reallocated { index: None, .. } => "planned anew".to_string(),
-        Happening::Refused { why } => format!("no better plan: {why}"),
-        Happening::Stranded { why } => format!("there is no plan any more: {why}"),
+        Happening::Plan(PlanChange::Reallocated { index: None, .. }) => "planned anew".to_string(),
+        Happening::Plan(PlanChange::Refused { why }) => format!("no better plan: {why}"),
+        Happening::Plan(PlanChange::Stranded { why }) => format!("there is no plan any more: {why}"),
         Happening::Done => "everything is done".to_string(),
     }
 }

@@ -4,9 +4,9 @@
 //! machine that an operation goes on; when the machine enters a state, the operation has ended. What keeps a robot from
 //! ever going on makes it lost. Nothing ticks while a robot is lost, or behind the end of the mission.
 
-use mission::execution::{Doing, Event, Execution};
+use mission::kinds::schedule::execution::{Doing, Event, Execution};
+use mission::kinds::schedule::problem::Problem;
 use mission::plan::Actor;
-use mission::schedule::problem::Problem;
 use serde::Serialize;
 
 use crate::closed_loop::ClosedLoop;

@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use mission::engine::Budget;
 use mission::execution::Durations;
-use mission::layers::choose::{Options, parts_of_a_second};
-use mission::layers::execution::{Event, Settings};
-use mission::schedule::check::MAX_NUMBER;
+use mission::kinds::layers::choose::{Options, parts_of_a_second};
+use mission::kinds::layers::execution::{Event, Settings};
+use mission::numbers::MAX_NUMBER;
 use serde::{Deserialize, Serialize};
 
 use super::check::ensure;
@@ -90,7 +90,7 @@ impl MissionScenarioProgram {
         if let Some(mistake) = problem.check().first() {
             return Err(error(place, mistake.describe(problem).0));
         }
-        let wrong = |e: mission::layers::execution::Refusal| error(place, e.to_string());
+        let wrong = |e: mission::kinds::layers::execution::Refusal| error(place, e.to_string());
         self.layered_settings(of).check(problem).map_err(wrong)?;
         self.check_happens(place)?;
         let planned = !self.bases && self.replies.is_empty();

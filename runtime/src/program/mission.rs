@@ -3,12 +3,12 @@
 //! A spec may declare missions beside a robot, or missions alone. A compiled file holds both: the fields of the
 //! [`Program`], if there is one, and `missions`.
 
+use mission::kinds::layers;
+use mission::kinds::layers::reason::Reason;
+use mission::kinds::schedule::adapt::Adaptation;
+use mission::kinds::schedule::check::{Item, Mistake};
+use mission::kinds::schedule::problem::Problem;
 use mission::labels::Labels;
-use mission::layers;
-use mission::layers::reason::Reason;
-use mission::schedule::adapt::Adaptation;
-use mission::schedule::check::{Item, Mistake};
-use mission::schedule::problem::Problem;
 use serde::{Deserialize, Serialize};
 
 use super::check::ensure;

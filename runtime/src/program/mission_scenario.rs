@@ -3,11 +3,12 @@
 use std::time::Duration;
 
 use mission::engine::Budget;
-use mission::execution::{Durations, Event, Potentials, Replan, Settings, Travel};
-use mission::layers;
-use mission::schedule::check::MAX_NUMBER;
-use mission::schedule::choose::Options;
-use mission::schedule::problem::{AgentKind, Problem};
+use mission::execution::{Durations, Replan};
+use mission::kinds::layers;
+use mission::kinds::schedule::choose::Options;
+use mission::kinds::schedule::execution::{Event, Potentials, Settings, Travel};
+use mission::kinds::schedule::problem::{AgentKind, Problem};
+use mission::numbers::MAX_NUMBER;
 use serde::{Deserialize, Serialize};
 
 use super::Unit;
@@ -261,7 +262,7 @@ impl MissionScenarioProgram {
     /// Makes sure that it can be run; what the compiler gives always can.
     pub(super) fn check(&self, problem: &Problem, place: &str) -> Result<(), ProgramError> {
         self.check_times(place)?;
-        let wrong = |e: mission::execution::Refusal| error(place, e.to_string());
+        let wrong = |e: mission::kinds::schedule::execution::Refusal| error(place, e.to_string());
         let schedule = ScheduleProgram {
             problem: problem.clone(),
             adaptation: Default::default(),

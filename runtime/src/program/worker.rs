@@ -1,6 +1,6 @@
 //! Working robots of a schedule that run controllers of their own while the mission is executed.
 
-use mission::schedule::problem::{AgentKind, Problem};
+use mission::kinds::schedule::problem::{AgentKind, Problem};
 use serde::{Deserialize, Serialize};
 
 use super::check::ensure;

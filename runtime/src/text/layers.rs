@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use mission::layers::choose::{Options, choose};
-use mission::layers::problem::{Agent, Body, Problem, Task};
-use mission::layers::scales::Scales;
+use mission::kinds::layers::choose::{Options, choose};
+use mission::kinds::layers::problem::{Agent, Body, Problem, Task};
+use mission::kinds::layers::scales::Scales;
 
 use super::missions::range;
 use super::{number, wrapped};

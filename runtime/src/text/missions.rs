@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
-use mission::layers::problem::Problem as Team;
-use mission::schedule::chance::nominal;
-use mission::schedule::choose::{Options, choose};
-use mission::schedule::problem::{AgentKind, Distances, Problem, Range, Scales, WAIT_LIMIT};
+use mission::kinds::layers::problem::Problem as Team;
+use mission::kinds::schedule::chance::nominal;
+use mission::kinds::schedule::choose::{Options, choose};
+use mission::kinds::schedule::problem::{AgentKind, Distances, Problem, Scales, WAIT_LIMIT};
+use mission::numbers::Range;
 
 use super::{layers, number, wrapped};
 use crate::missions::{of_event, of_layered_event};

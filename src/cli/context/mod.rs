@@ -16,9 +16,9 @@ use context::transcript::{self, Exchange, Replay};
 use files::Target;
 use hierarq::plan_data::{Found, PlanData};
 use hierarq::{outputs, planned, project};
-use mission::layers::cost::cost;
-use mission::layers::json::{Imported, Mode, export, export_plan};
-use mission::layers::steps::from_plan;
+use mission::kinds::layers::cost::cost;
+use mission::kinds::layers::json::{Imported, Mode, export, export_plan};
+use mission::kinds::layers::steps::from_plan;
 use runtime::program::MissionKind;
 
 use super::{Outcome, SpecOptions, output, plan};

@@ -8,10 +8,10 @@ use context::generate::{Bounds, GenerateError};
 use context::layers::layers;
 use context::prompt::{VERSION, Wish};
 use hierarq::planned;
-use mission::layers::choose::Options;
-use mission::layers::cost::{Cost, cost};
-use mission::layers::json::Imported;
-use mission::layers::steps::from_plan;
+use mission::kinds::layers::choose::Options;
+use mission::kinds::layers::cost::{Cost, cost};
+use mission::kinds::layers::json::Imported;
+use mission::kinds::layers::steps::from_plan;
 use runtime::program::LayersProgram;
 
 use super::super::{Outcome, output, plan};

@@ -5,9 +5,9 @@ use std::fmt::Write;
 use hierarq::gantt;
 use hierarq::plan_data::{Found, PlanData};
 use hierarq::planned::{self, PlannedLayers};
-use mission::layers::choose::{Formulation, Options};
-use mission::layers::cost::Cost;
-use mission::layers::problem::Problem;
+use mission::kinds::layers::choose::{Formulation, Options};
+use mission::kinds::layers::cost::Cost;
+use mission::kinds::layers::problem::Problem;
 use runtime::program::{LayersProgram, MissionProgram};
 
 use super::super::output;

@@ -16,10 +16,11 @@ use files::{Target, is_same};
 use hierarq::plan_data::PlanData;
 use hierarq::planned::{self, Unplanned};
 use hierarq::{gantt, outputs, project};
+use mission::engine::Engine;
 use mission::engine::{Budget, EngineError};
-use mission::layers;
+use mission::kinds::layers;
+use mission::kinds::schedule::choose::{Formulation, Refusal};
 use mission::plan::{Limit, Plan, Status};
-use mission::schedule::choose::{Engine, Formulation, Refusal};
 use runtime::program::{MAX_BATCH, MissionKind};
 use runtime::text::number;
 

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use hierarq::gantt;
 use hierarq::plan_data::PlanData;
 use hierarq::planned::{self, Planned};
-use mission::schedule::choose::{Formulation, Options};
-use mission::schedule::cost::Cost;
+use mission::kinds::schedule::choose::{Formulation, Options};
+use mission::kinds::schedule::cost::Cost;
 use runtime::program::{MissionProgram, ScheduleProgram};
 
 use super::super::output;

@@ -2,8 +2,8 @@
 
 use dsl::Spanned;
 use dsl::tree::MissionMember;
-use mission::schedule::check::{Item, Key, MAX_OPERATIONS};
-use mission::schedule::problem::{Agent, AgentKind, Approach, Duration, Robot, WAIT_LIMIT};
+use mission::kinds::schedule::check::{Item, Key, MAX_OPERATIONS};
+use mission::kinds::schedule::problem::{Agent, AgentKind, Approach, Duration, Robot, WAIT_LIMIT};
 
 use super::super::Lowerer;
 use super::places::OfSchedule as Places;

@@ -1,7 +1,7 @@
 //! Who takes part in a mission that a scenario executes, by name, and what is measured of whom.
 
-use mission::layers::problem::Problem as Layers;
-use mission::schedule::problem::Problem as Schedule;
+use mission::kinds::layers::problem::Problem as Layers;
+use mission::kinds::schedule::problem::Problem as Schedule;
 use runtime::program::{MissionKind, MissionMeasure, OfLayers, OfMission};
 
 use crate::quantities::Whose;

@@ -2,10 +2,10 @@
 
 use dsl::tree::{Block, Entry, Value, ValueKind};
 use dsl::{Diagnostic, Spanned, Spelling};
-use mission::execution::Event;
+use mission::kinds::schedule::execution::Event;
+use mission::kinds::schedule::problem::{AgentKind, Distances, Problem};
+use mission::numbers::MAX_NUMBER;
 use mission::plan::Actor;
-use mission::schedule::check::MAX_NUMBER;
-use mission::schedule::problem::{AgentKind, Distances, Problem};
 use names::{list, suggest};
 use runtime::program::{Happens, MAX_HAPPENINGS, Occurrence, Replies, Reply};
 use stdlib_tasks::dimension::TIME;

@@ -2,8 +2,8 @@
 
 use dsl::Diagnostic;
 use dsl::tree::Block;
-use mission::layers::execution::Event;
-use mission::layers::problem::Problem;
+use mission::kinds::layers::execution::Event;
+use mission::kinds::layers::problem::Problem;
 use names::list;
 use runtime::program::Occurrence;
 

@@ -2,8 +2,8 @@
 
 use dsl::tree::{Mission, MissionMember};
 use dsl::{Diagnostic, Span};
+use mission::kinds::layers::problem::Task;
 use mission::labels::{Labels, Unfit, check};
-use mission::layers::problem::Task;
 
 use super::super::Lowerer;
 use crate::forms::text_of;

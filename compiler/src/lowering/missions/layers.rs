@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::Diagnostic;
 use dsl::tree::{Mission, MissionMember, Value, ValueKind};
-use mission::layers::check::{Item, Key};
-use mission::layers::problem::{Agent, Object, Problem, Task, Weights};
+use mission::kinds::layers::check::{Item, Key};
+use mission::kinds::layers::problem::{Agent, Object, Problem, Task, Weights};
 use runtime::program::LayersProgram;
 
 use super::super::Lowerer;

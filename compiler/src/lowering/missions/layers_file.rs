@@ -2,8 +2,8 @@
 
 use dsl::tree::{Entry, Mission};
 use dsl::{Diagnostic, SourceId, Span};
-use mission::layers::json::{Fault, FaultKind, Mode, Position, import};
-use mission::layers::problem::Problem;
+use mission::kinds::layers::json::{Fault, FaultKind, Mode, Position, import};
+use mission::kinds::layers::problem::Problem;
 
 use super::super::Lowerer;
 use crate::forms::text_of;

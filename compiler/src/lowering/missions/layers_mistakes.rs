@@ -2,9 +2,9 @@
 
 use dsl::tree::Mission;
 use dsl::{Diagnostic, Span};
-use mission::layers::check::{Item, Key, Mistake};
-use mission::layers::problem::Problem;
-use mission::layers::reason::Reason;
+use mission::kinds::layers::check::{Item, Key, Mistake};
+use mission::kinds::layers::problem::Problem;
+use mission::kinds::layers::reason::Reason;
 use names::suggest;
 
 use super::super::Lowerer;
@@ -22,7 +22,7 @@ impl Lowerer<'_> {
             if waits && mistake.reason == Reason::NoTask {
                 continue;
             }
-            let known = |of: mission::layers::check::Declaration| places.is_wrong(of.item, of.key);
+            let known = |of: mission::kinds::layers::check::Declaration| places.is_wrong(of.item, of.key);
             if known(mistake.at)
                 || mistake.against.is_some_and(known)
                 || (is_of_all(&mistake.reason) && places.any_wrong())

@@ -2,9 +2,10 @@
 
 use dsl::tree::MissionMember;
 use dsl::{Diagnostic, Spanned};
-use mission::layers::check::{Item, Key};
-use mission::layers::problem::{Agent, Body, Object, Range, Skill};
-use mission::schedule::problem::Energy;
+use mission::kinds::layers::check::{Item, Key};
+use mission::kinds::layers::problem::{Agent, Body, Object, Skill};
+use mission::numbers::Energy;
+use mission::numbers::Range;
 use stdlib_tasks::dimension::{NONE, TIME};
 use stdlib_tasks::params::Quantity;
 

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use dsl::Diagnostic;
 use dsl::tree::Mission;
-use mission::layers::check::{Item, Key};
-use mission::layers::problem::{Body, Problem};
+use mission::kinds::layers::check::{Item, Key};
+use mission::kinds::layers::problem::{Body, Problem};
 use names::suggest;
 
 use super::super::Lowerer;

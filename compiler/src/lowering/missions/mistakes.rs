@@ -2,10 +2,9 @@
 
 use dsl::tree::Mission;
 use dsl::{Diagnostic, Span};
-use mission::schedule::check::{
-    Declaration, Item, Key, MAX_NUMBER, MAX_OPERATIONS, MAX_ROBOTS, MIN_SPEED, Mistake, Reason,
-};
-use mission::schedule::problem::Problem;
+use mission::kinds::schedule::check::{Declaration, Item, Key, MAX_OPERATIONS, MAX_ROBOTS, Mistake, Reason};
+use mission::kinds::schedule::problem::Problem;
+use mission::numbers::{MAX_NUMBER, MIN_SPEED};
 use runtime::text::number;
 
 use super::super::Lowerer;

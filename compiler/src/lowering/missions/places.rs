@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use dsl::Span;
 
 /// Where the declarations of a schedule were written.
-pub(super) type OfSchedule = Places<mission::schedule::check::Item, mission::schedule::check::Key>;
+pub(super) type OfSchedule = Places<mission::kinds::schedule::check::Item, mission::kinds::schedule::check::Key>;
 
 /// Where the declarations of a mission of layers were written.
-pub(super) type OfLayers = Places<mission::layers::check::Item, mission::layers::check::Key>;
+pub(super) type OfLayers = Places<mission::kinds::layers::check::Item, mission::kinds::layers::check::Key>;
 
 /// Where the declarations of a problem were written: its entries `I`, and their keys `K`.
 #[derive(Debug)]

@@ -6,7 +6,8 @@ use dsl::{Diagnostic, Span, Spelling};
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::params::{Presence, Quantity};
 
-use mission::schedule::problem::{Duration, Range};
+use mission::kinds::schedule::problem::Duration;
+use mission::numbers::Range;
 
 use super::super::Lowerer;
 use crate::expr::FUNCTIONS;
@@ -220,7 +221,8 @@ impl Lowerer<'_> {
             None => {
                 let weight = self.number_within(&e.value, name, q)?;
                 // None at all is one for each.
-                let count = if weight == 1.0 { 0 } else { operations.min(mission::schedule::check::MAX_OPERATIONS) };
+                let count =
+                    if weight == 1.0 { 0 } else { operations.min(mission::kinds::schedule::check::MAX_OPERATIONS) };
                 Some(vec![weight; count])
             }
         }

@@ -1,8 +1,9 @@
 //! The robots of a schedule: those that serve.
 
 use dsl::tree::MissionMember;
-use mission::schedule::check::{Item, Key};
-use mission::schedule::problem::{Energy, Range, Robot};
+use mission::kinds::schedule::check::{Item, Key};
+use mission::kinds::schedule::problem::Robot;
+use mission::numbers::{Energy, Range};
 
 use super::super::Lowerer;
 use super::places::OfSchedule as Places;

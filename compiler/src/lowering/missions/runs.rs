@@ -2,7 +2,7 @@
 
 use dsl::tree::{Entry, Mission, MissionMember};
 use dsl::{Diagnostic, Span};
-use mission::schedule::problem::{AgentKind, Problem};
+use mission::kinds::schedule::problem::{AgentKind, Problem};
 use names::{list, suggest};
 use runtime::Program;
 use runtime::program::{
@@ -40,7 +40,8 @@ impl Lowerer<'_> {
         let mut running = Running::default();
         for member in m.members.iter().filter(|member| member.role.value == "worker") {
             let Some(e) = member.settings.get("runs") else { continue };
-            let is = |a: &mission::schedule::problem::Agent| a.kind == AgentKind::Worker && a.name == *member.name;
+            let is =
+                |a: &mission::kinds::schedule::problem::Agent| a.kind == AgentKind::Worker && a.name == *member.name;
             let Some(agent) = problem.agents.iter().position(is) else { continue };
             if running.workers.len() == MAX_RUNNING {
                 let text = format!("more than {MAX_RUNNING} workers of this mission run controllers");

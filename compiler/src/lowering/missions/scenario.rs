@@ -4,7 +4,7 @@
 use dsl::tree::{Block, Entry, Scenario};
 use dsl::{Diagnostic, Span};
 use mission::execution::Replan;
-use mission::schedule::problem::Distances;
+use mission::kinds::schedule::problem::Distances;
 use names::{list, suggest};
 use runtime::program::{MAX_INSTANTS, MAX_MISSION, MissionKind, MissionScenarioProgram, step_within};
 use runtime::text::number;

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use dsl::Diagnostic;
 use dsl::tree::{Block, Mission, MissionMember};
-use mission::schedule::adapt::Adaptation;
-use mission::schedule::check::{Item, Key};
-use mission::schedule::problem::{Agent, AgentKind, Distances, Problem, Robot, Weights};
+use mission::kinds::schedule::adapt::Adaptation;
+use mission::kinds::schedule::check::{Item, Key};
+use mission::kinds::schedule::problem::{Agent, AgentKind, Distances, Problem, Robot, Weights};
 use names::list;
 use runtime::program::{MAX_BATCH, ScheduleProgram};
 use stdlib_tasks::dimension::LENGTH;

@@ -2,8 +2,9 @@
 
 use dsl::tree::Mission;
 use dsl::{Diagnostic, Span};
-use mission::schedule::check::{Item, Key};
-use mission::schedule::problem::{AgentKind, Problem, Range};
+use mission::kinds::schedule::check::{Item, Key};
+use mission::kinds::schedule::problem::{AgentKind, Problem};
+use mission::numbers::Range;
 use runtime::text::number;
 
 use super::super::Lowerer;

@@ -1,0 +1,361 @@
+//! The interface between a kind of mission and everything that runs, judges, logs and shows missions.
+//!
+//! A kind is an entry of the list in [`crate::kinds`]. Its folder has the problem, the planner, the validator and the
+//! execution; here is what the rest of the house asks of them, object-safe: a [`Mission`] is executed as an [`Execution`],
+//! which takes [`Event`]s, is measured by the kind's [`Measure`]s, and describes itself.
+//!
+//! A *member* is everybody who takes part, robot, person or working robot. Members are numbered through in the order of
+//! [`Mission::members`].
+
+use std::collections::BTreeMap;
+
+use quantities::dimension::Dimension;
+use serde::{Deserialize, Serialize};
+
+use crate::execution::Replan;
+use crate::labels::Labels;
+use crate::plan::Plan;
+
+/// A mission of some kind: what is planned and executed.
+pub trait Mission {
+    /// What messages call a mission of this kind, with its article: `a schedule`.
+    fn title(&self) -> &'static str;
+
+    /// Everybody who takes part.
+    fn members(&self) -> Vec<Member<'_>>;
+
+    /// Text that people read in place of names.
+    fn labels(&self) -> &Labels;
+
+    /// Everything that can be measured of missions of this kind.
+    fn measures(&self) -> Vec<&'static Measure>;
+
+    /// True if nothing is to be done yet: a language model is to write the tasks.
+    fn waits_for_tasks(&self) -> bool {
+        false
+    }
+
+    /// True if positions have a height; on the ground distances are those of the plane.
+    fn has_height(&self) -> bool {
+        false
+    }
+
+    /// Checks that it can be planned; a mission that the compiler lowered always can.
+    ///
+    /// # Errors
+    /// The first part that cannot be planned.
+    fn check(&self) -> Result<(), Mistake>;
+
+    /// Checks that it can be executed so.
+    ///
+    /// # Errors
+    /// The first reason against it, in a sentence.
+    fn check_run(&self, how: &Run) -> Result<(), String>;
+
+    /// Checks that an event is one of this kind and of a member that exists.
+    ///
+    /// # Errors
+    /// The reason, in a sentence.
+    fn check_event(&self, event: &Event) -> Result<(), String>;
+
+    /// The words for an event.
+    fn describe(&self, event: &Event) -> String;
+
+    /// Plans the mission and stands at its start.
+    ///
+    /// # Errors
+    /// The reason why there is no plan, in a sentence.
+    fn execute(&self, how: &Run) -> Result<Box<dyn Execution>, String>;
+}
+
+/// A mission under way.
+pub trait Execution: Send {
+    /// Present time (s).
+    fn time(&self) -> f64;
+
+    /// Lets time pass until `to` (s). A time before the present, or no finite number, lets nothing pass.
+    fn advance(&mut self, to: f64);
+
+    /// Time of the next step that happens by itself (s), as far as it is known.
+    fn next(&self) -> Option<f64>;
+
+    /// Everything is done.
+    fn is_done(&self) -> bool;
+
+    /// Reason why there is no plan for everything any more, if so.
+    fn stranded(&self) -> Option<String>;
+
+    /// The plan as it is now.
+    fn plan(&self) -> &Plan;
+
+    /// The plan with everything that has begun by now marked so.
+    fn carried_out(&self) -> Plan {
+        self.plan().clone()
+    }
+
+    /// The mission as it is now, with the changes that events made.
+    fn mission(&self) -> crate::kinds::Mission;
+
+    /// An event happens at the present time.
+    ///
+    /// # Errors
+    /// The reason why it cannot happen now, in a sentence. Nothing has changed then.
+    fn handle(&mut self, event: &Event) -> Result<(), String>;
+
+    /// Events that followed from the settings of the run and could not happen, since the last call.
+    fn take_rejected(&mut self) -> Vec<Rejected> {
+        Vec::new()
+    }
+
+    /// Number of entries of the log.
+    fn log_len(&self) -> usize;
+
+    /// The log in words.
+    fn log(&self) -> Vec<Entry>;
+
+    /// The value of a measure of the mission, or of a member: a number, a truth value as 1 or -1, or a point (m). NaN for a
+    /// measure that does not exist.
+    fn measure(&self, name: &str, member: Option<usize>) -> [f64; 3];
+
+    /// Results so far.
+    fn outcome(&self) -> Outcome;
+
+    /// Names of the columns of the log of states.
+    fn columns(&self) -> Vec<String>;
+
+    /// The present state, a cell a column.
+    fn row(&self) -> Vec<Cell>;
+
+    /// The work of a member that runs a controller of its own.
+    fn work(&self, member: usize) -> Option<Work>;
+}
+
+/// Somebody who takes part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Member<'m> {
+    /// Name.
+    pub name: &'m str,
+    /// Role: the word of the language that declares it, `robot`, `human`, `worker`.
+    pub role: &'static str,
+}
+
+/// Settings of a run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Run {
+    /// Seed of true durations; none: as planned.
+    pub sampled: Option<u64>,
+    /// Robots are kinematic bases that avoid each other.
+    pub bases: bool,
+    /// Reaction of the plan to differences.
+    pub replan: Replan,
+    /// Members whose work ends when an event says so.
+    pub reporting: Vec<usize>,
+    /// Feedback of people after each service.
+    pub replies: Vec<Replies>,
+}
+
+/// Feedback of a person after each service.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Replies {
+    /// Index of the member, a person.
+    pub member: usize,
+    /// One event for each service, none for silence; the last one repeats.
+    pub services: Vec<Option<Event>>,
+}
+
+/// A mistake in a mission that was read from a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mistake {
+    /// The part.
+    pub place: String,
+    /// Reason, in a sentence.
+    pub why: String,
+}
+
+/// An event, by the words of the language.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Event {
+    /// Name, such as `late`.
+    pub event: String,
+    /// Index of the member that it is of; none: the whole mission.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub member: Option<usize>,
+    /// Further keys, such as `by`.
+    #[serde(flatten)]
+    pub with: BTreeMap<String, Detail>,
+}
+
+/// A further key of an event.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Detail {
+    /// A number in SI.
+    Number(f64),
+    /// A point of the ground (m).
+    Point([f64; 2]),
+}
+
+impl Event {
+    /// An event of a member without further keys.
+    pub fn of(event: &str, member: usize) -> Event {
+        Event { event: event.into(), member: Some(member), with: BTreeMap::new() }
+    }
+
+    /// An event of the whole mission.
+    pub fn of_all(event: &str) -> Event {
+        Event { event: event.into(), member: None, with: BTreeMap::new() }
+    }
+
+    /// With a further key.
+    pub fn and(mut self, key: &str, detail: Detail) -> Event {
+        self.with.insert(key.into(), detail);
+        self
+    }
+
+    /// The number behind a key; none if there is none.
+    pub fn number(&self, key: &str) -> Option<f64> {
+        match self.with.get(key) {
+            Some(Detail::Number(x)) => Some(*x),
+            _ => None,
+        }
+    }
+
+    /// The point behind a key; none if there is none.
+    pub fn point(&self, key: &str) -> Option<[f64; 2]> {
+        match self.with.get(key) {
+            Some(Detail::Point(point)) => Some(*point),
+            _ => None,
+        }
+    }
+}
+
+/// An event that followed from the settings and could not happen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rejected {
+    /// When it should have happened (s).
+    pub time: f64,
+    /// The event in words.
+    pub event: String,
+    /// Reason.
+    pub why: String,
+}
+
+/// An entry of the log in words.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// Time (s).
+    pub time: f64,
+    /// Content.
+    pub text: String,
+    /// It came from outside, or changed an assignment.
+    pub notable: bool,
+}
+
+/// A quantity that can be measured, defined once: expectations, their diagnostics, the editor and the page of keys derive
+/// from it.
+#[derive(Clone, Copy, Debug)]
+pub struct Measure {
+    /// Name behind the dot.
+    pub name: &'static str,
+    /// Roles of the members that have it; none: the mission has it.
+    pub of: &'static [&'static str],
+    /// Type and unit.
+    pub form: Form,
+    /// Meaning, in Markdown, without the unit.
+    pub doc: &'static str,
+}
+
+impl Measure {
+    /// A measure of the whole mission.
+    pub const fn whole(name: &'static str, form: Form, doc: &'static str) -> Measure {
+        Measure { name, of: &[], form, doc }
+    }
+
+    /// A measure of members with these roles.
+    pub const fn of(of: &'static [&'static str], name: &'static str, form: Form, doc: &'static str) -> Measure {
+        Measure { name, of, form, doc }
+    }
+
+    /// True if it is of a member of this role; none: of the mission.
+    pub fn is_of(&self, role: Option<&str>) -> bool {
+        role.map_or(self.of.is_empty(), |role| self.of.contains(&role))
+    }
+}
+
+/// Type of a measure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Form {
+    /// A number of this dimension.
+    Number(Dimension),
+    /// True or false.
+    Truth,
+    /// A point (m). On the ground its third number is zero.
+    Point,
+    /// True or false, of the controller that a member runs: the runner knows it, and the execution does not.
+    OfController,
+}
+
+/// Results of an execution.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// Number of repairs that moved times of the plan.
+    pub reschedules: usize,
+    /// Number of times that the rest was planned anew.
+    pub reallocations: usize,
+    /// Everything, as the kind stores it in files.
+    pub data: serde_json::Value,
+    /// Everything, for people.
+    pub tables: Vec<Table>,
+}
+
+/// A table for people.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// Heads of the columns.
+    pub columns: Vec<&'static str>,
+    /// Rows, a cell a column.
+    pub rows: Vec<Vec<Cell>>,
+}
+
+/// A cell of a table or a log.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cell {
+    /// A text.
+    Text(String),
+    /// A count.
+    Count(usize),
+    /// A number in SI with its unit; in a log without.
+    Number(f64, &'static str),
+}
+
+/// The work of a member, as far as a controller that it runs needs to know it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Work {
+    /// State.
+    pub state: WorkState,
+    /// Since when (s).
+    pub since: f64,
+}
+
+/// State of a member's work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WorkState {
+    /// A piece of work is under way.
+    Works,
+    /// None is under way, and one is to come.
+    Waits,
+    /// None is to come any more.
+    Over,
+    /// The member is lost.
+    Lost,
+}
+
+/// A truth value as a measure.
+pub(crate) fn truth(holds: bool) -> [f64; 3] {
+    number(if holds { 1.0 } else { -1.0 })
+}
+
+/// A number as a measure.
+pub(crate) fn number(x: f64) -> [f64; 3] {
+    [x, f64::NAN, f64::NAN]
+}

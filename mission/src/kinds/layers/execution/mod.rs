@@ -1,0 +1,171 @@
+//! Executing a layered plan: a world in which a team does its tasks, and the plan follows what happens.
+//!
+//! A [`LayeredExecution`] is a discrete-event simulation. It begins with a plan, lets time pass with
+//! [`LayeredExecution::advance`], and takes what people and robots report with [`LayeredExecution::tell`]. An agent begins
+//! its next task when it is free and every task of the layers before is done, so that what is late moves only what comes
+//! after it. What differs from the plan repairs it: who does what with which object stays, times move, and robots take the
+//! speeds that are then best. When the repaired plan has become too costly, or nobody is left for a task, what has not begun
+//! is planned anew. No plan is used that [`validate`](super::validate) refuses, and what has begun stays as it is.
+//!
+//! The same problem, settings and events at the same times give the same records, however time is cut into steps, unless a
+//! planner was ended by its wall time.
+
+mod clock;
+mod durations;
+mod event;
+mod outcome;
+mod record;
+mod repair;
+mod settings;
+mod state;
+mod steps;
+mod tell;
+mod update;
+mod view;
+mod way;
+
+use crate::execution::{Log, NoFeasiblePlan};
+use crate::plan::Plan;
+
+use super::choose::plan;
+use super::problem::Problem;
+use super::scales::Scales;
+use super::steps::{Step, from_plan};
+use super::validate::validate;
+
+pub use self::event::{Event, EventError};
+pub use self::outcome::{AgentOutcome, Outcome};
+pub use self::record::{Happening, Record};
+pub use self::settings::{Refusal, Settings};
+pub use self::view::{AgentView, Doing, NextTask, UnderWay};
+
+use self::state::AgentState;
+
+/// A mission of layers under way.
+#[derive(Clone, Debug)]
+pub struct LayeredExecution {
+    settings: Settings,
+    /// As it stands: `start` is when the plan was made or repaired last.
+    problem: Problem,
+    /// What is planned and has not begun, by start.
+    ahead: Vec<Step>,
+    /// What is done, with its true times, in the order in which it ended.
+    ended: Vec<Step>,
+    plan: Plan,
+    /// The same for the whole mission.
+    scales: Scales,
+    /// What the plan cost when it was planned last.
+    optimal: f64,
+    begin: f64,
+    time: f64,
+    agents: Vec<AgentState>,
+    /// How often each task was begun.
+    tries: Vec<usize>,
+    /// The first layer in which anything is to be done; none: everything is done.
+    open: Option<usize>,
+    log: Log<Happening>,
+    dropped: usize,
+}
+
+impl LayeredExecution {
+    /// Plans the mission and stands at its start.
+    ///
+    /// # Errors
+    ///
+    /// The settings or the problem are wrong, or something has begun already.
+    pub fn new(problem: Problem, settings: Settings) -> Result<LayeredExecution, Refusal> {
+        let plan = plan(&problem, &settings.planning)?;
+        LayeredExecution::with_plan(problem, plan, settings)
+    }
+
+    /// Stands at the start of a plan that was made before.
+    ///
+    /// # Errors
+    ///
+    /// The settings or the problem are wrong, something has begun already, or the plan is none of this problem.
+    pub fn with_plan(problem: Problem, plan: Plan, settings: Settings) -> Result<LayeredExecution, Refusal> {
+        let mistakes = problem.check();
+        if !mistakes.is_empty() {
+            return Err(Refusal::Plan(super::choose::Refusal::Problem(mistakes)));
+        }
+        if !problem.begun.is_empty() {
+            return Err(Refusal::Begun);
+        }
+        settings.check(&problem)?;
+        let violations = validate(&problem, &plan);
+        if !violations.is_empty() {
+            return Err(Refusal::Violations(violations));
+        }
+        let mut ahead = from_plan(&problem, &plan);
+        repair::sort(&mut ahead);
+        Ok(LayeredExecution {
+            settings,
+            ahead,
+            ended: Vec::new(),
+            optimal: plan.cost,
+            plan,
+            scales: Scales::of(&problem),
+            begin: problem.start,
+            time: problem.start,
+            agents: problem.agents.iter().map(|who| AgentState::new(who, problem.start)).collect(),
+            tries: vec![0; problem.tasks.len()],
+            open: first_layer(&problem, &[]),
+            log: Log::new(),
+            dropped: 0,
+            problem,
+        })
+    }
+
+    /// The present (s).
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// The plan as it stands: what was done and is under way as it happened, the rest as planned. While nobody is left for a
+    /// task it lacks that task.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The problem as it stands: with who is lost, and what had begun when the plan was made or repaired last.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
+    /// Every task is done.
+    pub fn done(&self) -> bool {
+        self.log.done
+    }
+
+    /// Why there is no plan for everything any more, if so. What was given to somebody who is still there goes on, as far as
+    /// the order of the layers allows.
+    pub fn stranded(&self) -> Option<&NoFeasiblePlan> {
+        self.log.stranded.as_ref()
+    }
+
+    /// Everything that has happened, in order.
+    pub fn records(&self) -> &[Record] {
+        &self.log.records
+    }
+
+    fn record(&mut self, what: Happening) {
+        self.log.records.push(Record { time: self.time, what });
+    }
+
+    /// What is under way, with when it began and when it is expected to end.
+    fn running(&self) -> impl Iterator<Item = Step> {
+        self.agents.iter().filter_map(|agent| agent.task.as_ref()).map(|task| task.expected_step())
+    }
+
+    /// The next task of an agent that does nothing, if its layer has begun.
+    fn ready(&self, agent: usize) -> Option<&Step> {
+        let next = self.ahead.iter().find(|step| step.agent == agent)?;
+        (self.open == Some(self.problem.tasks[next.task].layer)).then_some(next)
+    }
+}
+
+/// The first layer in which anything is to be done, after these.
+fn first_layer(problem: &Problem, ended: &[Step]) -> Option<usize> {
+    let open = |task: &usize| ended.iter().all(|step| step.task != *task);
+    (0..problem.tasks.len()).filter(open).map(|task| problem.tasks[task].layer).min()
+}

@@ -1,0 +1,43 @@
+//! What has happened in an execution of layers, one line each.
+
+use serde::{Deserialize, Serialize};
+
+use crate::execution::{self, PlanChange};
+
+use super::event::Event;
+
+/// An entry of the log.
+pub type Record = execution::Record<Happening>;
+
+/// What can happen. Agents, tasks, objects and layers are named by index.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "agent, task, object and layer are indices; other fields are described")]
+pub enum Happening {
+    /// An agent began a task.
+    Began {
+        agent: usize,
+        task: usize,
+        /// None: it needs none.
+        object: Option<usize>,
+    },
+    /// A task has not ended when it was expected to.
+    TaskLate {
+        agent: usize,
+        task: usize,
+        /// When it is now expected to end (s).
+        expected: f64,
+    },
+    /// A task is done.
+    Ended { agent: usize, task: usize },
+    /// A task failed, or was dropped by an agent that is lost: it is to be done again.
+    Dropped { agent: usize, task: usize },
+    /// All tasks of a layer are done, and of those before.
+    LayerDone { layer: usize },
+    /// An event was told.
+    Told { event: Event },
+    /// The plan changed.
+    Plan(PlanChange),
+    /// Every task is done.
+    Done,
+}

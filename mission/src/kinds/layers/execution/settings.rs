@@ -1,0 +1,93 @@
+//! How a mission of layers is executed: where durations come from, when the plan changes, who is waited for.
+
+use serde::{Deserialize, Serialize};
+
+use crate::execution::{Durations, Replan};
+use crate::kinds::layers::choose::{self, Options};
+use crate::kinds::layers::problem::Problem;
+use crate::kinds::layers::validate::Violation;
+
+/// How a mission of layers is executed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// How long tasks really take: as planned, or with the [`spread`](crate::kinds::layers::problem::Agent::spread) of who performs
+    /// them.
+    pub durations: Durations,
+    /// What the plan does when something differs from it. [`Replan::None`]: times move. [`Replan::Reschedule`]: and robots
+    /// take the speeds that are then best. [`Replan::Both`]: and what has not begun is planned anew when the cost has changed
+    /// by more than `reallocate_above`. Whatever is chosen, a loss that leaves a task without an agent is planned for.
+    pub replan: Replan,
+    /// The relative change of the cost since it was planned last, above which is planned anew. Zero or more.
+    pub reallocate_above: f64,
+    /// How it is planned.
+    pub planning: Options,
+    /// Agents (by index) whose tasks begin and end only when told.
+    pub told: Vec<usize>,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings {
+            durations: Durations::default(),
+            replan: Replan::default(),
+            reallocate_above: 0.1,
+            planning: Options::default(),
+            told: Vec::new(),
+        }
+    }
+}
+
+/// Why an execution cannot begin.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(rename_all = "snake_case")]
+pub enum Refusal {
+    /// There is no plan.
+    #[error("{}", of_plan(.0))]
+    Plan(choose::Refusal),
+    /// The plan breaks constraints of the problem.
+    #[error("the plan is none of this problem: {} constraints are broken", .0.len())]
+    Violations(Vec<Violation>),
+    /// Something has begun.
+    #[error("something has begun already: an execution stands at the start of its mission")]
+    Begun,
+    /// The threshold is no number of zero or more.
+    #[error("`reallocate_above` must be zero or more, and is {0}")]
+    Threshold(f64),
+    /// An agent that is waited for does not exist.
+    #[error("there is no agent with number {0}, which is said to begin and end its tasks when told")]
+    Told(usize),
+}
+
+impl From<choose::Refusal> for Refusal {
+    fn from(why: choose::Refusal) -> Refusal {
+        Refusal::Plan(why)
+    }
+}
+
+/// Why a planner refused; of its mistakes the first.
+pub(super) fn of_plan(why: &choose::Refusal) -> String {
+    match why {
+        choose::Refusal::Problem(mistakes) => match mistakes.first() {
+            Some(first) => first.reason.to_string(),
+            None => why.to_string(),
+        },
+        choose::Refusal::Engine(_) => why.to_string(),
+    }
+}
+
+impl Settings {
+    /// Whether they can be used for this problem.
+    ///
+    /// # Errors
+    ///
+    /// A threshold below zero, or an agent that does not exist.
+    pub fn check(&self, problem: &Problem) -> Result<(), Refusal> {
+        if let Some(nobody) = self.told.iter().find(|agent| **agent >= problem.agents.len()) {
+            return Err(Refusal::Told(*nobody));
+        }
+        if self.reallocate_above.is_nan() || self.reallocate_above < 0.0 {
+            return Err(Refusal::Threshold(self.reallocate_above));
+        }
+        Ok(())
+    }
+}

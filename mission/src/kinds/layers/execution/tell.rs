@@ -1,0 +1,131 @@
+//! Events from outside: what they change in the world.
+
+use crate::numbers::MAX_NUMBER;
+
+use crate::execution::ReplanPolicy;
+
+use super::LayeredExecution;
+use super::event::{Event, EventError};
+use super::record::{Happening, Record};
+use super::view::Doing;
+
+impl LayeredExecution {
+    /// Something happens at the present time. Gives what followed from it at once.
+    ///
+    /// # Errors
+    ///
+    /// The event is of nobody, or cannot happen now. Nothing has changed then.
+    pub fn tell(&mut self, event: Event) -> Result<&[Record], EventError> {
+        let from = self.log.records.len();
+        match event {
+            Event::Began { agent } => {
+                self.may_begin(agent)?;
+                self.told(event);
+                self.begins(agent);
+            }
+            Event::Done { agent } => {
+                self.is_working(agent)?;
+                self.told(event);
+                self.ends(agent);
+            }
+            Event::Late { agent, by } => {
+                self.is_working(agent)?;
+                if !by.is_finite() || by.abs() > MAX_NUMBER {
+                    return Err(EventError::Time { value: by });
+                }
+                self.told(event);
+                self.late(agent, by);
+            }
+            Event::Failed { agent } => {
+                self.is_working(agent)?;
+                self.told(event);
+                self.drops(agent);
+                let state = &mut self.agents[agent];
+                state.begin(Doing::Idle, self.time);
+                state.place = self.problem.agents[agent].place;
+                self.update();
+            }
+            Event::Lost { agent } => {
+                self.is_here(agent)?;
+                self.told(event);
+                let place = self.position(agent).unwrap_or_default();
+                self.drops(agent);
+                let state = &mut self.agents[agent];
+                state.begin(Doing::Lost, self.time);
+                state.place = place;
+                self.problem.agents[agent].lost = true;
+                self.update();
+            }
+            Event::Back { agent } => {
+                match self.agents.get(agent) {
+                    None => return Err(EventError::NoAgent { agent }),
+                    Some(state) if state.doing != Doing::Lost => {
+                        return Err(EventError::NotLost { name: self.name(agent) });
+                    }
+                    Some(_) => {}
+                }
+                self.told(event);
+                let state = &mut self.agents[agent];
+                state.begin(Doing::Idle, self.time);
+                state.place = self.problem.agents[agent].place;
+                self.problem.agents[agent].lost = false;
+                self.update_or_plan(ReplanPolicy::Asked);
+            }
+            Event::Replan => {
+                self.told(event);
+                self.update_or_plan(ReplanPolicy::Asked);
+            }
+        }
+        Ok(&self.log.records[from..])
+    }
+
+    fn told(&mut self, event: Event) {
+        self.record(Happening::Told { event });
+    }
+
+    fn name(&self, agent: usize) -> String {
+        self.problem.agent_label(agent).unwrap_or_default().to_string()
+    }
+
+    /// Somebody exists and takes part.
+    fn is_here(&self, agent: usize) -> Result<(), EventError> {
+        match self.agents.get(agent) {
+            None => Err(EventError::NoAgent { agent }),
+            Some(state) if state.doing == Doing::Lost => Err(EventError::IsLost { name: self.name(agent) }),
+            Some(_) => Ok(()),
+        }
+    }
+
+    fn is_working(&self, agent: usize) -> Result<(), EventError> {
+        self.is_here(agent)?;
+        match self.agents[agent].doing {
+            Doing::Working => Ok(()),
+            _ => Err(EventError::NotWorking { name: self.name(agent) }),
+        }
+    }
+
+    fn may_begin(&self, agent: usize) -> Result<(), EventError> {
+        self.is_here(agent)?;
+        let name = || self.name(agent);
+        if self.agents[agent].doing == Doing::Working {
+            return Err(EventError::Working { name: name() });
+        }
+        if self.ready(agent).is_some() {
+            return Ok(());
+        }
+        match self.ahead.iter().any(|step| step.agent == agent) {
+            true => Err(EventError::NotOpen { name: name() }),
+            false => Err(EventError::NoTask { name: name() }),
+        }
+    }
+
+    fn late(&mut self, agent: usize, by: f64) {
+        let time = self.time;
+        if let Some(running) = &mut self.agents[agent].task {
+            running.rebase(time);
+            running.ends = (running.ends + by).max(time);
+            running.expected = (running.expected + by).max(time);
+        }
+        self.update();
+    }
+}

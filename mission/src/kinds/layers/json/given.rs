@@ -1,0 +1,161 @@
+//! A whole plan as a text gives it: its times looked at as a compiler would, at the task where each stands.
+
+use crate::kinds::layers::problem::{Body, Problem};
+use crate::kinds::layers::steps::{Step, to_plan};
+use crate::kinds::layers::validate::{Rule, TOLERANCE, Violation, validate};
+use crate::plan::{Plan, Statistics, Status};
+
+use super::task::{MAX_FAULTS, ReadTask, join};
+use super::{Fault, FaultKind};
+
+/// The plan of tasks that have agents and times.
+///
+/// # Errors
+///
+/// Everything that the validator finds, each at its task.
+pub(super) fn plan(problem: &Problem, tasks: &[ReadTask]) -> Result<Plan, Vec<Fault>> {
+    let backwards: Vec<Fault> = tasks.iter().filter_map(ends_before_it_begins).take(MAX_FAULTS).collect();
+    if !backwards.is_empty() {
+        return Err(backwards);
+    }
+    let steps: Vec<Step> = tasks.iter().enumerate().filter_map(|(task, read)| step(problem, task, read)).collect();
+    let plan = to_plan(problem, &steps, Status::Unbounded { stopped: None }, "given".into(), Statistics::default());
+    let violations = worst(problem, validate(problem, &plan));
+    if violations.is_empty() {
+        return Ok(plan);
+    }
+    Err(violations.iter().map(|violation| fault(problem, tasks, violation)).collect())
+}
+
+fn step(problem: &Problem, task: usize, read: &ReadTask) -> Option<Step> {
+    let (agent, object) = (read.task.agent?, read.task.object);
+    let (start, end) = (read.start?, read.end?);
+    let who = problem.agents.get(agent)?;
+    let skill = who.skill(&read.task.action)?;
+    let speed = match who.body {
+        Body::Human { .. } => problem.pace(who, skill, problem.mass(object))?,
+        Body::Robot { speed, .. } => {
+            let left = end - start - skill.duration;
+            let way = problem.distance(agent, task, object);
+            if left > 0.0 { (way / left).clamp(speed.low, speed.high) } else { speed.high }
+        }
+    };
+    Some(Step { task, agent, object, speed, start, end, begun: false })
+}
+
+fn ends_before_it_begins(read: &ReadTask) -> Option<Fault> {
+    let (start, end) = (read.start?, read.end?);
+    (end < start).then(|| Fault {
+        at: read.keys.get("end").copied().unwrap_or(read.at),
+        path: join(&read.path, "end"),
+        kind: FaultKind::Impossible,
+        what: format!("`{}` ends at {end} s, before it begins, at {start} s", read.task.name),
+        fix: "give an `end` after its `start`".into(),
+    })
+}
+
+/// Of the violations of one rule by one task the largest: whatever begins too early overlaps with much.
+fn worst(problem: &Problem, violations: Vec<Violation>) -> Vec<Violation> {
+    let layer = |task: Option<usize>| task.and_then(|task| problem.tasks.get(task)).map(|task| task.layer);
+    let mut worst: Vec<Violation> = Vec::new();
+    for mut violation in violations {
+        // The later task is at fault.
+        if violation.rule == Rule::Layers && layer(violation.task) < layer(violation.other) {
+            (violation.task, violation.other) = (violation.other, violation.task);
+        }
+        match worst.iter().position(|one| (one.rule, one.task) == (violation.rule, violation.task)) {
+            Some(at) if worst[at].by < violation.by => worst[at] = violation,
+            None if worst.len() < MAX_FAULTS => worst.push(violation),
+            _ => {}
+        }
+    }
+    worst
+}
+
+fn fault(problem: &Problem, tasks: &[ReadTask], violation: &Violation) -> Fault {
+    let read = violation.task.and_then(|task| tasks.get(task));
+    let other = violation.other.and_then(|task| tasks.get(task));
+    let (key, what, fix) = match (read, other) {
+        (Some(read), Some(other)) => of_two(problem, read, other, violation),
+        (Some(read), None) => of_one(problem, read, violation),
+        (None, _) => ("", format!("this is no plan: {}", violation.rule.text()), "give each task once".into()),
+    };
+    Fault {
+        at: read.map_or(super::Position { line: 1, column: 1 }, |read| read.keys.get(key).copied().unwrap_or(read.at)),
+        path: read.map_or_else(String::new, |read| join(&read.path, key)),
+        kind: FaultKind::Impossible,
+        what,
+        fix,
+    }
+}
+
+fn agent<'a>(problem: &'a Problem, read: &ReadTask) -> &'a str {
+    read.task.agent.and_then(|agent| problem.agents.get(agent)).map_or("?", |who| &who.name)
+}
+
+/// A violation of a task alone: the key at fault, what is wrong, what would be right.
+fn of_one(problem: &Problem, read: &ReadTask, violation: &Violation) -> (&'static str, String, String) {
+    let (name, who) = (&read.task.name, agent(problem, read));
+    let (start, end) = (read.start.unwrap_or_default(), read.end.unwrap_or_default());
+    match violation.rule {
+        Rule::Duration => {
+            let takes = up(end - start + violation.by);
+            let what = format!("`{who}` cannot do `{name}` in {} s: it takes {takes} s at least", down(end - start));
+            ("end", what, format!("give an `end` of {} s or later", up(start + takes)))
+        }
+        Rule::Past => {
+            let what = format!("`{name}` begins at {start} s, before the mission does");
+            ("start", what, format!("give a `start` of {} s or later", up(problem.start)))
+        }
+        Rule::Able | Rule::Speed => {
+            let what = format!("`{who}` is not able to do `{name}`");
+            ("agent", what, "give an agent whose skills, reach and payload allow it".into())
+        }
+        Rule::Object => {
+            let what = format!("`{name}` does not have an object with its features");
+            ("object", what, "give an object that has all of them".into())
+        }
+        other => ("", format!("not so of `{name}`: {}", other.text()), "change the task".into()),
+    }
+}
+
+/// The same of two tasks.
+fn of_two(
+    problem: &Problem,
+    read: &ReadTask,
+    other: &ReadTask,
+    violation: &Violation,
+) -> (&'static str, String, String) {
+    let (name, second) = (&read.task.name, &other.task.name);
+    let times = |read: &ReadTask| (read.start.unwrap_or_default(), read.end.unwrap_or_default());
+    match violation.rule {
+        Rule::Layers => {
+            let (start, end) = (times(read).0, times(other).1);
+            let what = format!("`{name}` begins at {start} s, before `{second}` of a layer before ends, at {end} s");
+            ("start", what, format!("give a `start` of {} s or later", up(end)))
+        }
+        Rule::Overlap => {
+            let who = agent(problem, read);
+            let ((from, to), (begin, end)) = (times(read), times(other));
+            let what = format!(
+                "`{who}` does `{name}` from {from} to {to} s and `{second}` from {begin} to {end} s, two at once"
+            );
+            ("start", what, "let one of them begin when the other has ended, or give another agent".into())
+        }
+        Rule::ObjectOnce => {
+            let what = format!("`{name}` and `{second}` use the same object");
+            ("object", what, "give each an object of its own".into())
+        }
+        rule => ("", format!("not so of `{name}` and `{second}`: {}", rule.text()), "change one of them".into()),
+    }
+}
+
+/// A time (s) in milliseconds, the next one that is not less, so that it holds when it is given back.
+fn up(time: f64) -> f64 {
+    // No -0 either.
+    ((time - TOLERANCE) * 1e3).ceil() / 1e3 + 0.0
+}
+
+fn down(time: f64) -> f64 {
+    ((time + TOLERANCE) * 1e3).floor() / 1e3
+}

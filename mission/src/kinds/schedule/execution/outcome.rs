@@ -1,0 +1,106 @@
+//! What an execution comes to, in numbers.
+
+use serde::{Deserialize, Serialize};
+
+use super::Execution;
+use super::indices::Indices;
+use super::record::Happening;
+
+/// What a mission came to, so far.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// From the start of the mission to the end of the last service so far (s); 0 before the first.
+    pub makespan: f64,
+    /// By agent.
+    pub agents: Vec<AgentOutcome>,
+    /// By robot.
+    pub robots: Vec<RobotOutcome>,
+    /// How often times of the plan moved.
+    pub reschedules: usize,
+    /// How often was planned anew.
+    pub reallocations: usize,
+}
+
+/// What became of an agent.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AgentOutcome {
+    /// Its name.
+    pub name: String,
+    /// How many of its operations have been served.
+    pub served: usize,
+    /// Wait after each operation, to the start of the next, or of the service of the last (s).
+    pub waits: Vec<f64>,
+    /// Of a wait that is not over: how long it has been so far (s). Of one who left: what it waited in vain.
+    #[serde(default)]
+    pub waiting: f64,
+    /// Speed of the robot's approach for each service (m/s).
+    pub speeds: Vec<f64>,
+    /// Adaptation index of the waits, thesis Algorithm 5; 1 for an agent who asked for nothing.
+    pub wait_index: f64,
+    /// Adaptation index of the speeds.
+    pub speed_index: f64,
+}
+
+impl AgentOutcome {
+    /// All its waits together, with the one that is not over (s).
+    pub fn waited(&self) -> f64 {
+        self.waits.iter().sum::<f64>() + self.waiting
+    }
+}
+
+/// What became of a robot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobotOutcome {
+    /// Its name.
+    pub name: String,
+    /// How many operations it has served.
+    pub served: usize,
+    /// Way that it has gone, in ways that have ended (m).
+    pub travelled: f64,
+    /// Energy that these took (J).
+    pub energy: f64,
+}
+
+impl Outcome {
+    /// All waits of all agents together, with those that are not over (s).
+    pub fn waited(&self) -> f64 {
+        self.agents.iter().map(AgentOutcome::waited).sum()
+    }
+
+    /// The energy of all robots (J).
+    pub fn energy(&self) -> f64 {
+        self.robots.iter().map(|robot| robot.energy).sum()
+    }
+}
+
+impl Execution {
+    /// What the mission has come to.
+    pub fn statistics(&self) -> Outcome {
+        let home = self.log.records.iter().rev().find(|record| matches!(record.what, Happening::Home { .. }));
+        let agents = self.problem.agents.iter().zip(&self.agents).enumerate().map(|(index, (who, state))| {
+            let Indices { wait: wait_index, speed: speed_index } = self.indices[index];
+            AgentOutcome {
+                name: who.name.clone(),
+                served: state.operation,
+                waits: state.waits.clone(),
+                waiting: state.waiting(self.time),
+                speeds: state.speeds.clone(),
+                wait_index,
+                speed_index,
+            }
+        });
+        let robots = self.problem.robots.iter().zip(&self.robots).map(|(machine, state)| RobotOutcome {
+            name: machine.name.clone(),
+            served: state.served,
+            travelled: state.travelled,
+            energy: state.energy,
+        });
+        Outcome {
+            makespan: home.map_or(0.0, |record| record.time - self.begin),
+            agents: agents.collect(),
+            robots: robots.collect(),
+            reschedules: self.log.reschedules,
+            reallocations: self.log.reallocations,
+        }
+    }
+}

@@ -1,0 +1,13 @@
+//! How satisfied people are.
+
+use crate::kinds::schedule::adapt::Satisfaction;
+
+use super::Execution;
+
+impl Execution {
+    /// How satisfied this agent is, from what it has said so far; all zero for one who has said nothing, or whom nobody
+    /// heeds.
+    pub fn satisfaction(&self, agent: usize) -> Satisfaction {
+        self.satisfied.get(agent).copied().flatten().unwrap_or_default()
+    }
+}

@@ -1,0 +1,235 @@
+//! A plan made to fit what has happened, thesis Algorithm 3: who serves whom in which order stays, times move.
+//!
+//! Operations take longer, agents move, bounds change. Every service keeps its times where it can. Where its operation
+//! ends late, the robot waits and approaches then, at the planned speed, which is what a person feels safe with; where the
+//! way has become longer, it goes faster if it may; where that does not suffice, the rest of the service is later, and so
+//! is what follows it for that robot and that agent, by what is left after faster ways back (`HandleShift`; the thesis
+//! postpones everything that follows by the same amount, here each service is postponed by what it needs).
+
+use serde::{Deserialize, Serialize};
+
+use super::assistance::Assistance;
+use super::batches::begun_at;
+use super::chance;
+use super::problem::{Begun, Problem, ServiceTimes};
+use crate::numbers::Range;
+
+/// When an operation ended, or is now expected to end.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Observed {
+    /// Index of the agent.
+    pub agent: usize,
+    /// Number of the operation, from 0.
+    pub operation: usize,
+    /// Its end (s).
+    pub end: f64,
+}
+
+/// How far an operation and its service have come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// What the problem says of what has begun: the operation, and the service if the robot has left for it or for a later
+    /// one of the agent. The end of the operation is the one that is now known or expected.
+    pub begun: Begun,
+    /// The operation itself has begun; if not, its robot has left before it.
+    pub started: bool,
+    /// How many of the six instants of the service have passed, in order. They are kept to the digit.
+    pub passed: usize,
+    /// The service reaches the waiting place, leaves it, is with the agent and ends no earlier than this (s), whatever the
+    /// speeds allow: for a robot that is late.
+    pub earliest: Earliest,
+}
+
+/// Bounds from below on instants of a service (s); minus infinity where there is none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Earliest {
+    /// The robot is at the waiting place.
+    pub waiting: f64,
+    /// It leaves it.
+    pub proximity: f64,
+    /// It is with the agent.
+    pub serving: f64,
+    /// It has ended what it does at the depot.
+    pub end: f64,
+}
+
+impl Earliest {
+    /// No bounds.
+    pub const NONE: Earliest = Earliest {
+        waiting: f64::NEG_INFINITY,
+        proximity: f64::NEG_INFINITY,
+        serving: f64::NEG_INFINITY,
+        end: f64::NEG_INFINITY,
+    };
+}
+
+/// The schedule that `previous` becomes at `time` (s) under the parameters of `problem`, with the problem as it stands
+/// then: its start is `time`, its `begun` what has begun, with services under way made to fit. `previous` is a schedule of
+/// `before`, which has the same robots and agents; `problem.begun` is not looked at. An end observed of an operation that
+/// has not begun by `time` is left out, and so is one after the start of a service that has begun.
+pub fn reschedule(
+    before: &Problem,
+    previous: &[Assistance],
+    problem: &Problem,
+    time: f64,
+    observed: &[Observed],
+) -> (Problem, Vec<Assistance>) {
+    let progress: Vec<Progress> = begun_at(previous, time)
+        .into_iter()
+        .map(|mut begun| {
+            let same = |o: &&Observed| o.agent == begun.agent && o.operation == begun.operation;
+            let started = begun.start < time;
+            if let Some(seen) = observed.iter().find(same).filter(|_| started) {
+                let served = begun.service.map_or(f64::INFINITY, |(_, times)| times.serving);
+                let latest = if served <= time { served } else { f64::INFINITY };
+                begun.end = seen.end.max(begun.start).min(latest);
+            }
+            let left = begun.service.filter(|(_, times)| times.going < time);
+            let passed = left.map_or(0, |(_, times)| times.instants().iter().filter(|at| **at <= time).count());
+            Progress { begun, started, passed, earliest: Earliest::NONE }
+        })
+        .collect();
+    repair(before, previous, problem, time, &progress)
+}
+
+/// As [`reschedule`], for what has really happened: `progress` tells of every operation that has begun, or for whose
+/// service the robot has left, how far it has come.
+pub fn repair(
+    before: &Problem,
+    previous: &[Assistance],
+    problem: &Problem,
+    time: f64,
+    progress: &[Progress],
+) -> (Problem, Vec<Assistance>) {
+    let ready = |robot| problem.ready(robot).unwrap_or(f64::NEG_INFINITY);
+    let mut repair = Repair {
+        before,
+        problem,
+        time,
+        progress,
+        home: (0..problem.robots.len()).map(ready).collect(),
+        served: vec![None; problem.agents.len()],
+        schedule: Vec::with_capacity(previous.len()),
+    };
+    let mut waiting: Vec<&Assistance> = previous.iter().collect();
+    waiting.sort_by(|a, b| {
+        a.times
+            .going
+            .total_cmp(&b.times.going)
+            .then(a.times.serving.total_cmp(&b.times.serving))
+            .then(a.target().cmp(&b.target()))
+    });
+    // In the order of leaving, but never before what comes first for the same agent.
+    while !waiting.is_empty() {
+        let first = |at: &Assistance| {
+            waiting.iter().all(|other| other.agent != at.agent || other.operation >= at.operation)
+                && waiting.iter().take_while(|other| other.target() != at.target()).all(|other| other.robot != at.robot)
+        };
+        let place = waiting.iter().position(|at| first(at)).unwrap_or(0);
+        let next = waiting.remove(place);
+        repair.repair(next);
+    }
+    let Repair { mut schedule, .. } = repair;
+    schedule.sort_by_key(Assistance::target);
+    let mut after = problem.clone();
+    after.start = time;
+    after.begun = progress.iter().map(|progress| as_scheduled(progress.begun, &schedule)).collect();
+    (after, schedule)
+}
+
+/// What has begun with the times that it has now.
+fn as_scheduled(begun: Begun, schedule: &[Assistance]) -> Begun {
+    let same = |at: &&Assistance| at.agent == begun.agent && at.operation == begun.operation;
+    let Some(at) = schedule.iter().find(same) else { return begun };
+    Begun { start: at.start, end: at.end, service: begun.service.map(|(robot, _)| (robot, at.times)), ..begun }
+}
+
+struct Repair<'a> {
+    before: &'a Problem,
+    problem: &'a Problem,
+    time: f64,
+    progress: &'a [Progress],
+    /// When each robot is back at its depot.
+    home: Vec<f64>,
+    /// When the last operation of each agent has been served.
+    served: Vec<Option<f64>>,
+    schedule: Vec<Assistance>,
+}
+
+impl Repair<'_> {
+    fn repair(&mut self, planned: &Assistance) {
+        let Assistance { agent, operation, robot, times: was, .. } = *planned;
+        if agent >= self.served.len() || robot >= self.home.len() {
+            return;
+        }
+        let same = |p: &&Progress| p.begun.agent == agent && p.begun.operation == operation;
+        let progress = self.progress.iter().find(same).copied();
+        let (start, end) = self.operation(planned, progress);
+        let passed = progress.map_or(0, |progress| progress.passed);
+        let earliest = progress.map_or(Earliest::NONE, |progress| progress.earliest);
+        // What has passed is kept to the digit; what has not is not in the past.
+        let instant = |place: usize, was: f64, is: f64| if place < passed { was } else { is.max(self.time) };
+        let lengths = self.problem.lengths(agent, robot);
+        let machine = &self.problem.robots[robot];
+        let (near, _) = self.problem.approach(&self.problem.agents[agent], robot);
+
+        let going = instant(0, was.going, was.going.max(self.home[robot]));
+        let (fast, slow) = ends(lengths.going, machine.speed);
+        // Arrive when planned if that is possible at all, else as soon as it is.
+        let arrival = was.waiting.clamp(going + fast, going + slow).max(earliest.waiting);
+        let waiting = instant(1, was.waiting, arrival);
+        let planned_time = (was.serving - was.proximity).max(0.0);
+        let approach = self.approach(lengths.proximity, near, planned, planned_time);
+        let late = was.serving < end;
+        let ready = if late { end } else { (was.serving - approach).max(end - approach) };
+        let proximity = instant(2, was.proximity, waiting.max(ready).max(earliest.proximity));
+        let arrival = if passed > 2 { was.serving } else { proximity + approach };
+        let serving = instant(3, was.serving, arrival.max(end).max(earliest.serving));
+        let serve = if passed > 3 { was.depositing - was.serving } else { machine.serve };
+        let depositing = instant(4, was.depositing, serving + serve);
+        let (fast, slow) = ends(lengths.depositing, machine.speed);
+        let way = was.end.clamp(depositing + fast + machine.deposit, depositing + slow + machine.deposit);
+        let home = if passed > 4 { was.end } else { way };
+        let home = instant(5, was.end, home.max(earliest.end));
+        let times = ServiceTimes { going, waiting, proximity, serving, depositing, end: home };
+        self.home[robot] = self.home[robot].max(home);
+        self.served[agent] = Some(depositing);
+        self.schedule.push(Assistance { agent, operation, start, end, robot, times });
+    }
+
+    /// When an operation begins and ends now.
+    fn operation(&self, planned: &Assistance, progress: Option<Progress>) -> (f64, f64) {
+        let served = self.served[planned.agent];
+        let nominal = chance::nominal(self.problem, planned.agent);
+        match progress {
+            Some(Progress { begun, started: true, .. }) => (begun.start, begun.end),
+            // The robot has left, the operation has not begun: it keeps its length.
+            Some(Progress { begun, .. }) => {
+                let start = begun.start.max(served.unwrap_or(f64::NEG_INFINITY)).max(self.time);
+                (start, start + nominal)
+            }
+            None => {
+                let start = match served {
+                    Some(served) => planned.start.max(served),
+                    None => self.time,
+                };
+                (start.max(self.time), start.max(self.time) + nominal)
+            }
+        }
+    }
+
+    /// How long the approach takes (s): at the planned speed, within what the agent allows now.
+    fn approach(&self, length: f64, near: Range, planned: &Assistance, time: f64) -> f64 {
+        if length == 0.0 {
+            return 0.0;
+        }
+        let before = self.before.lengths(planned.agent, planned.robot).proximity;
+        let speed = if time > 0.0 && before > 0.0 { before / time } else { near.high };
+        length / speed.clamp(near.low, near.high)
+    }
+}
+
+/// The shortest and longest time for a way (s).
+fn ends(length: f64, speeds: Range) -> (f64, f64) {
+    (length / speeds.high, length / speeds.low)
+}
